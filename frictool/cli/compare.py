@@ -1,4 +1,4 @@
-"""`frictool compare`: the four tests of section 3.7 on every friction law."""
+"""`frictool compare`: the four tests of thesis 3.7 on every friction law."""
 
 from __future__ import annotations
 

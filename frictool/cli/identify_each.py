@@ -70,7 +70,7 @@ class IdentifyEachCommand:
 def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
     """Identify each log or folder and return the exit code.
 
-    The exit code is 4 if any log gave 4, else 1, else 3, else 0 (`frictool.errors`).
+    It is the first of the codes 4, 1, 3 and 0 (`frictool.errors`) that a model gave.
     """
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest

@@ -30,9 +30,9 @@ class LazyGroup(click.Group):
         self.table = table
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command with exit codes for Ctrl-C and for a closed pipe.
+        """Run a command; exit with separate codes for Ctrl-C and for a closed pipe.
 
-        click returns 1 for both, which means a negative answer here.
+        In both cases click returns 1, but the exit code 1 of frictool is a negative answer.
         """
         try:
             return super().invoke(ctx)

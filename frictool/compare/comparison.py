@@ -1,4 +1,4 @@
-"""Simulation of the four tests of section 3.7 with each law, judged by the exact Stribeck law."""
+"""Simulation of the four tests of thesis 3.7 with each law, judged by the exact Stribeck law."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class LawRunner(Protocol):
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return row -> symbol for the properties of table 2.1 that separate probes measure.
+        """Return row -> symbol for the properties of thesis table 2.1 that probes measure.
 
         `drift`: trajectory of the drift test.
         """
@@ -77,7 +77,7 @@ class LawResult:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(ResultView):
-    """Results of the laws by name, and differences from the printed tables 2.1 and 3.2."""
+    """Results of the laws by name, and differences from the thesis's tables 2.1 and 3.2."""
 
     setting: ComparisonSetting
     reference: stick_slip_criterion.StickSlipResult

@@ -1,6 +1,6 @@
 """Parameters of the compared laws in SI, and the scales of the tests.
 
-The inputs of section 3.7 are defined for a mass of 1 kg, a Coulomb friction of 1 N and a time
+The inputs of thesis 3.7 are defined for a mass of 1 kg, a Coulomb friction of 1 N and a time
 constant m/sigma_v of 2.5 s. For another actuator the inputs are scaled. The newton, second and
 metre of the thesis are replaced by these units:
 
@@ -60,7 +60,7 @@ class UnitScales:
 
     @property
     def fall(self) -> float:
-        """Return (F_s - F_c)/F_c divided by its value in table 3.1, but at least LEAST_FALL.
+        """Return (F_s - F_c)/F_c divided by its value in thesis table 3.1, at least LEAST_FALL.
 
         The lower limit bounds the duration of the tests.
         """
@@ -70,7 +70,7 @@ class UnitScales:
 def scales_of(
     mass: float, coulomb: float, breakaway: float, viscous: float, longest: float = math.inf
 ) -> UnitScales:
-    """Return the units of the tests for an actuator; 1 N, 1 s and 1 m for table 3.1.
+    """Return the units of the tests for an actuator; 1 N, 1 s and 1 m for thesis table 3.1.
 
     The unit of time is at most `longest` [s]. Raises ValueError if the units are implausibly large
     or small.
@@ -90,8 +90,8 @@ def scales_of(
 class ComparisonSetting:
     """Parameters of all laws in SI (N m and rad for a rotary axis).
 
-    `sample_period` [s] and `encoder_step` [m | rad] are used in (3.8) and (3.10); they are None
-    without a bench.
+    `sample_period` [s] and `encoder_step` [m | rad] limit the decay rate and the switching speed
+    (thesis 3.8, 3.10); they are None without a bench.
     """
 
     name: str
@@ -120,7 +120,7 @@ class ComparisonSetting:
 
 
 def from_friction(document: Friction) -> ComparisonSetting:
-    """Return the setting of a `friction.yaml`; missing stiffness and damping follow from (3.35)."""
+    """Return the setting of a `friction.yaml`; thesis (3.35) gives an absent stiffness or damping."""
     stiffness = (
         document.bristle_stiffness.value
         if document.bristle_stiffness
@@ -212,7 +212,7 @@ def scaled_setting(
     viscous: float,
     longest: float = math.inf,
 ) -> ComparisonSetting:
-    """Return table 3.1 scaled to an actuator; known parameters of the actuator replace scaled ones.
+    """Return thesis table 3.1 scaled to an actuator, with the actuator's known parameters.
 
     `longest`: upper limit of the unit of time [s], as in `scales_of`.
     """
@@ -245,7 +245,7 @@ def scaled_setting(
 
 
 def table_3_1() -> ComparisonSetting:
-    """Return table 3.1 with three values changed, so that every law can be simulated.
+    """Return thesis table 3.1 with three values changed, so that every law can be simulated.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Drift test (3.7.5): displacement under a force that stays below the Coulomb friction."""
+"""Drift test (thesis 3.7.5): displacement under a force that stays below the Coulomb friction."""
 
 from __future__ import annotations
 

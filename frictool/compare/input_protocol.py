@@ -1,4 +1,4 @@
-"""Inputs of the four tests of section 3.7, in the units of compare/comparison_setting.py.
+"""Inputs of the four tests of thesis 3.7, in the units of compare/comparison_setting.py.
 
 stick-slip    a spring of 2 N/m pulled at 0.1 m/s for 60 s                             (3.7.2)
 limit cycle   PID of 3 N/m, 6 N s/m, 4 N/(m s) towards 1 m for 300 s                   (3.40)
@@ -50,7 +50,7 @@ def stick_slip(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def limit_cycle(scales: UnitScales) -> tuple[Segment, ...]:
-    """Return the input of the limit-cycle test: a PID position loop (3.40)."""
+    """Return the input of the limit-cycle test: a PID position loop (thesis 3.40)."""
     stiffness = scales.force / scales.length
     gains = (
         PROPORTIONAL * stiffness,

@@ -1,4 +1,4 @@
-"""Probes that measure the properties of each law in table 2.1.
+"""Probes that measure the properties of each law in thesis table 2.1.
 
 velocity-driven    friction along a prescribed velocity: Stribeck effect, viscous friction,
                    frictional memory
@@ -68,7 +68,7 @@ def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
     """Return `±` if friction at one speed depends on whether the speed grows or falls, else `-`.
 
     The test is a slide with oscillating speed. No law reaches `+`, because none has the delay of
-    3.4.2.3 as a parameter.
+    thesis 3.4.2.3 as a parameter.
     """
     period = setting.scales.time / MEMORY_FREQUENCY
     phase = 2.0 * math.pi * (np.arange(2 * MEMORY_STEPS) + 0.5) / MEMORY_STEPS

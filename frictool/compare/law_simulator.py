@@ -62,8 +62,8 @@ def setting_violations(
 ) -> tuple[list[str], list[str]]:
     """Return two lists of lines: violated conditions of the hybrid laws among `laws`, and advice.
 
-    The conditions are (3.31), (3.36) and those of 3.2. Each line occurs once. Without a bench, the
-    sample period and the encoder step are chosen so that (3.8) and (3.10) hold.
+    The conditions are those of friction/hybrid_time_step.py. Each line occurs once. Without a
+    bench, the sample period and the encoder step are chosen so that the limits on them hold.
     """
     period = setting.sample_period or 10.0 / setting.decay
     resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay

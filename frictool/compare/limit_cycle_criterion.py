@@ -1,4 +1,4 @@
-"""Limit cycles in a position loop with integral action (3.7.3)."""
+"""Limit cycles in a position loop with integral action (thesis 3.7.3)."""
 
 from __future__ import annotations
 

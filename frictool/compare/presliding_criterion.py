@@ -1,4 +1,4 @@
-"""Presliding (3.7.4): compliance, hysteresis and loop closure of the contact.
+"""Presliding (thesis 3.7.4): compliance, hysteresis and loop closure of the contact.
 
 The path of compare/input_protocol.py contains an inner loop, 0.4 -> -0.2 -> 0.4 z_max, and outer
 loops between -0.7 and 0.7 z_max.

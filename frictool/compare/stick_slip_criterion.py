@@ -1,4 +1,4 @@
-"""Stick-slip (3.7.2): number of sticks and period, compared with the event-exact reference."""
+"""Stick-slip (thesis 3.7.2): number of sticks and period, compared with an exact simulation."""
 
 from __future__ import annotations
 

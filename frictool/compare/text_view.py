@@ -32,7 +32,7 @@ def number(value: float | None, digits: int = 4) -> str:
 
 
 def tables(comparison: Comparison) -> list[TextTable]:
-    """Return the tables of measures, of table 3.2 and of table 2.1, with one row per law."""
+    """Return the measures and the thesis's tables 3.2 and 2.1, with one row per law."""
     unit = si_unit("position", comparison.setting.axis)
     measures = (
         "law",

@@ -90,7 +90,7 @@ class TableDifference:
 def table_differences(
     verdicts: dict[str, dict[str, str]], properties: dict[str, dict[str, str]]
 ) -> list[TableDifference]:
-    """Return every cell of tables 2.1 and 3.2 whose computed and printed values differ.
+    """Return every cell of thesis tables 2.1 and 3.2 whose computed and printed values differ.
 
     `verdicts`, `properties`: law -> row -> symbol.
     """

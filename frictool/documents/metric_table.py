@@ -288,8 +288,8 @@ METRICS = (
         "time",
         "time for which the command is within 0.1 % of the drive's limit in the bench; without a "
         "command, time for which the measured drive is within 1 % of that limit, or within two "
-        "standard deviations of its noise. A lower limit due to the winding's voltage does not "
-        "count",
+        "standard deviations of its noise. A smaller limit that the winding's voltage causes is "
+        "ignored",
         compute="saturation_time.saturation_time",
         needs=("drive", "drive_limit"),
         key="saturation_time_s",

@@ -17,7 +17,7 @@ class ParameterIntervals:
     """Estimate of a parameter with its absolute interval and the range of the bench.
 
     - absolute: interval that includes the error of the drive constant
-    - bench: range of the bench, None if the bench has none
+    - bench: the bench's range of the parameter; None if the bench has none
     """
 
     name: str

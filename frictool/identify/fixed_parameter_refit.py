@@ -27,8 +27,7 @@ def fixed_parameters(
     """Return the bench's intervals of the parameters that were fitted and then refused.
 
     An inertia that the encoder's resolution hides is not fixed: its column is noise and nearly
-    orthogonal to the others (4.27). Parameters that the motion cannot separate are not fixed
-    either.
+    orthogonal to the others. Parameters that the motion cannot separate are not fixed either.
     """
     # if Coulomb friction differs by direction, coulomb and offset stand for two Coulomb frictions
     split = bench.load is not None and "coulomb_by_direction" in bench.load.terms

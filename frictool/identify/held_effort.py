@@ -120,7 +120,7 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
 def held_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> HeldEffort | None:
-    """Return the effect of a record's held effort; None without a hold or if undetermined."""
+    """Return the effect of a record's held effort; None if not held, or if undetermined."""
     record = record.part(slice(0, MOST_SAMPLES))
     hold = hold_of(record.effort)
     if hold is None:

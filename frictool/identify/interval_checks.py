@@ -23,8 +23,8 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     """Return why an interval is not usable, or None if it is.
 
     An interval is not usable if it is impossible, too wide, or no narrower than the interval of the
-    bench (4.2.1). An interval that does not overlap the bench's is usable even if it is wider,
-    because the bench's value would not explain the log.
+    bench. An interval that does not overlap the bench's is usable even if it is wider, because the
+    bench's value would not explain the log.
 
     Viscous and Coulomb friction may be 0. Only the part of their interval above 0 is compared with
     the bench's interval. The ratio of its ends is limited in two cases only: if it is wider than

@@ -289,7 +289,7 @@ class IdentificationSettings:
     - confidence: confidence of the intervals, 0 to 1
     - window: smoothing window, samples, odd
     - time_constant: time constant of the filter on differences, s
-    - threshold: least speed of a sample in (4.18), rad/s | m/s
+    - threshold: least speed of a sample in the method `threshold`, rad/s | m/s
     - forgetting: weight of a squared residual one stroke back, in ]0, 1]
     - pipeline: filters of inverse-dynamic and friction-force
     - fixed: name -> interval of sliding parameters that a second fit fixes at the bench's interval,

@@ -79,7 +79,7 @@ def accept(
 
 
 def sliding_intervals(identified: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
-    """Return each sliding parameter as identified, else as in the bench; an unknown offset is 0."""
+    """Return each sliding parameter: the identified interval, else the bench's, else offset 0."""
     return {name: identified.get(name) or bench_interval(bench, name) for name in SLIDING}
 
 

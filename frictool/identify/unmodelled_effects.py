@@ -87,7 +87,7 @@ class AcceptedEffects:
 class WidenedFit:
     """Fit with intervals that include unmodelled effects.
 
-    - what: most significant effect, if it is certain and predicts noticeably better, or None
+    - what: most significant effect; None if it is uncertain or hardly improves the prediction
     - ratios: parameter -> ratio of the widths, for intervals that become much wider
     """
 

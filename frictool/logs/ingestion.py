@@ -32,9 +32,9 @@ class IngestRequest:
     window : TimeWindow
         Part of the log's time that is kept; `TimeWindow.between(2.0, 5.0)` is in seconds.
     period_s : float or None
-        Sample period of the one grid of all streams [s]; None keeps each stream's samples.
+        Sample period [s] of one grid to which all streams are resampled; None: no resampling.
     kind : str or None
-        Kind of test, a key of KINDS; None: as `info` recognises it.
+        Kind of test, a key of KINDS; None: the kind that `info` recognises.
     unit : str or None
         Serial number of the actuator.
     date : str or None

@@ -1,4 +1,4 @@
-"""Energy of a step as defined for table 5.3."""
+"""Energy of a step as defined for thesis table 5.3."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limit cycle: an oscillation that continues while the reference is held (5.2.1).
+"""Limit cycle: an oscillation that continues while the reference is held (thesis 5.2.1).
 
 With dry friction the axis may rest for seconds while the integrator builds up the breakaway, so
 that a hold of one second may show no motion of an existing limit cycle. The first third of the hold

@@ -1,6 +1,6 @@
 """Bounds of the load's position behind a backlash, computed from the motor's position.
 
-|motor - load| <= backlash/2, and while the backlash is open the load stays at rest (2.2.4, (4.45)).
+|motor - load| <= backlash/2, and while the backlash is open the load stays at rest (thesis 4.45).
 The load position is therefore the play operator of the motor position. The operator increases with
 the motor position and with the unknown initial position in the backlash. The ends of the intervals
 of both positions therefore give bounds of the load position. A stroke longer than the backlash

@@ -13,7 +13,7 @@ ZONE = 0.05  # half width of the zone, relative to the step's amplitude
 
 
 def zone_half_width(origin: float, target: float, resolution: float) -> float:
-    """Return the half width of the 95 % zone [rad or m]: 5 % of the step or one sensor step."""
+    """Return the half width of the 95 % zone [rad or m]: 5 % of the step, at least `resolution`."""
     return max(ZONE * abs(target - origin), resolution)
 
 

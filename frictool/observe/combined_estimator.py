@@ -44,7 +44,7 @@ class WearEstimation(Protocol):
         ...
 
     def finish(self) -> list[WearEstimate]:
-        """Return the estimate after an unfinished last move; None without one."""
+        """Return [estimate after an unfinished last move], or [] without such a move."""
         ...
 
 

@@ -2,7 +2,7 @@
 
     MotionBlock ──mean effort of each period──▶ tracking observer ──▶ velocity
     velocity ──kernels/velocity_interval.py──▶ interval
-             ──velocity_errors.py────────────▶ rms error, compared with the low-pass (5.70)
+             ──velocity_errors.py────────────▶ rms error, compared with the low-pass (thesis 5.70)
 
 The observer is that of control/tracking_observer.py. If the drive has a lag, the effort of a period
 is the mean of the samples at its two ends. The last sample of a block is therefore processed with

@@ -1,4 +1,4 @@
-"""Error of a causal velocity estimate along a log, compared with the best low-pass (5.70).
+"""Error of a causal velocity estimate along a log, compared with the best low-pass (thesis 5.70).
 
     position ──central difference, Butterworth forwards and backwards──▶ zero-phase velocity
              ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)──▶ best low-pass
@@ -36,7 +36,8 @@ LEAST = 12  # samples, shortest piece that is compared
 class ErrorSums:
     """Sums of squared errors, and number of samples.
 
-    low_passes: (2 b + 1,), one for each filter of the bank.
+    low_passes: (2 m + 1,), one sum for each filter of a bank of m bandwidths. observer: sum for the
+    estimated velocity.
     """
 
     low_passes: Vector

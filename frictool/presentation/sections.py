@@ -16,7 +16,7 @@ from markupsafe import Markup
 
 @dataclass(frozen=True)
 class FigureView:
-    """Range of a panel of a figure: its name, abscissa and ordinate; None: whole range."""
+    """Named range of a figure's panel; None in abscissa or ordinate means the whole range."""
 
     name: str
     abscissa: tuple[float, float] | None = None

@@ -57,7 +57,7 @@ class PlantBox:
 
 
 def plant_box(axis: AxisParameters, period: float) -> PlantBox:
-    """Return the box that contains one plant."""
+    """Return the parameters of one plant as intervals."""
     return PlantBox(
         point(axis.inertia),
         point(axis.viscous),

@@ -42,7 +42,7 @@ def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
 def judge_saturation(
     spec: Spec, evidence: JudgedStreams, controller: Controller | None
 ) -> Requirement:
-    """Judge the longest saturation time in one hold.
+    """Judge the longest saturation time in one hold (period of constant reference).
 
     A stream without a hold is judged as a whole.
     """

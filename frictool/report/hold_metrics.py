@@ -1,4 +1,4 @@
-"""Metrics of each hold of a stream, and of the whole stream.
+"""Metrics of each hold (period of constant reference) of a stream, and of the whole stream.
 
 HoldMetrics contains each metric of documents/metric_table.py in `values`, in `bounds`, or with a
 reason in `missing`.

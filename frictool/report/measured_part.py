@@ -1,4 +1,7 @@
-"""Part of a stream (a hold, or the whole stream), and the metrics computed from its samples."""
+"""Part of a stream, and the metrics computed from its samples.
+
+The part is a hold (period of constant reference), or the whole stream.
+"""
 
 from __future__ import annotations
 
@@ -177,7 +180,7 @@ def function_of(metric: Metric) -> tuple[Callable[..., Any], tuple[str, ...]]:
 
 
 def energy_window(spec: Spec) -> float | None:
-    """Return t_int of table 5.3 [s]: the specified one, or else the allowed response time."""
+    """Return the window of the energy [s]: the specified one, or the allowed response time."""
     window: float | None = spec.response_time_95_s if spec.energy is None else spec.energy.window_s
     return window
 

@@ -25,7 +25,11 @@ STATES: tuple[State, ...] = get_args(State)
 
 @dataclass(frozen=True)
 class ValueLocation:
-    """Location of a value: log, stream and hold with its start [s], or a vertex."""
+    """Location of a value: a vertex of the controller, or a place in a log.
+
+    `step`: number of the hold (period of constant reference) in `stream`, from 1; None for the
+    whole stream. `time_s`: start of the hold [s].
+    """
 
     log: str | None = None
     stream: str | None = None

@@ -111,7 +111,7 @@ def stream_table(spec: Spec, streams: JudgedStreams) -> TextTable:
 
 
 def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
-    """Return tables with the worst value of each metric in each log (as in table 5.3).
+    """Return tables with the worst value of each metric in each log (as thesis table 5.3).
 
     One table covers the nominal streams, one all streams. The list is empty for a single log.
     """

@@ -1,4 +1,7 @@
-"""Worst value of a metric over all holds of all streams, against its limit."""
+"""Worst value of a metric over all holds of all streams, compared with its limit.
+
+A hold is a period of constant reference.
+"""
 
 from __future__ import annotations
 

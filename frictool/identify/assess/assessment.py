@@ -141,9 +141,10 @@ def _row(
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
-    """Return the coarsest step below the bench's that makes the parameter identifiable.
+    """Return the coarsest encoder step, finer than the bench's, for a precision of `target`.
 
-    Return None if no step suffices. The search bisects the logarithm of the step.
+    Return None if no step makes the parameter identifiable. The search bisects the logarithm of the
+    step.
     """
 
     def fine(step: float) -> bool:
@@ -162,7 +163,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the rows of the parameters `counted` that are neither identifiable nor exactly 0."""
+    """Return the rows of the parameters in `counted` that are > 0 and not identifiable."""
     return [
         row
         for row in assessment.rows

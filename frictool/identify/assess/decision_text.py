@@ -1,4 +1,4 @@
-"""Decision scheme of figure 4.4 as text, with the answers and numbers of a bench."""
+"""Decision scheme (thesis, figure 4.4) as text, with the answers and numbers of a bench."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Metric entropy of the sensor (annex B).
+"""Metric entropy of the sensor (thesis, annex B).
 
 A position sensor with n equal counts over the travel has the entropy ln n nats, or log2 n bits.
 Doubling the resolution adds ln 2 nats for any n. Doubling the entropy needs n^2 counts.
@@ -17,8 +17,8 @@ class SensorEntropy(NamedTuple):
 
     - counts: number n of counts over the travel
     - nats: ln n
-    - gain: relative gain from doubling n
-    - squared: n^2, the counts for twice the information
+    - gain: relative increase of the entropy if n doubles
+    - squared: n^2, the counts for twice the entropy
     """
 
     counts: float
@@ -33,7 +33,7 @@ class SensorEntropy(NamedTuple):
 
 
 def metric_entropy(measures: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
-    """Return the entropy -sum mu ln mu of a partition in nats (annex B, equation 4).
+    """Return the entropy -sum mu ln mu [nats] of a partition (thesis, annex B, equation 4).
 
     `measures` (n,): measures mu of the cells, with sum 1.
     """
@@ -42,7 +42,7 @@ def metric_entropy(measures: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) 
 
 
 def sensor_entropy(travel: float, step: float) -> SensorEntropy:
-    """Return the entropy of an encoder (annex B, equation 5); travel and step are in rad | m."""
+    """Return the entropy of an encoder (thesis, annex B, equation 5); travel, step: rad | m."""
     counts = travel / step
     nats = math.log(counts) if counts > 1.0 else 0.0
     return SensorEntropy(counts, nats, math.log(2.0) / nats if nats > 0.0 else math.inf, counts**2)

@@ -1,4 +1,4 @@
-"""Decision by figure 4.4 which method identifies a parameter with the requested precision.
+"""Decision which method identifies a parameter precisely enough (thesis, figure 4.4).
 
     differentiation   least squares, if the worst case of (4.3) | (4.4) is within the target
     filtered          least squares, if (4.8) | (4.9) is within the target, with the slowest filter
@@ -7,10 +7,10 @@
                       viscous, Coulomb: sines on a position loop (4.38), which need no measured
                       velocity
 
-One decision differs from the thesis. If (4.8) exceeds the target for the inertia, the thesis uses
-the a-priori value. But (4.8) adds the errors of all counts with the worst sign, whereas these
-errors average out over windows of a stroke. The weak form is therefore judged by its error after
-averaging.
+The numbers are equations of the thesis. One decision differs from it. If (4.8) exceeds the target
+for the inertia, the thesis uses the a-priori value. But (4.8) adds the errors of all counts with
+the worst sign, whereas these errors average out over windows of a stroke. The weak form is
+therefore judged by its error after averaging.
 """
 
 from __future__ import annotations
@@ -44,8 +44,7 @@ class Identifiability:
     """Verdict on one parameter; precisions are relative to the a-priori value.
 
     - precision: half width of the expected 95 % interval; None if no value can be expected
-    - bound: largest error due to quantisation: of differences, of the latest onset of a ramp, or of
-      one count in presliding; None if quantisation has no influence
+    - bound: largest error of the method that quantisation causes; None if it causes none
     - why: reason for the verdict, as text
     - method, test: proposed method and test, or None
     - filter: time constant of the filter, s, or None
@@ -93,7 +92,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return why differences of samples are too inaccurate, and the precision with windows."""
+    """Return a text: why sample differences are too inaccurate, and the precision of windows."""
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:
@@ -123,7 +122,7 @@ def up_to(bound: float) -> str:
 
 
 def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
-    """Return the worst-case relative error of a parameter, (4.3) for the inertia, else (4.4)."""
+    """Return the worst-case relative error: thesis (4.3) for the inertia, else thesis (4.4)."""
     if parameter == "inertia":
         return inertia_error(
             facts.axis.inertia, facts.sensing.step, facts.sensing.period, facts.effort

@@ -1,8 +1,8 @@
-"""First-order low-pass of 4.2.2: share of the noise power that passes (4.7), and its inverse.
+"""First-order low-pass (thesis 4.2.2): share of noise power that passes, and the inverse.
 
     ratio x = arctan(x),   x = 2 pi tau/T
 
-tau is the time constant and T the period. Figure 4.3 shows tau for ratios of 2 to 80 %.
+This is thesis (4.7); tau is the time constant and T the period.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ CONVERGED = 1e-12
 
 
 def noise_ratio(time_constant: float, period: float) -> float:
-    """Return the share of the power of white noise that passes a low-pass (4.7).
+    """Return the share of the power of white noise that passes a low-pass (thesis 4.7).
 
     The time constant and the period are in s. A time constant of 0 gives 1.
     """
@@ -25,8 +25,9 @@ def noise_ratio(time_constant: float, period: float) -> float:
 def filter_for(ratio: float, period: float) -> float:
     """Return the time constant [s] of the low-pass that passes the share `ratio` of the noise.
 
-    Newton's method solves (4.7). ratio x - arctan(x) is convex, and positive at the first guess
-    pi/(2 ratio), so that every step stays above the root. Raises ValueError unless 0 < ratio < 1.
+    Newton's method solves thesis (4.7). ratio x - arctan(x) is convex, and positive at the first
+    guess pi/(2 ratio), so that every step stays above the root. Raises ValueError unless 0 < ratio
+    < 1.
     """
     if not 0.0 < ratio < 1.0:
         raise ValueError(f"ratio is {ratio:g}; allowed: between 0 and 1")

@@ -1,6 +1,6 @@
 """Worst-case errors of inertia and viscous friction by differences of a quantised position.
 
-They are (4.3) and (4.4), or (4.8) and (4.9) with a filter.
+They are thesis (4.3) and (4.4), or (4.8) and (4.9) with a filter.
 """
 
 from __future__ import annotations
@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 
 def acceleration_error(step: float, response: NDArray[np.float64]) -> float:
-    """Return the largest error of an acceleration due to an encoder `step`, rad/s^2 | m/s^2.
+    """Return the largest error of an acceleration due to the encoder's rounding to `step`.
 
     Each sample has an error of half a step with the worst sign. response (n,): impulse response
-    from the position to the acceleration, such as (1, -2, 1)/T^2 for the second difference of
-    (4.3).
+    from the position to the acceleration, such as (1, -2, 1)/T^2 for the second difference.
     """
     return 0.5 * step * float(np.sum(np.abs(response)))
 
@@ -24,7 +23,7 @@ def acceleration_error(step: float, response: NDArray[np.float64]) -> float:
 def inertia_error(
     inertia: float, step: float, period: float, effort: float, ratio: float = 1.0
 ) -> float:
-    """Return the relative error of the inertia, (4.3) or (4.8).
+    """Return the relative error of the inertia, by thesis (4.3), or (4.8) with a filter.
 
     - effort: largest effort, N m | N
     - ratio: share of the noise power that passes the filter, 0 to 1
@@ -38,5 +37,5 @@ def inertia_error(
 
 
 def viscous_error(step: float, period: float, speed: float, ratio: float = 1.0) -> float:
-    """Return the relative error of viscous friction, (4.4) or (4.9); `speed` is the top speed."""
+    """Return the relative error of viscous friction; `speed`: top speed."""
     return math.sqrt(ratio) * step / (period * speed)

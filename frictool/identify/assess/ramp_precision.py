@@ -1,4 +1,4 @@
-"""Expected precision of the breakaway from ramps (4.3).
+"""Expected precision of the breakaway from ramps (thesis 4.3).
 
 A motion is visible when the axis reaches the next encoder edge, after a distance s of at most one
 count. If friction does not drop at the onset, this takes t = (6 inertia s/R)^(1/3) on a ramp of R

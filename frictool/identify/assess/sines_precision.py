@@ -1,4 +1,4 @@
-"""Expected precision of the method of sines (4.38).
+"""Expected precision of the method of sines (thesis 4.38).
 
 The middle part of a stroke, |sin| > 1/2, is averaged. The mean effort has the noise of n samples;
 the mean speed follows from the encoder counts at both ends of this part:
@@ -7,8 +7,8 @@ the mean speed follows from the encoder counts at both ends of this part:
 
 The uncertainty of the inertia times the mean acceleration adds an error. The mean acceleration is 0
 if the axis follows the sine exactly. The position loop is assumed to keep the speeds at these ends
-equal to within FOLLOWED of the top speed. Repetition does not reduce this error; it is added as a
-bound.
+equal to within the share FOLLOWED of the top speed. Repetition does not reduce this error; it is
+added as a bound.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def sines_half_width(facts: AssessmentInputs, quantile: float) -> Vector:
     """Return the half widths (2,) of viscous and coulomb in SI units.
 
     `quantile`: number of standard deviations in a half width. The result is inf if all strokes have
-    the same speed (4.37).
+    the same speed.
     """
     rows = np.array([[MEAN * stroke.speed, 1.0] for stroke in facts.strokes])
     duration = np.array([stroke.duration for stroke in facts.strokes]) * (

@@ -12,7 +12,7 @@ windows exactly. The encoder's noise also enters the regressor c*x. It attenuate
 share of the regressor's power, so that a window that is too short has a large error.
 
 The result exceeds the Cramér-Rao bound, because all rows have equal weight. It is a standard
-deviation, whereas (4.3) and (4.8) are worst-case bounds: the errors of counts are nearly
+deviation, whereas thesis (4.3) and (4.8) are worst-case bounds: the errors of counts are nearly
 independent once the axis moves about one count per sample.
 """
 

@@ -1,4 +1,4 @@
-"""Breakaway from ramps (4.3, figure 4.6), corrected for the delay of the encoder.
+"""Breakaway from ramps (thesis 4.3), corrected for the delay of the encoder.
 
 The thesis takes the largest effort before each visible motion. This maximum is too high by several
 steps of the ramp, because the axis moves for some time before its motion is visible. Here a line is
@@ -7,7 +7,7 @@ fitted to the effort at rest, and evaluated at the onset, whose time follows fro
 interval.
 
 The breakaway is constant, or a function of position and direction (`position_law`). The friction in
-slip is assumed to be proportional to the breakaway (4.42).
+slip is assumed to be proportional to the breakaway (thesis 4.42).
 
 - breakaway: mean over the range of positions and over both directions, so that an offset of the
   effort cancels
@@ -202,7 +202,7 @@ def _wider(full: Interval, mean: Interval) -> Interval:
 class BreakawayFit:
     """Breakaway over position as fitted polynomials, and the friction at the onsets.
 
-    - shape: factors of friction at the onsets, (n,); None if friction is constant
+    - shape: friction at the onsets divided by its mean, (n,); None if friction is constant
     - friction: breakaway at the onsets, (n,), N m | N
     """
 

@@ -1,4 +1,4 @@
-"""Friction map over position and speed (figure 4.13), from ramps and sliding logs (4.40)-(4.42).
+"""Friction map over position and speed, from ramps and sliding logs (thesis 4.40 to 4.42).
 
 Sliding logs do not show how friction varies with position; ramps do not show its level in slip. The
 ramps give the breakaway C_s(x) per direction (`breakaway`). The friction in slip C_r is assumed to
@@ -49,7 +49,7 @@ class IdentifiedFrictionMap:
 
     - fit: fit of the sliding logs, with laws over position and speed
     - ramp: breakaway, evaluated with the Coulomb friction of the fit
-    - beta: mean breakaway divided by mean friction in slip (4.42)
+    - beta: mean breakaway divided by mean friction in slip
     """
 
     fit: SlidingFit
@@ -134,7 +134,7 @@ def _fitted(
 
 
 def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
-    """Return the breakaway relative to its mean (n,), constant outside the range of the ramps."""
+    """Return the breakaway at the samples (n,), divided by its mean; constant beyond the ramps."""
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
     forward = np.repeat(rows.means.sign > 0.0, lengths)
     place = np.clip(rows.position, law.low, law.high)

@@ -274,5 +274,5 @@ def onset_time(
 
 
 def search_span(resolution: float, rate: float, inertia: float, counts: float) -> float:
-    """Return the time t [s] in which the effort rate t moves a free inertia by `counts` counts."""
+    """Return the time t [s] in which the effort `rate` times t moves a free inertia by `counts`."""
     return float(np.cbrt(6.0 * counts * resolution * inertia / rate))

@@ -87,7 +87,11 @@ def efforts(
 
 @dataclass(frozen=True)
 class OnsetData:
-    """Selected onsets, their positions, the encoder step, the offset and the fall of friction."""
+    """Selected onsets with their positions, and the encoder step `resolution`.
+
+    offset: the bench's, N m | N; None if all onsets have one direction. fall: assumed fall of
+    friction over the speed.
+    """
 
     onsets: list[BreakawayOnset]
     positions: BreakawayPositions

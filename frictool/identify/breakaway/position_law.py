@@ -1,4 +1,4 @@
-"""Friction over position per direction (4.44), as polynomials with an order chosen by the data.
+"""Friction over position per direction (thesis 4.44), as polynomials of a tested order.
 
     |friction| = sum_k c_k P_k(xi)
 
@@ -161,7 +161,7 @@ def _smallest_as_good(errors: list[Vector]) -> int:
 
 
 def as_good(simple: Vector, best: Vector) -> bool:
-    """Return True if the mean square of `simple` (n,) exceeds that of `best` insignificantly."""
+    """Return True if the mean square of `simple` (n,) is not significantly above that of `best`."""
     more = simple**2 - best**2
     return bool(np.mean(more) <= SURE * np.std(more) / np.sqrt(more.size))
 

@@ -1,4 +1,4 @@
-"""Rising static friction (2.3.2.1): a breakaway that grows with the time at rest.
+"""Rising static friction (thesis 2.3.2.1): a breakaway that grows with the time at rest.
 
     F_s(t) = full (1 - (1 - fresh) tau/(tau + t))      t: time at rest before the breakaway
                                                        (friction/rising_breakaway.py)

@@ -1,8 +1,8 @@
 """Range of Stribeck velocities that agree with the encoder's changes after the onsets.
 
-Friction falls from the breakaway to Coulomb friction with increasing speed (2.34). With a slow
-fall, the encoder shows the motion later. The breakaway is then too high if an immediate fall is
-assumed. A fine encoder determines the fall better than a coarse one.
+Friction falls from the breakaway to Coulomb friction with increasing speed (thesis 2.34). With a
+slow fall, the encoder shows the motion later. The breakaway is then too high if an immediate fall
+is assumed. A fine encoder determines the fall better than a coarse one.
 
 `allowed_fall` keeps each pair of Stribeck velocity and exponent whose misfit exceeds the least
 misfit of the preferred exponent by at most the chi-square quantile with one degree of freedom. The

@@ -1,4 +1,4 @@
-"""Choice of the method by the decision scheme of figure 4.4, applied to the recorded motion.
+"""Choice of the method by the decision scheme (thesis, figure 4.4) on the recorded motion.
 
 Loads and disturbing effects are searched first (`explanation_search`). The following steps fit the
 supported ones together with the sliding parameters.
@@ -155,7 +155,7 @@ def _speeds(
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
-    """Return the verdict at the default precision or, if negative, at the bench's (4.2.1).
+    """Return the verdict at the default precision or, if it is negative, at the bench's.
 
     Without an interval in the bench, the bench's precision is a relative half width of 1.
     """

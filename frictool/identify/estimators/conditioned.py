@@ -1,9 +1,10 @@
-"""Power balance with the equation scaled by sqrt(2)/V (4.31)-(4.33); V is the speed amplitude.
+"""Power balance with the equation scaled by sqrt(2)/V; V is the speed amplitude.
 
 M_2 is the part of the normal matrix that belongs to viscous and Coulomb friction. For V = sqrt(2)
-its condition number (4.29) is 19, the least possible for a sine (4.30). All fits of frictool use QR
-on columns of unit length, which have the same condition number without the scaling. The values are
-therefore those of the power balance. The details report the effect of the scaling on (4.29).
+its condition number is 19, the least possible for a sine (thesis 4.29 to 4.33). All fits of
+frictool use QR on columns of unit length, which have the same condition number without the scaling.
+The values are therefore those of the power balance. The details report the effect of the scaling on
+the condition number.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ BEST_SPEED = math.sqrt(2.0)  # speed amplitude with the least condition (4.30)
 
 
 def condition_m2(velocity: Vector, sign: Vector) -> float:
-    """Return the condition number of M_2 (4.29) from speeds and their signs (n,).
+    """Return the condition number of M_2 (module docstring) from speeds and their signs (n,).
 
     It is computed from singular values, because eigenvalues lose half of their digits.
     """

@@ -1,8 +1,8 @@
-"""Least squares (4.11)-(4.15) on smoothed signals of all samples that certainly slip.
+"""Least squares (thesis 4.11 to 4.15) on smoothed signals of samples that certainly slip.
 
-The slip mask is (4.18) with a threshold derived from encoder and motion. The noise of the effort
-does not depend on speed, so that equal weights are efficient. The mask excludes stick and the
-Stribeck effect. If friction still falls with speed outside the mask, `power_balance` is better;
+The slip mask is thesis (4.18) with a threshold derived from encoder and motion. The noise of the
+effort does not depend on speed, so that equal weights are efficient. The mask excludes stick and
+the Stribeck effect. If friction still falls with speed outside the mask, `power_balance` is better;
 `auto` detects this.
 """
 

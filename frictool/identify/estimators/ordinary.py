@@ -1,4 +1,4 @@
-"""Plain least squares (4.11)-(4.15) on position differences, as for tables 4.2 and 4.3.
+"""Plain least squares on position differences, as for thesis tables 4.2 and 4.3.
 
 Errors in the regressors attenuate the inertia, and samples at rest within a stroke have full
 weight. The method is for comparison only.

@@ -1,4 +1,4 @@
-"""Output error: fit of the simulated to the measured motion ("simulation error" of table 4.1).
+"""Output error: fit of the simulated to the measured motion ("simulation error", thesis 4).
 
 Nothing is differentiated or filtered. The search starts from the power balance.
 

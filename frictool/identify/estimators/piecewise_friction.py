@@ -1,4 +1,4 @@
-"""Friction as straight lines over speed with estimated knees (figure 4.10, 4.2.6.2).
+"""Friction as straight lines over speed with estimated knees (thesis 4.2.6.2).
 
     friction = (coulomb + sum_j viscous_j max(min(|v|, knee_j+1) - knee_j, 0)) sign(v)
     knee_0 = 0

@@ -1,10 +1,10 @@
-"""Power balance (4.19)-(4.23): least squares weighted by velocity.
+"""Power balance (thesis 4.19 to 4.23): least squares weighted by velocity.
 
     v u = inertia v a + viscous v^2 + coulomb |v| + offset v
 
-The weight reduces the influence of stick and the Stribeck effect (4.2.5.2) without a mask. If a
-time constant is set, the method is that of the thesis: all samples, and differences through the
-first-order filter of 4.2.2. Otherwise the method uses smoothed signals and the slip mask.
+The weight reduces the influence of stick and the Stribeck effect without a mask. If a time constant
+is set, the method is that of the thesis: all samples, and differences through a first-order filter.
+Otherwise the method uses smoothed signals and the slip mask.
 """
 
 from __future__ import annotations

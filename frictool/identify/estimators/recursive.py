@@ -1,9 +1,9 @@
-"""Recursive least squares (4.16) in square-root form, by Givens rotations of the QR triangle.
+"""Recursive least squares in square-root form, by Givens rotations of the QR triangle.
 
-(4.16) updates a gain F, which becomes indefinite on long logs because of rounding. The start at F =
-1000 I causes an error that hardly decays (table 4.4). Here the triangle starts at zero. In the
-duration of a median stroke, the weights of earlier squared residuals are multiplied by
-`forgetting`, so that the end of the log has the largest weight.
+Thesis (4.16) updates a gain F, which becomes indefinite on long logs because of rounding. The start
+at F = 1000 I causes an error that hardly decays. Here the triangle starts at zero. In the duration
+of a median stroke, the weights of earlier squared residuals are multiplied by `forgetting`, so that
+the end of the log has the largest weight.
 
 The last value and its interval are those of least squares with these weights (`fit`). `path`
 returns the values along the log, which show a drift.

@@ -1,6 +1,6 @@
-"""Method of sines (4.34)-(4.39): friction from the mean effort over the mean speed of strokes.
+"""Method of sines (thesis 4.34 to 4.39): friction from mean effort and mean speed of strokes.
 
-The velocity is used only to select samples. The equation (4.17) is averaged over the middle of a
+The velocity is used only to select samples. The equation of motion is averaged over the middle of a
 stroke, where the speed is above half of the stroke's largest speed (|sin| > 1/2):
 
     <u> = inertia <a> + viscous <v> + coulomb s + offset
@@ -286,7 +286,7 @@ def _of_inertia(
 
 
 def not_negative(interval: Interval) -> Interval:
-    """Return the interval with its value set to 0 if it is negative and 0 is inside (4.4.2.2)."""
+    """Return the interval with its value set to 0 if the value is negative and 0 is inside."""
     return Interval(0.0, 0.0, interval.high) if interval.value < 0.0 < interval.high else interval
 
 

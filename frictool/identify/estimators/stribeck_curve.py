@@ -1,4 +1,4 @@
-"""Stribeck curve (2.34) from the mean effort of runs at constant speed.
+"""Stribeck curve (thesis 2.34) from the mean effort of runs at constant speed.
 
     effort = (coulomb + (breakaway - coulomb) e^(-|v/v_s|^delta)) s + viscous v + offset
 

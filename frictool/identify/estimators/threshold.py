@@ -1,4 +1,4 @@
-"""Least squares on differences of the samples faster than a threshold (4.18).
+"""Least squares on differences of the samples faster than a threshold (thesis 4.18).
 
 The default of the threshold is a tenth of the top speed, which is above the Stribeck effect of most
 axes. `least_squares` derives a threshold from encoder and motion.
@@ -30,7 +30,7 @@ def threshold(
 
 
 def faster(samples: RegressionSamples, slowest: float | None) -> Vector:
-    """Return eta of (4.18) for each row (n,): 1 above the speed `slowest`, else 0.
+    """Return the weight of each row (n,): 1 above the speed `slowest`, else 0.
 
     The default of `slowest` is a tenth of the top speed.
     """

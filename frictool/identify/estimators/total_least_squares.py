@@ -102,7 +102,7 @@ def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Mat
 
 
 def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
-    """Return theta (p,) from the matrices M and S above, each (p + 1, p + 1).
+    """Return theta (p,) from M and S of the module docstring, each (p + 1, p + 1).
 
     The last row and column belong to the effort, whose noise must be positive.
     """

@@ -1,4 +1,4 @@
-"""Least squares weighted by the inverse variance of the errors over speed (footnote, 4.2.5.1).
+"""Least squares weighted by the inverse variance of the errors over speed (thesis 4.2.5.1).
 
 Errors of the encoder, and friction that the model does not include, vary with speed. The rows are
 divided into classes of speed with equally many rows. The residuals of a fit with equal weights give

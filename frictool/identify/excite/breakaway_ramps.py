@@ -1,4 +1,4 @@
-"""Breakaway ramps in both directions over the travel (figure 4.6).
+"""Breakaway ramps in both directions over the travel (thesis, figure 4.6).
 
 The drive rises from zero until the axis moves; then the drive returns to zero and rises again.
 Each ramp is a segment of the sequence: a pause at zero, then the rise to the largest breakaway.

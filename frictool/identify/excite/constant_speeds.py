@@ -35,7 +35,7 @@ def chosen_speeds(
     period, step
         Sample period [s] and encoder step [rad | m].
     duration
-        Duration of all runs without rise and fall of the speed [s].
+        Total duration of all runs at their constant speeds [s].
     count
         Number of speeds, each in both directions.
 
@@ -66,7 +66,7 @@ def constant_speeds(
 ) -> Motion:
     """Return the motion of runs forward and backward at each speed, from the low end of the travel.
 
-    period: s. duration: duration of all runs without rise and fall of the speed, s.
+    period: s. duration: total duration of all runs at their constant speeds, s.
     """
     start = limits.low if math.isfinite(limits.low) else 0.0
     parts: list[Motion] = []

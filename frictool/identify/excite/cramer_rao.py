@@ -6,10 +6,9 @@ e_x and e_u:
     inertia D2 x + viscous D1 x + coulomb sign(v) + offset = u + r
     r = e_u + (inertia D2 + viscous D1) e_x
 
-D1 and D2 are central differences. e_u is white noise, and e_x is white with the variance step^2/12
-(4.2.2). r depends on e_x at up to two samples on either side, so that its covariance V over a
-stroke has five diagonals. With the regressors G (n, 4) of the trajectory, a stroke has the
-information
+D1 and D2 are central differences. e_u is white noise, and e_x is white with the variance step^2/12.
+r depends on e_x at up to two samples on either side, so that its covariance V over a stroke has
+five diagonals. With the regressors G (n, 4) of the trajectory, a stroke has the information
 
     M = G' V^-1 G
 
@@ -99,7 +98,7 @@ class PlannedStroke:
 
     @property
     def frequency(self) -> float:
-        """Return the frequency of the sine, Hz (4.25)."""
+        """Return the frequency of the sine, Hz."""
         return 0.5 / self.duration
 
 

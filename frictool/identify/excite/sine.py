@@ -1,8 +1,8 @@
-"""Sine of the position (4.25), and the condition number of its regression (4.30)-(4.33).
+"""Sine of the position, and the condition number of its regression (thesis 4.30 to 4.33).
 
-With the scaling (4.33) by sqrt(2)/V, every top speed V has the condition number 19, the minimum of
-(4.30). Among the sines that the bench can follow, the chosen sine minimises the largest relative
-Cramér-Rao bound of inertia, viscous and Coulomb friction.
+With the scaling by sqrt(2)/V, every top speed V has the least possible condition number, 19. Among
+the sines that the bench can follow, the chosen sine minimises the largest relative Cramér-Rao bound
+of inertia, viscous and Coulomb friction.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ CHOICES = 24  # number of distances tried
 
 
 def condition(speed: float) -> float:
-    """Return the condition number kappa(M_2) of viscous and Coulomb friction in a sine (4.30).
+    """Return the condition number of viscous and Coulomb friction in a sine (thesis 4.30).
 
     `speed` is the sine's top speed, rad/s | m/s.
     """

@@ -47,7 +47,7 @@ class StrokeCandidate:
     - stroke: mean stroke; its reversal positions vary by SPREAD of its reach
     - reach: largest distance between two reversals, rad | m
     - information: information matrix of both directions, (p, p)
-    - mean_square: mean square of the drive on the worst axis relative to its limit
+    - mean_square: mean square of (drive/its limit) on the worst axis
     """
 
     stroke: PlannedStroke
@@ -112,7 +112,7 @@ def _stroke(limits: BenchLimits, reach: float, share: float) -> PlannedStroke:
 
 
 def mean_square(stroke: PlannedStroke, limits: BenchLimits) -> float:
-    """Return the mean square of the drive on the worst axis relative to its limit."""
+    """Return the mean square of (drive/its limit) on the worst axis."""
     share = (np.arange(DRIVE_POINTS) + 0.5) / DRIVE_POINTS
     _, speed, acceleration = unit_profile(share)
     effort = (

@@ -41,9 +41,9 @@ class StrokeProgram:
 
     - information: matrices of the candidates, (k, p, p)
     - duration: durations (k,), s
-    - mean_square: mean square of the drive (k,), relative to its limit
+    - mean_square: mean square of (drive/its limit), (k,)
     - limit: largest variance of each parameter, (p,); inf for a parameter that is not requested
-    - rms: largest rms of the drive over the test relative to its limit
+    - rms: largest allowed rms of (drive/its limit) over the test
     """
 
     information: Matrix

@@ -94,8 +94,8 @@ def winding(
 ) -> dict[str, Interval | UnusableLogs]:
     """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H].
 
-    A reason replaces a value that is not determined. The voltage is held if it is the bench's drive
-    without lag.
+    If a value is not determined, an UnusableLogs with the reason replaces it. The voltage counts as
+    held if it is the bench's drive and the drive has no lag.
     """
     holds = bench.actuator.drive == "voltage" and bench.actuator.loop_time_constant_s == 0.0
     try:

@@ -1,10 +1,9 @@
 """Panels of friction: over speed, over position, and over both.
 
-- over speed: every sample in slip, and the curve of the model with its band (figures 4.9, 4.10). If
-  friction depends on position, its deviation from the mean over the travel is subtracted.
+- over speed: every sample in slip, and the curve of the model with its band. If friction depends on
+  position, its deviation from the mean over the travel is subtracted.
 - over position, with ramps: each breakaway, and the polynomials with the intervals of their levels
-  (figure 4.12)
-- over both, if friction depends on position: friction in slip (figure 4.13)
+- over both, if friction depends on position: friction in slip
 """
 
 from __future__ import annotations

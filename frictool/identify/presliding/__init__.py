@@ -1,1 +1,1 @@
-"""Presliding laws from slow effort loops below the breakaway (2.4.3, 7.2); one module per law."""
+"""Presliding laws (thesis 2.4.3) from slow effort loops below breakaway; one module per law."""

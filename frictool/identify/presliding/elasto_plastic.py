@@ -3,8 +3,8 @@
     dz/dx = 1 - alpha(z) stiffness |z|/F_s if z has the sign of the motion, else 1
     F = stiffness z
 
-This is (2.44) at zero speed, with alpha from (2.45)-(2.46). The search variable for the elastic
-limit z_ba is the ratio z_ba/(z_max - z_ba), its odds, with z_max = F_s/stiffness.
+This is thesis (2.44) at zero speed, with alpha from thesis (2.45) and (2.46). The search variable
+for the elastic limit z_ba is the ratio z_ba/(z_max - z_ba), its odds, with z_max = F_s/stiffness.
 """
 
 from __future__ import annotations

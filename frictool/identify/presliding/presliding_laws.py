@@ -132,7 +132,8 @@ def _preisach(fit: EverettTable, inertia: float, bench: Bench) -> Preisach:
 class PreslidingLaw(NamedTuple):
     """Presliding law with its key in the document.
 
-    predicts: True if its fit has an error on unseen branches; the smallest error decides.
+    predicts: True if its fit has an error on unseen branches; the law with the smallest error is
+    chosen.
     """
 
     fit: Callable[[PreslidingLoops, float], Any]

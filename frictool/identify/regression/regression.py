@@ -30,7 +30,7 @@ class LeastSquaresSolution:
 
     - value, deviation, freedom: estimates, standard deviations and degrees of freedom, (p,)
     - condition: condition number of the weighted regressors with columns of unit length, the square
-      root of the ratio of eigenvalues in (4.14)
+      root of the ratio of the extreme eigenvalues
     """
 
     value: Vector

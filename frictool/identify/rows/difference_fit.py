@@ -1,9 +1,9 @@
-"""Fits on position differences (4.2), unfiltered or through the first-order filter of 4.2.2.
+"""Fits on position differences, unfiltered or through a first-order filter (thesis 4.2.2).
 
 All signals of a row refer to the same time. The acceleration is the second difference, the velocity
 is the central difference, and the effort is averaged with the triangular weights of the second
-difference. The backward difference (4.2) would be late by half a sample, and a held effort early by
-half a sample. This causes an error of viscous T/2 in the inertia.
+difference. The backward difference of thesis (4.2) would be late by half a sample, and a held
+effort early by half a sample. This causes an error of viscous T/2 in the inertia.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ def differenced_fit(
 ) -> SlidingFit:
     """Return the least-squares fit of all samples of all strokes, with weights weigh(samples) (n,).
 
-    A weight of 0 removes the row. The inertia is refused if quantisation hides it (4.3), as with
-    most encoders. Raises UnusableLogs if nothing moves.
+    A weight of 0 removes the row. The inertia is refused if quantisation hides it, as with most
+    encoders. Raises UnusableLogs if nothing moves.
     """
     time_constant = settings.time_constant or 0.0
     samples, memory = differenced(records, time_constant)

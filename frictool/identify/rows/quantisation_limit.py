@@ -1,9 +1,9 @@
 """Test whether the encoder's quantisation hides the inertia, for any differentiating filter.
 
-The test is (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of the
-second difference. Quantisation changes the acceleration by at most D_a = step/2 sum|h|, which
+The test is thesis (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of
+the second difference. Quantisation changes the acceleration by at most D_a = step/2 sum|h|, which
 shifts the inertia by up to J D_a/rms(a). Identification is useful only if this shift is less than
-the half width of the bench's interval (4.2.1).
+the half width of the bench's interval.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Fits of the smoothed samples that certainly slip, with any weights.
 
 An inertia that cannot be identified remains in the regression as a nuisance parameter. Over whole
-strokes, acceleration is nearly orthogonal to velocity and its sign (4.27), so that this parameter
-hardly widens the other intervals. An a-priori inertia would add the effect of its error.
+strokes, acceleration is nearly orthogonal to velocity and its sign, so that this parameter hardly
+widens the other intervals. An a-priori inertia would add the effect of its error.
 
 The window is chosen twice. The first window is long enough for an inertia of any precision. The
 second window is the shortest one with which encoder noise attenuates the inertia by less than a

@@ -1,4 +1,4 @@
-"""Zero-phase smoothing with the same kernel for acceleration, velocity and effort (4.2.2).
+"""Zero-phase smoothing with the same kernel for acceleration, velocity and effort.
 
 The Savitzky-Golay filter c for the second derivative (a cubic over W samples) is the second
 difference of a kernel g with sum 1. The convolution * of the equation of motion with g gives
@@ -97,7 +97,7 @@ def acceleration_response(record: MotionRecord, window: int) -> Vector:
 
 
 def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> int:
-    """Return the smoothing window W by the rule above.
+    """Return the smoothing window W [samples] by the rule in the module docstring.
 
     - stroke_samples: median length of a stroke in samples
     - share: allowed share of noise in the acceleration

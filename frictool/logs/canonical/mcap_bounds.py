@@ -1,4 +1,4 @@
-"""Bounds of consecutive records in memory, as in an MCAP chunk."""
+"""Kinds and byte positions of consecutive records in memory, as in an MCAP chunk."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LENGTH = struct.Struct("<Q")
 
 
 class RecordBounds(NamedTuple):
-    """Bounds of consecutive records.
+    """Kinds and byte positions of n consecutive records.
 
     opcode: (n,) kind of each record.
     start: (n,) index of the first byte of its body.
@@ -29,14 +29,14 @@ class RecordBounds(NamedTuple):
     length: NDArray[np.int64]
 
     def first(self, n: int) -> RecordBounds:
-        """Return the bounds of the first `n` records."""
+        """Return the first `n` records."""
         return RecordBounds(self.opcode[:n], self.start[:n], self.length[:n])
 
 
 def record_bounds(data: bytes) -> RecordBounds:
-    """Return the bounds of each record of a chunk; raise ValueError at a broken record.
+    """Return the records of a chunk; raise ValueError at a broken record.
 
-    `whole_records` returns the bounds of the records before a broken one.
+    `whole_records` returns the records before a broken one.
     """
     bounds, end = whole_records(data)
     if end != len(data):
@@ -55,7 +55,7 @@ def record_bounds(data: bytes) -> RecordBounds:
 
 
 def whole_records(data: bytes) -> tuple[RecordBounds, int]:
-    """Return the bounds of the complete records, and the byte after the last one.
+    """Return the complete records, and the index of the byte after the last one.
 
     The search stops at a record of kind 0 and after MOST_SHORT short records.
     """

@@ -65,7 +65,7 @@ class DeclaredStream:
 
 
 class ChannelSamples(NamedTuple):
-    """Samples of a channel with times as stored; `chunks` are the offsets of their sections."""
+    """Samples of a channel with times as stored; `chunks`: byte offsets of their file sections."""
 
     channel: int
     samples: SampleBlock

@@ -19,7 +19,7 @@ class InstrumentBench:
 
     name: name of the instrument; None if no instrument of the bench recorded the file.
     bench: the adapted bench.
-    ahead_ns: known lead of the instrument's clock in ns.
+    ahead_ns: known lead of the instrument's clock in ns; 0 without `clock_offset`.
     estimate: how to estimate the lead from the samples; None if it is known.
     """
 

@@ -68,7 +68,7 @@ class ChannelMapper:
     """Mapping of a table's columns to one stream (a StreamSource).
 
     table: the table.
-    bench: the rig.
+    bench: bench whose `columns` are mapped.
     columns: channel -> column of the bench, and its name in the table; includes `time` if the
         table has a time column.
     topic: topic of the stream.

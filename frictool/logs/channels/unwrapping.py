@@ -61,7 +61,7 @@ class Unwrapping:
     """Unwrapping of the position and the reference of one stream.
 
     source: name of the file for messages.
-    bench: the rig.
+    bench: bench that states the period.
     columns: channel -> name of its column, for all channels of the stream.
     count: size of one count of the position in rad or m; None if the position is not in counts.
     """

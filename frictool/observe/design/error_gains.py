@@ -25,7 +25,7 @@ class ErrorGains(NamedTuple):
     """Standard deviation of the velocity error per standard deviation of a position error [1/s].
 
     rounding: for a white error of the measured position. misfit: for a white error of the
-    acceleration, per standard deviation of the predicted position's error that it causes.
+    acceleration; the position error is then that of the predicted position.
     """
 
     rounding: float

@@ -1,4 +1,4 @@
-"""Friction map f of an observer (6.2), from a model."""
+"""Friction map f of an observer (thesis 6.2), from a model."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ KNEES = "viscous friction above a knee of the speed"
 
 
 def friction_map(model: Model) -> FrictionMap:
-    """Return the friction in slip by direction and position, (4.41) and (4.44).
+    """Return the friction in slip by direction and position (thesis 4.41, 4.44).
 
     Each direction's Coulomb level multiplies its normalised position polynomial. The viscous
     coefficient is that of low speeds, averaged over both directions. `left_out` names effects that

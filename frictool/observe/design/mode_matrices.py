@@ -1,4 +1,4 @@
-"""Matrices of a mode, (6.18) and (6.25), with the states position, speed and alpha.
+"""Matrices of a mode (thesis 6.18, 6.25), with the states position, speed and alpha.
 
     moving in direction s   A = [1 T 0; 0 1 - T viscous/J -s T c/J; 0 0 1]
                             B = [0; T/J; 0]   Q = [0; T d/J; 0]   C = [1 0 0]
@@ -8,7 +8,8 @@
     multiplicative   friction alpha f, so that c = f_m(i) and d = Delta_f(i)       (6.13)-(6.18)
     additive         friction f + alpha, so that c = 1 and d = 1                   (6.20)-(6.26)
 
-The model is discretised by Euler's method, as in (6.18). With h = 1 the estimated speed is held in
+T is the period, J the inertia, f_m(i) and Delta_f(i) the mean and the deviation of the friction in
+interval i. The model is discretised by Euler's method. With h = 1 the estimated speed is held in
 mode 0. docs/theory/observers.md lists the entries that differ from the thesis.
 """
 
@@ -27,7 +28,8 @@ from frictool.lmi.switched_observer_gains import ObserverMode
 class ModeConstants:
     """Constants that all modes share: T [s], J [kg m^2 | kg], viscous [N m s/rad | N s/m].
 
-    stuck_speed: factor h. weights: weights of the three errors, the diagonal of C-bar (6.19).
+    stuck_speed: factor h of the estimated speed in each sample of mode 0. weights: weights of the
+    errors of position, speed and alpha, the diagonal of C-bar.
     """
 
     wear: Literal["multiplicative", "additive"]
@@ -59,7 +61,8 @@ def subsystem(
 ) -> ObserverMode:
     """Return the matrices A (3, 3), C (1 or 2, 3), Q (3, 1) and C-bar (3, 3) of a mode.
 
-    direction: s, 0 for the stuck mode. friction, deviation: f_m and Delta_f.
+    direction: s, 0 for the stuck mode. friction, deviation: mean f_m and deviation Delta_f of the
+    friction in the mode's interval.
     """
     gain = facts.period / facts.inertia
     a = np.array([[1.0, facts.period, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

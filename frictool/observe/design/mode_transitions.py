@@ -1,12 +1,12 @@
-"""Allowed switches of modes from one sample to the next: figure 6.3.
+"""Allowed switches of modes from one sample to the next (thesis, figure 6.3).
 
 Modes 1 to n are for forward motion in position intervals 1 to n, modes -1 to -n for backward motion
 in the intervals of that direction, and mode 0 is for a stuck axis. In forward motion, mode i may
 stay, or switch to i + 1 or 0. In backward motion, mode -i may stay, or switch to the next lower
 interval or 0. From mode 0 every mode is allowed. A motion that reverses therefore passes mode 0.
 
-If repeated reversals without mode 0 were allowed, (6.6) would have no solution
-(docs/theory/observers.md).
+If repeated reversals without mode 0 were allowed, the inequalities of the design would have no
+solution (docs/theory/observers.md).
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ Switch = tuple[int, int]
 def switches(forward: int, backward: int, allowed: Transitions) -> tuple[Switch, ...]:
     """Return the sorted pairs (mode, mode at the next sample).
 
-    forward, backward: number of intervals of each direction. allowed: `neighbours` as above, or
-    `direction`, by which any interval may follow another one of the same direction.
+    forward, backward: number of intervals of each direction. allowed: `neighbours`: an interval is
+    followed by the next one in the direction of motion; `direction`: it is followed by any interval
+    of the same direction.
     """
     modes = [*range(-backward, 0), 0, *range(1, forward + 1)]
     pairs = {(i, i) for i in modes} | {(i, 0) for i in modes} | {(0, i) for i in modes}

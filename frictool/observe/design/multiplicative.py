@@ -1,4 +1,4 @@
-"""Multiplicative observer: friction has grown by a factor alpha (6.13)-(6.19)."""
+"""Multiplicative observer: friction has grown by a factor alpha (thesis 6.13 to 6.19)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Position intervals with nearly constant friction: (6.15)-(6.17), figure 6.2.
+"""Position intervals with nearly constant friction (thesis 6.15 to 6.17).
 
 In each interval the friction must be monotone, so that it stays between its end values. Each
 extremum is therefore an edge between two intervals. A monotone section is divided into parts with
@@ -38,7 +38,7 @@ def intervals(friction: FrictionMap, direction: int, count: int) -> list[Frictio
     """Return the intervals of one direction in the order of position, at most `count`.
 
     A constant friction has one interval. Raises NoSolutionError if `count` is less than the number
-    of monotone sections, so that (6.17) cannot hold.
+    of monotone sections.
     """
     edges = turning_points(friction, direction)
     levels = friction_at(friction, direction, np.array(edges))

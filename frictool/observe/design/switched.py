@@ -1,4 +1,4 @@
-"""Design of a switched observer from its modes: gains by (6.6), rounding, and verification."""
+"""Design of a switched observer from its modes: gains, rounding, and verification."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def design_switched(
 ) -> Observer:
     """Return the observer with gains for `modes`.
 
-    Raises NoSolutionError if (6.6) has no solution or the gains fail the verification.
+    Raises NoSolutionError if the inequalities have no solution or the gains fail the verification.
     """
     posed = {
         mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation)

@@ -22,17 +22,17 @@ SLOW = 1.0 / 40.0  # default of Sigma relative to the top speed: 10 rad/s of the
 class SwitchedObserverSettings:
     """Options of `observe design`; an option that is None is derived from the model.
 
-    - intervals: number of position intervals (6.15)-(6.16) of each direction, if friction varies
+    - intervals: number of position intervals of each direction, if friction varies with position
     - switch_speed: Sigma, speed below which the axis counts as stuck [rad/s | m/s]
-    - weights: weights of the errors of position, speed and alpha, the diagonal of C-bar (6.19)
+    - weights: weights of the errors of position, speed and alpha, the diagonal of C-bar
     - decay: lambda; in each sample the error falls at least to this fraction
     - inertia: value in place of the model's [kg m2 | kg]
-    - transitions: `neighbours` as in figure 6.3; `direction`: any interval of a direction may
-      follow any other
-    - stuck_speed: factor of the estimated speed in each sample of mode 0: 1 (held) or 0 as in
-      (6.18)
+    - transitions: `neighbours`: an interval is followed by the next one in the direction of motion;
+      `direction`: by any interval of the same direction
+    - stuck_speed: factor of the estimated speed in each sample of mode 0: 1 (held) or 0 (thesis
+      6.18)
     - quiet: the bound gamma of the error may be this many times its smallest value; the gains then
-      pass less encoder noise (lmi/quiet_observer_gains.py). None: smallest gamma, (6.6)
+      pass less encoder noise (lmi/quiet_observer_gains.py). None: the smallest gamma
     """
 
     intervals: int = 10

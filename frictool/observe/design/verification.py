@@ -1,8 +1,8 @@
 """Verification of a switched observer from its stored gains, before the document is written.
 
-The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (6.5). For every
-sequence of allowed switches, the inequalities guarantee two properties. With Delta = 0, e' P_i e
-falls to lambda^2 of its value or less in each sample. From zero error, |z| <= gamma |Delta|.
+The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (thesis 6.5). For
+every sequence of allowed switches, the inequalities guarantee two properties. With Delta = 0, e'
+P_i e falls to lambda^2 of its value or less in each sample. From zero error, |z| <= gamma |Delta|.
 
 The verification simulates the recursion, independently of the inequalities, with every allowed
 switch, every pair of modes that may alternate, and random allowed sequences. The disturbances are
@@ -42,11 +42,12 @@ ROUNDING = 1e-6  # relative tolerance of gain and decay in the simulation
 class ObserverVerification:
     """Results of the verification.
 
-    gamma: bound of |z|/|Delta|, proved for the stored gains. radii: spectral radius of A_i - L_i
-    C_i by mode. switching_radius: largest spectral radius of the product of two modes' matrices,
-    over modes that may alternate. simulated_gain: largest |z|/|Delta| in simulation. rest, turn:
-    largest factor by which e' P e grows over a rest of any length and the next sample, and over a
-    switch between moving modes that is not allowed.
+    gamma: bound of the gain |z|/|Delta| from the disturbance to the weighted error, proved for the
+    stored gains. radii: spectral radius of A_i - L_i C_i by mode. switching_radius: largest
+    spectral radius of the product of two modes' matrices, over modes that may alternate.
+    simulated_gain: largest |z|/|Delta| in simulation. rest: largest growth factor of e' P e (e:
+    error) over a rest of any length and the first sample after it. turn: largest growth factor over
+    a switch between moving modes that is not allowed.
     """
 
     gamma: float

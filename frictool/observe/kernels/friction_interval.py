@@ -1,14 +1,15 @@
 """Friction at each sample, with its interval.
 
     slip     direction (wear F(x, |v|) + added) + viscous v     F: dry friction (2.34), (4.41)
-    in gap   direction F_gap                                    backlash (4.45)
+    in gap   direction wear F_gap                               backlash (4.45)
     rest     effort - offset - load(x)                          at most the worn breakaway
 
-In slip, the friction is the model's law times the wear; at rest, it balances the effort. The axis
-counts as at rest if the interval of its velocity contains 0. Because the axis may still move then,
-the interval of the friction includes the effort that stops it within one count. The position inside
-the backlash follows from the measured position by a play operator, for three widths of the
-backlash: nominal, least and largest.
+`added` is additive wear, and F_gap the friction inside the gap (backlash); the numbers are
+equations of the thesis. In slip, the friction is the model's law times the wear; at rest, it
+balances the effort. The axis counts as at rest if the interval of its velocity contains 0. Because
+the axis may still move then, the interval of the friction includes the effort that stops it within
+one count. The position inside the backlash follows from the measured position by a play operator,
+for three widths of the backlash: nominal, least and largest.
 """
 
 from __future__ import annotations
@@ -140,13 +141,13 @@ def friction_along(
     """Fill `out` (3, n) with the friction of consecutive samples: value, low, high [N m | N].
 
     axes: (3, EXTENDED_SIZE), parameters of the axis with nominal, least and largest viscous
-    friction. load: as in plant/position_load.py. gap: (2, 3), width [rad | m] and friction [N m |
-    N] of the backlash. swing: inertia divided by two counts; swing v^2 is the effort that stops the
-    axis within one count. factors: (3, 3), with the rows wear forward, wear backward and added
-    friction. zones: (k, 5), with the columns start, end [rad | m], then value, low and high of the
-    wear. quantile: quantile of the normal distribution. x [rad | m], effort [N m | N]: (n,). v: (3,
-    n). state: (STATE_SIZE,), updated in place. The three columns of gap and factors, and the three
-    rows of v, are value, low and high.
+    friction. load: as in plant/position_load.py. gap: (2, 3), with the rows width of the backlash
+    [rad | m] and friction inside it [N m | N]. swing: inertia divided by two counts; swing v^2 is
+    the effort that stops the axis within one count. factors: (3, 3), with the rows wear forward,
+    wear backward and added friction. zones: (k, 5), with the columns start, end [rad | m], then
+    value, low and high of the wear. quantile: quantile of the normal distribution. x [rad | m],
+    effort [N m | N]: (n,). v: (3, n). state: (STATE_SIZE,), updated in place. The three columns of
+    gap and factors, and the three rows of v, are value, low and high.
     """
     p = axes[0]
     # at rest: position, largest static friction forward and backward, load

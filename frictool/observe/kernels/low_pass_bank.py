@@ -4,7 +4,7 @@ The bank has m bandwidths (control/speed_filter.py), and 2 m + 1 errors:
 
 entry 0             difference quotient u, not filtered
 entries 1 .. m      first-order low-pass of each bandwidth, v = a v' + b (u + u')
-entries m+1 .. 2m   the same low-pass applied twice, (5.70)
+entries m+1 .. 2m   the same low-pass applied twice (thesis 5.70)
 
 A prime marks the value at the previous sample.
 """

@@ -4,9 +4,9 @@
                                    └─wear_kinds.py───▶ kind of wear, by direction and zone
     both ──▶ WearEstimate after each move
 
-Wear, alpha of (6.13), is a random walk with the standard deviation WALK per move. If one or several
-moves show a larger change (change_detection.py), the walk is enlarged until it explains them: the
-wear has grown faster, or has jumped (thesis 6.3.2).
+Wear, alpha of thesis (6.13), is a random walk with the standard deviation WALK per move. If one or
+several moves show a larger change (change_detection.py), the walk is enlarged until it explains
+them: the wear has grown faster, or has jumped (thesis 6.3.2).
 
 The variance of the interval is the sum of three: that of the filters, the square of the lag behind
 a growing wear, and the square of FLOOR times the wear. FLOOR is the error that many moves do not
@@ -80,7 +80,7 @@ class WearEstimator:
         return [self.learn(move) for move in self.moves.take(piece)]
 
     def finish(self) -> list[WearEstimate]:
-        """Return the estimate after an unfinished last move; None without one."""
+        """Return [estimate after an unfinished last move], or [] without such a move."""
         return [self.learn(move) for move in self.moves.end()]
 
     def learn(self, move: Move) -> WearEstimate:

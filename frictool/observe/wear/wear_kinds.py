@@ -3,8 +3,8 @@
     effort = C theta + errors           theta ~ N(mean, P_kind), C: matrix of the rows
 
     none             dry_d,z = 1
-    multiplicative   dry_d,z = w        alpha of (6.13)
-    additive         level_d = d a      alpha of (6.22)
+    multiplicative   dry_d,z = w        alpha of thesis (6.13)
+    additive         level_d = d a      alpha of thesis (6.22)
     directional      dry_d,z = w_d
     zones            dry_d,z = w_z
 

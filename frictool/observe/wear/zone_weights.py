@@ -1,6 +1,6 @@
 """Weights that give the friction of a direction or zone from the coefficients of a row.
 
-The friction is relative to the model's (4.44).
+The friction is relative to the model's.
 """
 
 from __future__ import annotations
