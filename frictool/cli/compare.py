@@ -212,7 +212,7 @@ def _check(
     if allow or not broken:
         note(f"warning: {message}")
         return
-    raise InputFileError(where, f"{message}; change the parameters, or run them with --allow")
+    raise InputFileError(where, f"{message}; change the parameters, or accept this with --allow")
 
 
 def _progress(done: int, total: int) -> None:

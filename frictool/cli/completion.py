@@ -48,7 +48,7 @@ def command(shell: str | None, output: Path | None, as_json: bool) -> None:
     shell = shell or Path(os.environ.get("SHELL", "")).name
     if shell not in INSTALL:
         raise click.UsageError(
-            f"the variable SHELL names no supported shell; give one of {', '.join(INSTALL)}."
+            f"the variable SHELL names no supported shell; give the shell: {', '.join(INSTALL)}."
         )
     text = (
         f"# Completion of frictool for {shell}. For every new shell: "

@@ -211,7 +211,9 @@ def command(
     )
     refuse_both(cores, cluster)
     if breakaway_table is not None and ramp:
-        raise click.UsageError("--ramp and --breakaway-table both give the breakaway; use one.")
+        raise click.UsageError(
+            "--ramp and --breakaway-table both determine the breakaway; leave out one of them."
+        )
     tables = [one for one in (promise, breakaway_table) if one is not None]
     inputs = [*logs, *ramp, *loops, bench, *tables]
     if each is None:

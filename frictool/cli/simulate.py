@@ -167,10 +167,14 @@ def command(
     if excitation is not None:
         if any(option is not None for option in (controller, scenario, observer, target, number)):
             names = "--controller, --scenario, --observer, --target and --number"
-            raise click.UsageError(f"--excitation is played as on the bench; leave out {names}.")
+            raise click.UsageError(
+                f"--excitation runs as on the bench, without {names}; leave them out."
+            )
         if as_bench:
             if gains.closed:
-                raise click.UsageError("--as-bench chooses the gains; leave them out.")
+                raise click.UsageError(
+                    "--as-bench chooses the gains of the position loop; leave out the gain options."
+                )
             log = as_bench_log(model, excitation, drive_noise, seed, output)
             _save(log, output, inputs)
         else:

@@ -120,7 +120,7 @@ class ComparisonSetting:
 
 
 def from_friction(document: Friction) -> ComparisonSetting:
-    """Return the setting of a `friction.yaml`; thesis (3.35) gives an absent stiffness or damping."""
+    """Return the setting of a `friction.yaml`; (3.35) gives an absent stiffness or damping."""
     stiffness = (
         document.bristle_stiffness.value
         if document.bristle_stiffness

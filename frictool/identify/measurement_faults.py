@@ -60,8 +60,8 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"{record.name}: the effort stays at {top.at:.4g} {unit} for {100 * share:.2g} % "
-                f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %, or limit "
-                f"{most:.4g}): the measurement is saturated; widen its range"
+                f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %, or more at the "
+                f"actuator's limit {most:.4g}): the measurement is saturated; widen its range"
             )
 
 
@@ -99,7 +99,7 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
                 raise UnusableLogs(
                     f"{record.name}: the position stops at its extreme, {extreme:.4g} {unit}, "
                     f"at {record.time[at]:.6g} s, from {speed:.3g} {unit}/s in one sample: "
-                    "clipped encoder, or a stop"
+                    "the encoder is clipped, or the axis has hit a stop"
                 )
 
 

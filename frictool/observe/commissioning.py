@@ -36,7 +36,7 @@ def commissioning_of_estimate(estimate: WearEstimate, source: str) -> Commission
     if not estimate.moves or not estimate.wear.low > 0.0:
         raise InputFileError(
             source,
-            f"does not determine the wear in {estimate.moves} moves; allowed: more moves",
+            f"does not determine the wear in {estimate.moves} moves; use a log with more moves",
         )
     return Commissioning(estimate.wear, source)
 

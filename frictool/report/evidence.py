@@ -148,7 +148,7 @@ def gather_evidence(
     gathered: list[StreamEvidence] = []
     for log, label in zip(logs, log_labels(logs), strict=True):
         if not log.axes:
-            raise LogError(log.source, "has no stream of an axis; nothing to report on")
+            raise LogError(log.source, "has no stream of an axis, so that nothing can be judged")
         beyond = "" if loop is None else loop.beyond(log)
         played = rig.played(log)
         simulated = log.metadata.get("log", {}).get("kind") == "simulated"

@@ -195,7 +195,7 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
     samples = joined([part for part, _ in parts])
     position = np.concatenate([index for _, index in parts])
     if samples.velocity.size == 0:
-        raise UnusableLogs("no stroke is long enough for its middle to slip for certain")
+        raise UnusableLogs("no stroke is so long that its middle part certainly slips")
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
     lengths = np.diff(np.append(starts, samples.stroke.size))
     sign = samples.sign[starts]
@@ -242,8 +242,8 @@ def _check(means: StrokeMeans) -> None:
     sign = means.sign
     if min(np.sum(sign > 0.0), np.sum(sign < 0.0)) < FEWEST_STROKES // 2:
         raise UnusableLogs(
-            f"{np.sum(sign > 0.0)} strokes forward and {np.sum(sign < 0.0)} backward are certain "
-            f"to slip; at least {FEWEST_STROKES // 2} each way are needed"
+            f"{np.sum(sign > 0.0)} strokes forward and {np.sum(sign < 0.0)} backward certainly "
+            f"slip; at least {FEWEST_STROKES // 2} in each direction are needed"
         )
     speed = means.mean(means.speed)
     if speed.max() < SPREAD * speed.min():

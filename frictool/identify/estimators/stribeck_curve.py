@@ -220,7 +220,7 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
             f"at least {FEWEST_SPEEDS} in each direction, or in one direction alone"
         )
     if table[:, 0].max() < 2.0 * table[:, 0].min():
-        raise UnusableLogs("all runs have one speed; a curve needs several")
+        raise UnusableLogs("all runs have the same speed; a curve over speed needs several speeds")
     return ConstantSpeedRuns(*table.T)
 
 

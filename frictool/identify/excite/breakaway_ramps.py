@@ -185,9 +185,7 @@ def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> Simul
     """
     played = _play(_axis(bench, which), ramp, bench.sample_period_s)
     unit = limits.unit
-    hint = (
-        "give a lower --rate" if not ramp.open_loop else "play it by its rules, without --open-loop"
-    )
+    hint = "give a lower --rate" if not ramp.open_loop else "leave out --open-loop"
     travel = bench.mechanics.travel
     name = NAMES[which]
     if not played.moved:

@@ -136,7 +136,7 @@ def _stroke(
         if distance is None:
             raise NoSolutionError(
                 f"acceleration: no amplitude above {0.5e-4 * longest:.3g} {limits.unit} is "
-                f"possible at {frequency:g} Hz"
+                f"possible at {frequency:g} Hz; lower the frequency"
             )
     distance = float(distance) if distance is not None else longest_distance(limits)
     if frequency is not None:
@@ -214,7 +214,7 @@ def _bearable(duration: float, bench: Bench) -> None:
     if duration / bench.sample_period_s > LONGEST:
         raise NoSolutionError(
             f"duration: {duration:.4g} s is {duration / bench.sample_period_s:.3g} samples; "
-            f"allowed: {LONGEST:g}"
+            f"allowed: {LONGEST:g}; shorten the test"
         )
 
 

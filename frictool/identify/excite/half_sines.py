@@ -46,8 +46,8 @@ def spare_effort(limits: BenchLimits) -> float:
         taking = "friction and load take" if limits.load else "friction takes"
         raise NoSolutionError(
             f"effort: {100 * TOP_SHARE:g} % of the effort at the drive's limit is "
-            f"{TOP_SHARE * limits.effort:.3g}, and {taking} up to {limits.steady:.3g} of it: the "
-            "axis may not move; raise actuator.limit or narrow mechanics.coulomb"
+            f"{TOP_SHARE * limits.effort:.3g}, and {taking} up to {limits.steady:.3g} of it: "
+            "motion is not certain; raise actuator.limit or narrow mechanics.coulomb"
         )
     return left
 

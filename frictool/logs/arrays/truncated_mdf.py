@@ -72,7 +72,7 @@ def records_before(group: Any, end: int) -> int:
     Raises ValueError if the records are not stored in order in the file.
     """
     if group.data_location != ORIGINAL_FILE or group.uses_ld:
-        raise ValueError("the records of its groups are mixed, or stored by columns")
+        raise ValueError("records of several channel groups are mixed, or are stored by columns")
     preceding = 0
     for block in group.get_data_blocks():
         there = max(0, min(block.compressed_size, end - block.address))

@@ -168,7 +168,9 @@ def _read_twincat(rows: Rows, number: Number, is_number: IsNumber) -> DeclaredHe
     )
     headers = [index for index, row in enumerate(rows[:first]) if row and row[0].lower() == NAME]
     if first is None or len(headers) < 2:
-        raise HeaderError("is an export of TwinCAT Scope without a line of channels or samples")
+        raise HeaderError(
+            "is an export of TwinCAT Scope without a line `Name` of channels, or without samples"
+        )
     header = headers[-1]
     width = len(rows[first])
     names = [*rows[header], *[""] * width][:width]

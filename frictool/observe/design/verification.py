@@ -98,7 +98,7 @@ def verify(
     if gain > gamma * (1.0 + ROUNDING):
         raise NoSolutionError(
             f"not verified: the simulated gain from disturbance to weighted error is {gain:.6g}, "
-            f"above the gamma {gamma:.6g} of the synthesis; increase gamma"
+            f"above the proved gamma {gamma:.6g}; allow a larger gamma by --quiet"
         )
     return ObserverVerification(
         gamma,
@@ -233,7 +233,7 @@ def _over_rest(
     resting[2] = (0.0, 0.0, 1.0)
     if radius(resting[:2, :2]) >= 1.0:
         raise NoSolutionError(
-            "not verified: in mode 0, with alpha's estimate standing still, "
+            "not verified: in mode 0, with a constant estimate of alpha, "
             "the errors of position and speed have an eigenvalue of "
             f"modulus {radius(resting[:2, :2]):.6g}; it must be below 1"
         )
