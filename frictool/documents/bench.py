@@ -56,9 +56,9 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
       counts. The position must move by less than half a period per sample.
     - `wrap_bits`: Number of bits of a counter that overflows. Write this key or `wrap`.
     - `signed`: True if the counter of `wrap_bits` is signed. Needed if the first count of the log
-      does not show it.
-    - `index_reset`: True if an index pulse sets the counter to one value; these jumps are then
-      removed. Needs `mechanics.top_speed`.
+      is possible for both formats.
+    - `index_reset`: True if an index pulse resets the counter; the jumps of the position at the
+      index are then removed. Needs `mechanics.top_speed`.
     """
 
     counts_per_revolution: PositiveNumber | None = None
@@ -98,7 +98,7 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 class Winding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Voltage limit of a current drive: |resistance i + constant v| <= voltage.
 
-    The force or torque constant of the actuator is also its back-EMF constant (SI).
+    i is the current, v the speed; the actuator's `constant` is also its back-EMF constant (SI).
 
     - `resistance_ohm`: Resistance of the winding.
     - `voltage_v`: Supply voltage.
@@ -223,12 +223,12 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `dates`: Order of a date's parts if the year comes last: `day-first` (31/01/2026) or
       `month-first` (01/31/2026).
     - `period_s`: Time between two rows, if no column contains the time.
-    - `start_s`: Time of the first row, with `period_s`.
+    - `start_s`: Time of the first row; needs `period_s`.
     - `whole`: True if the last line is complete although it has no line end.
-    - `dbc`: DBC of a CAN log, in the folder of the log. Without this key, the DBC has the name of
-      the log.
-    - `clock`: Time of a recording's rows: `log time`, or the path of a time stamp in its messages
-      (`header.stamp`).
+    - `dbc`: File that defines the signals of a CAN log, in the folder of the log. By default the
+      `.dbc` file with the name of the log.
+    - `clock`: Time of a recording's rows: `log time`, or the path of a time stamp in its messages,
+      such as `header.stamp`.
     """
 
     encoding: Literal["utf-8", "utf-16", "latin-1"] | None = None
@@ -273,7 +273,7 @@ class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Files from another instrument, selected by their names.
 
-    By default a key has the value of the bench.
+    Absent keys have the values of the bench.
 
     - `files`: Pattern of the file names, such as `"*MR*.csv"`.
     - `columns`: Column of each channel.
@@ -301,7 +301,7 @@ class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     `export --lang c` compiles the code for the core and refuses code that is above the budget.
 
-    - `core`: Cortex-M4 with (`cortex-m4f`) or without a floating-point unit.
+    - `core`: `cortex-m4f`: with a floating-point unit. `cortex-m4`: without.
     - `instructions`: Largest number of instructions of a step.
     - `code_bytes`: Largest number of bytes of code and constants, without library functions.
     - `state_bytes`: Largest number of bytes of the state of one axis.

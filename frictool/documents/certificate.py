@@ -42,7 +42,7 @@ class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Weight gain (s/zero + 1)/(s/pole + 1), discretised by Tustin's rule.
+    """Weight that equals gain (s/zero + 1)/(s/pole + 1), discretised by Tustin's rule.
 
     - `gain`: Gain at frequency 0.
     - `zero`, `pole`: Angular frequency [rad/s]. By default infinite.
@@ -114,15 +114,16 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One hypothesis of the proof of rest.
 
-    - `name`: `breakaway`: the least friction of the box is above 0 [N m | N]. `band`: the band is
-      not narrower than an encoder count [rad | m]. `released_effort`, `count_pulse`: the effort of
-      a released drive, and its response to one count, are below half of the least friction [N m |
-      N]. `frozen_integrator`: integrators keep their values while the drive is released.
-      `arrival_speed`: the axis stops within the band from the speed at which the drive is released
-      [rad/s | m/s]. `stable_loop`: a bound of the linear loop's largest sensitivity is proved.
+    - `name`: `breakaway`: the least friction of all plants is above 0 [N m | N]. `band`: the band
+      is not narrower than an encoder count [rad | m]. `released_effort`: the largest effort of the
+      released drive is below half of the least friction [N m | N]. `count_pulse`: so is its effort
+      in response to one count. `frozen_integrator`: integrators keep their values while the drive
+      is released. `arrival_speed`: the axis stops within the band from the speed at which the drive
+      is released [rad/s | m/s]. `stable_loop`: a bound of the linear loop's largest sensitivity is
+      proved.
     - `state`: `holds`, `fails`, or `undecided` if a condition that is only sufficient fails.
-    - `value`: Figure of this controller.
-    - `limit`: Figure that `value` is compared with.
+    - `value`: Value of the checked quantity for this controller.
+    - `limit`: Value that `value` is compared with.
     """
 
     # the hypotheses of propositions 5.2.1 and 5.2.2
@@ -144,7 +145,7 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Proof that an axis inside the band comes to rest and stays there, for every plant of the box.
 
     - `verdict`: `proved`, or `undecided` if a check of the band fails.
-    - `disturbance`: Largest disturbance, with the offset, at which a resting axis stays at rest [N
+    - `disturbance`: Largest sum of disturbance and offset at which a resting axis stays at rest [N
       m | N].
     - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` hold [N m | N].
     - `speed`: Largest speed at the target, with the drive decayed, from which the axis stops inside
@@ -164,7 +165,7 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Cycle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Limit cycle that the nominal plant has in the simulation.
 
-    - `reference`: Position reference that is held [rad | m].
+    - `reference`: Constant position reference [rad | m].
     - `amplitude`: Half the peak-to-peak value of the position [rad | m].
     - `period_s`: Time between turning points on the same side.
     """
@@ -182,7 +183,7 @@ class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `box`: Intervals of the parameters.
     - `weights`: Weights of the norm.
     - `bounds`: Bounds that are proved.
-    - `not_proved`: Reason for each bound without a proof.
+    - `not_proved`: Reason for each bound without a proof, by its name.
     - `rest`: Proof of rest inside the band; absent without a band.
     - `cycle`: Limit cycle of a controller without a band, if the simulation has one.
     """

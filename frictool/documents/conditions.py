@@ -135,11 +135,11 @@ class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class ControllerCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Command of a supervisor to the controller, before the first sample at or after `at_s`.
+    """Command of a supervisor, which acts from the first sample at or after `at_s`.
 
     - `command`: `disable`: the drive is 0 until `enable`, which starts at rest at the measured
-      position. `hold`: the last valid reference stays until `follow`. `fault`: the drive is 0
-      until `reset`, which also enables and follows.
+      position. `hold`: the last valid reference is kept until `follow`. `fault`: the drive is 0
+      until `reset`, which also acts as `enable` and `follow`.
     """
 
     command: Literal["disable", "enable", "hold", "follow", "fault", "reset"]

@@ -66,7 +66,7 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     - `discrete`: Controller at the sample period: x[k+1] = a x[k] + b eta[k], drive[k] = c x[k] + d
       eta[k].
     - `continuous`: Inverse Tustin transform of `discrete`.
-    - `sos`: The same as second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1: H = (b0 + b1/z +
+    - `sos`: `discrete` as second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1: H = (b0 + b1/z +
       b2/z^2)/(1 + a1/z + a2/z^2).
     - `anti_windup`: Gains l in x[k+1] = a x + b eta + l (limited drive - drive).
     - `input`: `speed_error` replaces eta by the speed reference minus the speed (a PI controller of
@@ -117,10 +117,10 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `gain`: Gain of the law: in position^(1/2)/s of a square-root law, in 1/s of a proportional
       one.
     - `kind`: `square_root`: gain sqrt(|e|) sign(e). `proportional`: gain e.
-    - `formula`: Formula from which the gain of a square-root law was computed.
+    - `formula`: Formula of the gain of a square-root law, with Coulomb friction F and inertia J.
     - `band`: Half-width of the band [rad | m].
-    - `action`: `cut` opens the loop inside the band; `brake` does so below `rest_speed` only;
-      `none` never does.
+    - `action`: `cut` opens the loop inside the band. `brake` opens it there only below
+      `rest_speed`. `none` never opens it.
     - `settled_speed`: Speed of the prefilter below which `cut` and `brake` may act [rad/s | m/s].
     - `rest_speed`: Measured speed below which `brake` opens the loop [rad/s | m/s].
     """
@@ -150,7 +150,7 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
       by Tustin's rule. `measured`: a speed sensor. `observer`: estimated from position and drive.
     - `order`: Order of the low-pass filter; order 1 is bandwidth/(s + bandwidth).
     - `bandwidth_rad_s`: Bandwidth of the low-pass filter; 0 for none.
-    - `observer`: Complete observer.yaml, as `observe loop` writes it.
+    - `observer`: Observer as in observer.yaml; `observe loop` writes it.
     """
 
     # order 2 is (5.70)
@@ -167,11 +167,11 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Release of the drive near the target (structure `position`); the integrator is then frozen.
 
-    - `condition`: Condition of the release. `energy`: ||e| - inertia v^2/(2 (coulomb +
-      virtual_coulomb))| < band. `error`: |e| < band.
+    - `condition`: Condition of the release. With position error e and speed v, `energy`: ||e| -
+      inertia v^2/(2 (coulomb + virtual_coulomb))| < band. `error`: |e| < band.
     - `band`: Half-width of the band [rad | m].
-    - `inertia`: Inertia of the condition [kg m^2 | kg].
-    - `coulomb`: Coulomb friction of the condition [N m | N].
+    - `inertia`: Inertia in condition `energy` [kg m^2 | kg].
+    - `coulomb`: Coulomb friction in condition `energy` [N m | N].
     - `virtual_coulomb`: Largest braking effort of the released drive [N m | N]: -virtual_coulomb
       tanh(v/virtual_speed).
     - `virtual_speed`: Speed scale of the braking effort [rad/s | m/s].
@@ -209,7 +209,8 @@ class FrictionCompensation(
     - `coulomb`: Coulomb friction of the model [N m | N].
     - `viscous`: Viscous friction of the model [N m s/rad | N s/m].
     - `smoothing_speed`: Speed below which the modelled friction fades [rad/s | m/s].
-    - `speeds`: Rising signed speeds of a table [rad/s | m/s]; its ends continue straight.
+    - `speeds`: Rising signed speeds of a table [rad/s | m/s]; beyond its ends, the friction is
+      extrapolated linearly.
     - `efforts`: Friction at each speed of the table [N m | N].
     - `observer_rad_s`: Bandwidth of the observer.
     - `inertia`: Inertia of the observer [kg m^2 | kg].
@@ -265,8 +266,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `speed`: Largest speed [rad/s | m/s].
     - `acceleration`: Largest acceleration and deceleration [rad/s^2 | m/s^2].
-    - `smoothing_samples`: Length of the moving average; the jerk is at most 2 acceleration divided
-      by this time.
+    - `smoothing_samples`: Number N of samples of the moving average over the profile; the jerk is
+      at most 2 acceleration/(N sample_period_s).
     """
 
     speed: PositiveNumber
@@ -284,9 +285,10 @@ class Feedforward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `coulomb`: Coulomb friction [N m | N].
     - `switch_on_speed`: Speed of the reference above which the Coulomb friction is added [rad/s |
       m/s].
-    - `switch_off_speed`: Speed of the reference below which it is removed [rad/s | m/s].
+    - `switch_off_speed`: Speed of the reference below which the Coulomb friction is removed [rad/s
+      | m/s].
     - `filter_rad_s`: Bandwidth of the state-variable filter that differentiates the reference; 0 if
-      a prefilter or a profile provides its speed.
+      a prefilter or a profile provides the reference's speed.
     """
 
     inertia: Annotated[float, msgspec.Meta(ge=0)]
@@ -345,8 +347,8 @@ class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     An absent margin is unlimited.
 
-    - `small_gain`: Norm from the friction in [-1, 1] to the speed [rad/s | m/s].
-    - `gain_increase`, `gain_decrease`: Admissible factor on the loop gain.
+    - `small_gain`: Norm from the friction, scaled to [-1, 1], to the speed [rad/s | m/s].
+    - `gain_increase`, `gain_decrease`: Largest and smallest admissible factor on the loop gain.
     - `phase_deg`: Admissible additional phase lag.
     - `delay_s`: Admissible additional delay.
     """
@@ -360,17 +362,19 @@ class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Worst norm of the sampled loop inside the box, if a proved bound does not replace it.
+    """Worst norm of the sampled loop inside the box of parameters.
 
-    An absent bound was not computed. `parameter_dependent` and `common` hold for interpolations of
-    the corners' sampled models.
+    For a loop without weights, it is the largest sensitivity. The block is absent if a certificate
+    proves a bound. A missing key was not computed. `parameter_dependent` and `common` hold for
+    interpolations of the vertices' sampled models.
 
-    - `interior_points`: Number of plants inside the box.
-    - `interior`: Largest norm at these plants and along a search uphill from the worst vertex; a
-      lower bound.
-    - `structured`: Upper bound for every constant plant, from D-G scalings; older versions only.
-    - `parameter_dependent`: Upper bound from a Lyapunov matrix that varies with constant
-      parameters; older versions only.
+    - `interior_points`: Number of plants at which the norm was computed.
+    - `interior`: Largest norm at these plants and in a local search from the worst vertex; a lower
+      bound of the true maximum.
+    - `structured`: Upper bound for constant parameters, from D-G scalings; only files of older
+      versions have this key.
+    - `parameter_dependent`: Upper bound for constant parameters, from a Lyapunov matrix that
+      depends on them; only files of older versions have this key.
     - `common`: Upper bound from one Lyapunov matrix, for parameters that vary arbitrarily fast.
     """
 
@@ -405,8 +409,8 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `rounded`: Properties with rounded coefficients.
     - `margins`: Worst margins over the vertices.
     - `robustness`: Worst norm over the whole box.
-    - `digests`: SHA-256 of each block at verification. Without digests `verify` ends with exit code
-      1.
+    - `digests`: SHA-256 of each block at verification, by the block's name. Without digests
+      `verify` ends with exit code 1.
     """
 
     # documents/digests.py
@@ -432,8 +436,8 @@ class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     The parameters that are not scheduled have their centre values.
 
     - `discrete`: Matrices of the controller at this corner.
-    - `anti_windup`: Gains in these coordinates, summed with the same weights; they differ from
-      those of the frozen controller.
+    - `anti_windup`: Anti-windup gains of this corner; the target interpolates them like the
+      matrices.
     """
 
     inertia: float
@@ -496,7 +500,7 @@ class Controller(
     - `certificate`: Data that prove the bounds of the loop.
     - `weights`: Weights of the generalised plant whose norm was verified, if no certificate
       contains them.
-    - `schedule`: Controllers of the vertices, if the design requests them.
+    - `schedule`: Controllers of the corners, if the design requests them.
     - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices hold
       with them; norms and certificate are those of the plant without them.
     - `measurement_hold_samples`: Number of samples in a row for which an invalid input is replaced

@@ -95,19 +95,21 @@ class Design(
     - `schedule`: Parameters that span the polytope. By default `regime` for a method with an
       uncertainty channel, and the other four for a method without one. The remaining parameters
       have their centre values, or are in the channel.
-    - `vertices`: Vertices of the polytope: exact, linearised in the inertia, or to first order.
+    - `vertices`: `exact`: exact vertices of the polytope. `inertia`: linearised in the inertia.
+      `first_order`: linearised in all parameters.
     - `frozen_at`: Plant whose controller runs: at the centre of the intervals or at the identified
       values.
     - `scheduled`: True to store the vertices' controllers too. A target that knows the parameters
       at run time can then interpolate between them.
     - `grid`: Settings of a synthesis on a grid of parameters.
-    - `channel_effort`: Unit of the uncertainty channel [N m | N]. By default half the width of the
-      Coulomb friction interval.
+    - `channel_effort`: Effort for which the uncertainty channel's signal is 1 [N m | N]. By default
+      half the width of the Coulomb friction interval.
     - `poles`: Region of the closed loop's poles.
-    - `order`: Order of the controller; for a method by inequalities, order after reduction.
-    - `pole_bound_rad_s`: Bound of the controller's poles.
-    - `integrator`: True for a controller with an integrator. A method by inequalities moves the
-      slow pole of the reduced controller to 0.
+    - `order`: Order of the controller; for a method that solves matrix inequalities, order after
+      reduction.
+    - `pole_bound_rad_s`: Largest magnitude of the controller's poles.
+    - `integrator`: True for a controller with an integrator. A method that solves matrix
+      inequalities moves the slow pole of the reduced controller to 0.
     - `relax`: `auto` finds the strictest trade between disturbance rejection and effort that
       reaches gamma = 1; `synth --plot` draws it.
     - `prefilter`: Low-pass filter of the position reference.
@@ -122,8 +124,8 @@ class Design(
       sections.
     - `recentring`: The inequalities are solved at this multiple of the smallest gamma, which keeps
       X and Y small.
-    - `ease`: The controller is computed at this multiple of the recentred gamma. A larger one gives
-      lower gains and more margin.
+    - `ease`: The controller is computed at this multiple of the recentred gamma. A larger multiple
+      gives lower gains and more margin.
     - `measurement_hold_samples`: Number of samples in a row for which an invalid input is replaced
       by its last valid value. Then the drive becomes 0 and the fault is set.
     """

@@ -34,8 +34,8 @@ class PositionLawDesign(
       stays closed.
     - `kind`: `square_root`: speed from the square root of the error. `proportional`: `gain_per_s`
       times the error.
-    - `formula`: Gain of the square-root law, with the model's Coulomb friction F and inertia J; the
-      second is lower by sqrt(2).
+    - `formula`: Gain of the square-root law, with the model's Coulomb friction F and inertia J.
+      `sqrt(F/J)` is lower by the factor sqrt(2).
     - `gain_per_s`: Gain of the proportional law.
     - `band`: Half-width of the band. By default the encoder's step.
     - `settled_speed`: Speed of the prefilter or profile below which `cut` and `brake` may act.
@@ -113,9 +113,9 @@ class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
 class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Release of the drive near the target of a position loop; the integrator is frozen meanwhile.
 
-    - `condition`: `energy` releases the drive if friction alone stops the motion at the target, by
-      the model's inertia and Coulomb friction; `error` if the error is small (for comparison: it
-      causes limit cycles).
+    - `condition`: `energy` releases the drive if the model's Coulomb friction alone stops the
+      motion inside the band. `error` releases it if the error is inside the band; this condition is
+      for comparison, because it causes limit cycles.
     - `band`: Half-width of the band around the target. By default the encoder's step, which is also
       the smallest allowed value.
     - `settled_speed`: The release waits until the prefilter or profile moves more slowly than this.
@@ -143,9 +143,9 @@ class FrictionCompensationDesign(
 ):
     """Friction effort added to the drive: a baseline for comparison.
 
-    - `source`: `model` adds the friction of the model over the speed: F_c tanh(v/smoothing_speed) +
-      sigma_v v, or a table with the Stribeck fall, the knees and both directions. `observer` adds
-      the disturbance that an observer estimates.
+    - `source`: `model` adds the model's friction: Coulomb friction times tanh(v/smoothing_speed)
+      plus viscous friction times v, or a table over v if the friction has a Stribeck term, knees or
+      different directions. `observer` adds the disturbance that an observer estimates.
     - `velocity`: Speed v: of the filtered reference, or measured. By default `measured`.
     - `smoothing_speed`: Speed below which the modelled friction fades. By default, for the measured
       speed, one encoder count per sample.
@@ -185,10 +185,10 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     `{}` derives all limits from the drive, and `synth` prints each with its source.
 
     - `speed`: Largest speed. By default the bench's top speed.
-    - `acceleration`: Largest acceleration. By default `drive_share` of the drive's effort less
-      friction and load at that speed, divided by the inertia, for the worst plant.
-    - `jerk`: Largest jerk. By default it lengthens a move by a tenth of the time to the top speed,
-      or by one period of the lowest resonance.
+    - `acceleration`: Largest acceleration. By default ((`drive_share` times the drive's largest
+      effort) - friction - load)/inertia at that speed, for the plant for which this is smallest.
+    - `jerk`: Largest jerk. By default it lengthens a move by one period of the model's lowest
+      resonance; without resonances by a tenth of the time to `speed`.
     - `drive_share`: Part of the drive's limit that the default acceleration uses; the rest is for
       the feedback.
     """

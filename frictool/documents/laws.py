@@ -125,7 +125,8 @@ class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     """Breakaway that rises with the time at rest.
 
     - `fresh`: Breakaway just after a stop, relative to that after a long rest.
-    - `rise_time_s`: Time at rest after which half of the difference is reached.
+    - `rise_time_s`: Time at rest after which the breakaway has risen by half of the difference
+      between the two.
     - `fresh_interval`, `rise_time_interval_s`: [low, high], if identified.
     """
 

@@ -57,7 +57,7 @@ class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
 class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Load terms to identify; an offset that is not listed is zero.
 
-    - `terms`: Terms to estimate. `drift` to `resonance` are removed from the effort, so that the
+    - `terms`: Terms to estimate. The terms from `drift` on are removed from the effort, so that the
       other parameters do not absorb them; the model does not contain them.
     - `ripple`: Period of the term `ripple`, which needs it.
     - `most`: Largest sum of spring, gravity and ripple efforts anywhere on the travel, for the
@@ -78,8 +78,8 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
             )
         if self.most is not None and not set(OVER_POSITION) & set(self.terms):
             raise ValueError(
-                f"most limits {', '.join(OVER_POSITION)}, but no such term is listed; remove "
-                "most, or add a term"
+                f"most: this key limits {', '.join(OVER_POSITION)}, but no such term is listed; remove "
+                "the key, or add such a term"
             )
         if ("ripple" in self.terms) != (self.ripple is not None):
             raise ValueError(

@@ -119,8 +119,8 @@ class Compliance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Backlash(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Free play of a link.
 
-    - `width`: Full width. Its unit determines the end of the link; if both ends have this unit, it
-      is the second end, or the block `at`.
+    - `width`: Full width. Its unit determines the end of the link at which it is measured; if the
+      unit fits both ends, this is the second end, or the block `at`.
     - `at`: Block at whose end the backlash is measured.
     - `restitution`: Speed after an impact of rigid flanks divided by the speed before.
     - `compliance`: Stiffness and damping of elastic flanks. By default the flanks are rigid.
@@ -203,8 +203,8 @@ class Screw(
     - `lead`: Distance per turn.
     - `left_handed`: True for a left-handed thread.
     - `friction_coefficient`: Friction coefficient mu of the thread. Write this key or `efficiency`.
-    - `friction_form`: `angle` is exact for a square thread: the torque is radius tan(alpha ± atan
-      mu) force. `thesis` is the approximation of the thesis.
+    - `friction_form`: `angle` is exact for a square thread: the torque is radius tan(lead_angle ±
+      atan mu) force. `thesis` is the approximation of the thesis.
     """
 
     # (2.10)-(2.13); thesis is (2.12) as printed
@@ -340,7 +340,7 @@ class Cam(
 
     - `on`: Block of the profile.
     - `force`: Force of the spring over position, normal to the motion.
-    - `angle`: Angle of the profile over position.
+    - `angle`: Slope angle of the profile over position.
     - `friction_coefficient`: Coulomb friction divided by `force`.
     - `breakaway_ratio`: Breakaway divided by the Coulomb friction.
     """
@@ -418,7 +418,7 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     - `on`: Block that the source drives.
     - `drive`: Signal of the source. `current` and `voltage` need a `constant`; `effort` acts on the
-      block itself.
+      block directly.
     - `constant`: Effort per ampere or volt.
     - `limit`: Largest magnitude of the drive. By default none.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for none.

@@ -2,7 +2,7 @@
 
 The fields of `spec.yaml`, the units and headings of a report, the definitions on its page and in
 docs/metrics.md, and the columns of a campaign follow from the records of this table. The columns of
-a page follow the rows, the keys of a specification follow `rank`.
+a page are in the order of the records, the keys of a specification in that of `rank`.
 """
 
 from __future__ import annotations
@@ -83,7 +83,8 @@ class Metric:
     - title: name in texts and on pages, heading of its column
     - dimension: key of SI_UNITS (documents/quantity.py) or OTHER_UNITS, from which its unit follows
     - definition: text without a final full stop, for the page and docs/metrics.md
-    - scope: measured object, a hold, a whole stream or a closed loop
+    - scope: measured object: a hold (interval of constant reference), a whole stream or a closed
+      loop
     - compute: function of `frictool/metrics/`, as module.function. Its parameters are named after
       properties of MeasuredPart (report/measured_part.py). It returns a value, two bounds, or the
       reason why there is no value

@@ -47,8 +47,8 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `spectral_radius`: Largest magnitude of the mode's error poles with the stored gains.
     - `over`: [low, high] position of the mode [rad | m]; the first and the last mode hold beyond
       the travel.
-    - `friction`: Magnitude of the friction there [N m | N].
-    - `deviation`: Half of the friction's spread there [N m | N].
+    - `friction`: Magnitude of the friction in `over` [N m | N].
+    - `deviation`: Half of the friction's spread in `over` [N m | N].
     """
 
     # (6.18); gains L_i of (6.4), poles of A_i - L_i C_i; friction f_m(i) and deviation Delta_f(i)

@@ -1,4 +1,4 @@
-"""`presliding` of `model.yaml`: the contact before breakaway, from slow loops (2.4.3)."""
+"""`presliding` of `model.yaml`: the contact before breakaway, from slow loops."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from frictool.documents.quantity import (
 
 
 class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Parameters of one presliding law.
+    """Parameters of one presliding law. A branch is the part of a loop between two reversals.
 
     - `stiffness`: Slope of the effort over the deflection at rest.
     - `damping`: 2 sqrt(inertia stiffness), an initial value, because slow loops do not determine
@@ -61,11 +61,12 @@ class MaxwellSlip(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Everett table of the Preisach law, row by row, relative to `saturation`.
+    """Everett table of the Preisach law on a grid of positions, relative to `saturation`.
 
     - `limit`: Largest amplitude of the identification cycles.
-    - `saturation`: Effort at the last node.
-    - `table`: Square table; one row and column per node.
+    - `saturation`: Half of the difference between the efforts at +`limit` and -`limit`.
+    - `table`: Rows of the table; one row and one column for each grid position from -`limit` to
+      +`limit`.
     - `half_width`: Half-widths of the table's intervals, in the same shape.
     """
 
@@ -91,7 +92,8 @@ class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Presliding laws of a model.
 
-    - `law`: Law with the best prediction of held-out branches.
+    - `law`: Law with the best prediction of held-out branches (parts of loops between two
+      reversals).
     - `limit`: Largest deflection z_max of the contacts, according to `law`.
     - `stiffness`: Slope of the effort over the deflection at 0, according to `law`.
     - `breakaway`: Breakaway with which the laws were fitted.

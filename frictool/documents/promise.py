@@ -36,14 +36,15 @@ class HalfWidths(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Promise(
     ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Precision expected of a test on the worst axis of the bench's intervals: `promise.yaml`.
+    """Precision expected of a test: `promise.yaml`.
 
     - `name`: Name of the bench.
     - `confidence`: Confidence of the intervals.
     - `method`: Method of `identify` that the promise belongs to.
     - `duration`: Duration of the test.
     - `drive_noise`: Standard deviation of the measured drive that the promise assumes.
-    - `half_widths`: Promised half widths of the intervals.
+    - `half_widths`: Promised half widths of the intervals, for the noisiest axis that the bench's
+      intervals allow.
     - `bounds`: Half widths by the Cramér-Rao bound, the least of any unbiased estimator.
     """
 

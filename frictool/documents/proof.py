@@ -24,8 +24,8 @@ class ProvedRequirement(
     """One requirement of the specification with its outcome.
 
     - `key`: Key of the specification.
-    - `state`: `proved` for every start of the count; `refuted` by the start `start`; `undecided`,
-      for the reason `reason`.
+    - `state`: `proved`: met from every position in `starts`. `refuted`: violated from `start`.
+      `undecided`: see `reason`.
     - `limit`: Limit of the specification.
     - `value`: Worst value of all runs.
     - `plant`: Plant that refutes the requirement, or leaves it undecided.
@@ -50,8 +50,9 @@ class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     - `number`: Number format of the controller.
     - `plants`: Plants, by the names of the scenario's variants.
-    - `starts`: Ends of the encoder count of the scenario's start [rad | m].
-    - `runs`: Number of parts of the starts whose readings agree at every sample, over all plants.
+    - `starts`: Ends of the encoder count that contains the scenario's start [rad | m].
+    - `runs`: Number of intervals of starts in which all encoder readings agree, summed over the
+      plants.
     - `open_share`: Largest share of a plant's starts for which the proof claims nothing.
     - `requirements`: Requirements in the order of the specification.
     - `model`, `controller`, `scenario`, `spec`: Documents of the step test.

@@ -258,7 +258,7 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
             "a multiple of it"
         ) from None
     if not math.isfinite(factor) or factor <= 0.0:
-        raise ValueError(f"unit {unit!r} cannot be used as a scale; write {target}")
+        raise ValueError(f"unit {unit!r} has no positive finite factor to {target}; write {target}")
     return factor
 
 

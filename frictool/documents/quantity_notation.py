@@ -59,7 +59,7 @@ def example_unit(
 ) -> str:
     """Return `written` if that unit measures the dimension, else an SI unit that does.
 
-    Return `..` for a quantity of any dimension without a written unit.
+    For the dimension `any` return `written`, or `..` if it is empty.
     """
     if dimension == "any":
         return written or UNKNOWN

@@ -42,7 +42,7 @@ class StartingRig:
     of the kind of axis: the user, the log, or neither. `columns`: channel -> (column, unit).
     `left`: columns without a channel. `period` [s]. `step`: of the encoder [rad | m]. `questions`:
     channel -> note on its column or unit, which is OPEN because the log does not contain it.
-    `preset`: drive or robot with the columns of the log, which determined the units.
+    `preset`: drive or robot whose log format has these columns and determined the units.
     """
 
     name: str

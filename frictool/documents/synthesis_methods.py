@@ -37,7 +37,7 @@ class SynthesisMethod:
     - searched: `synth` searches structure, gains and weights by simulation; the design may fix
       blocks
     - provided_gains: the design provides the gains. Such a controller takes the speed error in a
-      cascade, holds its integral while the drive is limited (5.2.2), and needs no weights
+      cascade, holds its integral while the drive is limited, and needs no weights
     - more_margin: advice if the loop has too little margin
     - less_noise: advice if the encoder's noise is amplified too much
     """

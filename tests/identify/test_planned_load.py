@@ -165,5 +165,5 @@ def test_the_commands_say_what_is_missing(tmp_path: Path) -> None:
     refused(
         run("assess", "--bench", bench),
         3,
-        "most limits spring, gravity, ripple, but no such term is listed",
+        "most: this key limits spring, gravity, ripple, but no such term is listed",
     )
