@@ -38,9 +38,10 @@ class FixedPointOverflow(ValueError):
 class FixedProgram:
     """Shifts, fractions and words of a program in fixed point; index: number of the node.
 
-    shifts: shifts (a, b, result) of an operation, to the right if positive. term_shifts: shift of
-    each term of a dot. write_shift: shift of each state's update. constants: word of each constant.
-    words: proved interval of each value's word.
+    bits: width of a coefficient. fractions: number of fractional bits of each value. longest:
+    largest magnitude of an intermediate result. shifts: shifts (a, b, result) of an operation, to
+    the right if positive. term_shifts: shift of each term of a dot. write_shift: shift of each
+    state's update. constants: word of each constant. words: proved interval of each value's word.
     """
 
     program: Program

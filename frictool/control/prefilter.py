@@ -23,7 +23,7 @@ from frictool.control.program import Program, ProgramNode
 def prefilter_coefficients(
     natural_frequency: float, damping: float, period: float
 ) -> tuple[float, float, float]:
-    """Return (h, p, q) from w0 [rad/s], m [-] and the sample period [s]."""
+    """Return (h, p, q) of v[k] = p v[k-1] + q (r[k] + r[k-1] - 2 f[k-1]) with h = T/2."""
     h = 0.5 * period
     friction = 2.0 * damping * natural_frequency * h
     stiffness = natural_frequency * natural_frequency * h * h

@@ -34,7 +34,7 @@ STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
 class SlipMode:
     """Interval of position in one direction of motion, up to the position `high` [rad | m].
 
-    friction: f_m [N m | N]. gains: L1 [1], L2 [1/s], L3 [wear per rad | m].
+    friction: magnitude f_i [N m | N]. gains: L1 [1], L2 [1/s], L3 [wear per rad | m].
     """
 
     high: float

@@ -69,8 +69,8 @@ class TrackingParameters:
 class TrackingNodes:
     """Nodes of the corrected estimates at a sample.
 
-    position [rad | m]: in encoder readings. friction: dry friction (forward, backward). still: true
-    at rest.
+    position [rad | m]: in encoder readings. gap: position of the motor in the backlash; None
+    without backlash. friction: dry friction (forward, backward). still: true at rest.
     """
 
     position: ProgramNode

@@ -78,8 +78,8 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
             )
         if self.most is not None and not set(OVER_POSITION) & set(self.terms):
             raise ValueError(
-                f"most: this key limits {', '.join(OVER_POSITION)}, but no such term is listed; remove "
-                "the key, or add such a term"
+                f"most: this key limits {', '.join(OVER_POSITION)}, but no such term is listed; "
+                "remove the key, or add such a term"
             )
         if ("ripple" in self.terms) != (self.ripple is not None):
             raise ValueError(

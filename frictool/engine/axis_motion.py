@@ -321,7 +321,7 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
 
 @kernel
 def rest_on(state: Vector, command: float, p: Vector, duration: float, decay: float) -> None:
-    """Advance an axis that `command` holds, as `advance` does.
+    """Advance an axis that `command` keeps at rest (`is_held`), as `advance` does.
 
     decay: e^(-duration/lag), 0 without a lag.
     """
@@ -350,7 +350,7 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
     """Return the present drive [A | V], limited to `drive_range`.
 
-    Before the limit, it is the state of a drive with a lag, else the command.
+    The unlimited drive is the drive's state if the drive has a lag, else the command.
     """
     low, high = drive_range(p, state[ax.VELOCITY])
     return float(min(max(state[ax.DRIVE] if p[ax.LAG] > 0.0 else command, low), high))

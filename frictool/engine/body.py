@@ -57,9 +57,11 @@ TOLERANCE_DEFAULT = 1e-8
 class FrictionBody:
     """Mass [kg | kg m2] with friction, SI; forces in N for a linear axis, N m for a rotary one.
 
-    slip_force: kernel (v, direction, law) -> force. law: parameters of the kernel. Pairs are
-    (backward, forward) and >= 0; an `extension` multiplies them. `engine/law_simulation.py:
-    body_of` returns the body of a friction law.
+    slip_force: kernel (v, direction, law) -> force. law: parameters of the kernel. Pairs, except
+    `stops` (low, high), are (backward, forward) and >= 0; an `extension` multiplies them.
+    straight_from: speed from which the force is straight in v; inf: never. knee: speed from which
+    `viscous_beyond` replaces `viscous`. speed_scale: smallest speed to which `tolerance` is
+    relative. `engine/law_simulation.py: body_of` returns the body of a friction law.
     """
 
     mass: float

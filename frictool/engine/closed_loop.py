@@ -112,10 +112,10 @@ def advance_sample(
 ) -> int:
     """Apply the command of sample k, fill the record's row (7,), and advance to sample k + 1.
 
-    axis (a,): parameters, followed by the load (plant/position_load.py `with_load`). p (a,):
-    parameters under the conditions of the sample before. waiting (delay_samples + 1,): commands
-    that do not act yet. p and waiting are changed in place, for the next sample. Returns a status
-    of engine/status_codes.py.
+    axis (a,): parameters without drifts, followed by the load (plant/position_load.py `with_load`).
+    p (a,): the same under the conditions of sample k - 1; updated to those of sample k. waiting
+    (delay_samples + 1,): commands that do not act yet, updated. Returns a status of
+    engine/status_codes.py.
     """
     acting, _ = begin_sample(axis, state, p, waiting, k, measured, command, row, conditions)
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1

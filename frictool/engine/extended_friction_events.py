@@ -35,7 +35,7 @@ from frictool.typing import Vector
 
 @kernel
 def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
-    """Set in `state` the speed regime, and if the film's velocity is inside the Stribeck layer.
+    """Set in `state` the speed regime and the side of the Stribeck layer of the film's velocity.
 
     Without a lag, the velocity of the film is set, too.
     """
@@ -128,7 +128,7 @@ def extended_arrival(
     towards: float,
     span: float,
 ) -> int:
-    """Update the state after an event; return the event, RESTS_AT_STOP for a slow rebound."""
+    """Update the state after an event; parameters and result are those of `slip_events.arrive`."""
     body = driven.body
     if kind == fb.PASSES_KNEE:
         _pass_knee(laws, state)

@@ -112,7 +112,7 @@ def sampled_friction(
     y: tuple[float, float, float],
     u: float,
 ) -> float:
-    """Return the friction `ahead` [s] after the start of a piece.
+    """Return the friction `ahead` [s] after the start of a piece of motion.
 
     At rest this is the effort u, limited by the thresholds of both directions. y: position,
     velocity and lagged velocity at that time.
@@ -131,10 +131,10 @@ def sampled_friction(
 
 @kernel
 def pass_time(laws: ExtendedLaws, state: Vector, film: Vector, spent: float) -> None:
-    """Set the film's velocity and the time at rest in `state` after a piece of `spent` [s].
+    """Advance the film's velocity and the time at rest in `state` by the time `spent` [s].
 
-    The body's velocity in `state` must be set before. film: polynomial coefficients of the lagged
-    velocity during slip; at rest the film decays.
+    The body's velocity in `state` must be the new one. film: coefficients of the polynomial that
+    the film's velocity follows in slip; at rest it decays.
     """
     lag = laws[2][LAG]
     if state[fb.DIRECTION] == 0.0:
@@ -241,7 +241,7 @@ def rest_piece(
     refused: float,
     piece: Vector,
 ) -> tuple[float, float]:
-    """Return the length [s] of a piece at rest, and the direction of a breakaway at its end, or 0.
+    """Return the duration [s] of a rest, and the direction of a breakaway at its end, or 0.
 
     The parameters are those of `motion_pieces.rest_piece`.
     """

@@ -110,7 +110,7 @@ def rest_piece(
     piece: Vector,
     probe: Vector,
 ) -> tuple[float, float]:
-    """Return the length [s] of a piece at rest, and the direction of a breakaway at its end, or 0.
+    """Return the duration [s] of a rest, and the direction of a breakaway at its end, or 0.
 
     refused: direction in which the body has just stopped at the instant of its breakaway; in this
     direction the threshold is slightly higher.
@@ -158,7 +158,7 @@ def _acceleration(driven: DrivenBody, state: Vector, t: float) -> float:
 
 @bare_kernel
 def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
-    """Set the next step length in `pace` after a step of length h with `error`, in tolerances."""
+    """Set the next step length in `pace` after a step of length h; error: in tolerances."""
     size = math.log(max(error, LEAST_ERROR))
     pace[0] = max(least, h * min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size)))
     pace[1] = size

@@ -197,7 +197,7 @@ def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
 
 @kernel
 def record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
-    """Write one event; a breakaway at the instant of a stop is a reversal."""
+    """Write one event; a breakaway at the instant of a stop is written as a reversal."""
     if (
         kind == fb.BREAKS_AWAY
         and happened > 0

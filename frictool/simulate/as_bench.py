@@ -22,10 +22,8 @@ CSV = ".csv"
 def read_test(path: Path, bench: Bench) -> Log:
     """Return the test at `path`: MCAP of `frictool excite`, or a CSV with a reference.
 
-    Raises
-    ------
-    LogError
-        If the file is no test, or a CSV with ramps, which does not state when segments end.
+    Raises ------ LogError If the file is no test, or a CSV of ramps, because a CSV cannot state
+    when a ramp ends.
     """
     if path.suffix.lower() != CSV:
         return read_excitation(path)
@@ -45,7 +43,7 @@ def read_test(path: Path, bench: Bench) -> Log:
         raise LogError(
             str(path),
             f"has the columns {', '.join(head)}; needed in CSV: {TIME} and {wanted['reference']}. "
-            "For ramps, write an MCAP: frictool excite -o NAME.mcap",
+            "A test with ramps must be an MCAP: frictool excite -o NAME.mcap",
         )
     columns = {name: table[label] for name, label in wanted.items() if label in table}
     units = {name: si_unit(COLUMNS[name], bench.axis) for name in columns}

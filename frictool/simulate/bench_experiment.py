@@ -38,7 +38,7 @@ SAME_PERIOD = 1e-6  # relative tolerance of the sample period
 
 
 class RampRows(NamedTuple):
-    """Rows of a ramp test as arrays for engine/bench_experiment.py."""
+    """Rows of a ramp test, as arrays of engine/bench_experiment.py `play_ramps`."""
 
     rows: Vector
     segment: Vector

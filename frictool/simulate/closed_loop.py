@@ -346,7 +346,7 @@ def _known_values(
 
 
 def scheduled(controller: Controller, program: Program) -> dict[str, int]:
-    """Return the state indices of the scheduled parameters by name; empty without a schedule."""
+    """Return the index of each scheduled parameter's state, by name; empty without a schedule."""
     names = controller.schedule.parameters if controller.schedule is not None else ()
     return {str(name): program.states[name].index for name in names if name in program.states}
 

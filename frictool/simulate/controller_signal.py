@@ -26,7 +26,8 @@ class RecordedRun(NamedTuple):
     """Recorded run of a controller: program, reference (n,) and record (n, 7).
 
     `running`: program in its number format. `step`: encoder step [rad | m]. `known`: scheduled
-    parameters by state index. `commands`: commands of a supervisor before each sample, by index.
+    parameters by state index. `commands`: commands of a supervisor, by the index of the sample that
+    follows them.
     """
 
     program: Program
@@ -76,7 +77,7 @@ def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
 
 
 def fault_signal(run: RecordedRun) -> Vector:
-    """Return an array (n,): 1 at each sample in the fault state, else 0."""
+    """Return an array (n,): 1 while the controller is in its fault state, else 0."""
     values = np.zeros(run.reference.size)
     for k, supervised in _supervised(run, copy_program(run.running)):
         values[k] = supervised.in_fault

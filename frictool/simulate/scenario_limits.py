@@ -71,7 +71,7 @@ def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> N
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
-    """Raise DocumentError if an event is too short, too fast, or not within `seconds` [s]."""
+    """Raise DocumentError for events outside `seconds`, too short faults, and too fast sines."""
     limit = seconds * (1.0 + SAME_INSTANT)
     for key, begin, end in _spans(scenario):
         if begin[1] >= seconds:

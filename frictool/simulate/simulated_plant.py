@@ -76,12 +76,12 @@ class VariantRun(NamedTuple):
 class SimulatedLoop(NamedTuple):
     """Controller, reference and conditions, common to the runs of all plants.
 
-    The controller is `program` (`running` in the number format of the simulation), or compiled code
-    (`target`). `code` is the machine code of `running`; None if the number format has none. `start`
-    and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
-    (engine/disturbances_and_faults.py). `scheduled` contains the scheduled parameters of each
-    variant by state index. `progress(done, total)` is called before the first variants and after
-    each batch.
+    `running` is `program` in the number format of the simulation; `code` is its machine code, None
+    for a format without one. If `target` is not None, this compiled code runs instead. `start` and
+    `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
+    (engine/disturbances_and_faults.py). `scheduled` has a mapping for each variant: index of a
+    scheduled parameter's state in `program` -> value. `progress(done, total)` is called before the
+    first variants and after each batch.
     """
 
     controller: Controller

@@ -62,7 +62,7 @@ class ControlPorts(NamedTuple):
 
 
 class MechanismInputs(NamedTuple):
-    """Piecewise constant inputs of a mechanism.
+    """Inputs of a mechanism, constant in each of the parts into which a sample period is divided.
 
     first (n + 1,): index of the first part of each sample, then the number m of parts. durations
     (m,): durations of the parts [s]. drives (m, u): commands of the u sources [A | V | N m | N];
@@ -172,7 +172,7 @@ def moved(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> int:
-    """Fill the rows of sample k and advance to sample k + 1; return a status code.
+    """Fill the rows of sample k in `out` and advance to sample k + 1; return a status code.
 
     closed: True if `acting` is the command of the controlled source.
     """
@@ -229,7 +229,7 @@ def advance_controlled_sample(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> int:
-    """Apply the controller's command of sample k, fill the rows, and advance to sample k + 1.
+    """Apply the command of sample k, fill the rows of `out`, and advance to sample k + 1.
 
     waiting (delay_samples + 1,): commands that do not act yet, in place. Returns a status of
     engine/status_codes.py.

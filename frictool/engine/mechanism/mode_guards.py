@@ -1,4 +1,4 @@
-"""Guards of forces, speeds and positions: ends of modes, and short violations within a step."""
+"""Guards: distances of forces, speeds and positions from the ends of modes, also within a step."""
 
 from __future__ import annotations
 

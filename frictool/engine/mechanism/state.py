@@ -96,13 +96,16 @@ class RateEvaluation(NamedTuple):
 
 
 class MechanismState(NamedTuple):
-    """State of a mechanism; all arrays are changed in place."""
+    """State of a mechanism; all arrays are changed in place.
+
+    pace (4,) [s]: next step length, time of all calls, time since the last command, step of the
+    fixed-step laws.
+    """
 
     y: Vector
     drive: Vector
     modes: IntVector
     work: Vector
-    # s: next step length, time of all calls, time since the last command, step of fixed-step laws
     pace: Vector
     workspace: Workspace
 
