@@ -75,14 +75,14 @@ def default_unit(model: Model) -> float:
 
 
 def uncertain_centre(model: Model, unit: float | None = None) -> UncertainPlant:
-    """Return the LFT form (22): the centre of all intervals, with every parameter uncertain."""
+    """Return the LFT form of annex (22): the centre of all intervals, every parameter uncertain."""
     return with_channel(polytope(model).centre, half_widths(model), unit or default_unit(model))
 
 
 def uncertain_polytope(
     model: Model, scheduled: Sequence[Parameter], unit: float | None = None
 ) -> tuple[Polytope, tuple[UncertainPlant, ...]]:
-    """Return the mixed form (28)-(29): the polytope, and each vertex with its channel.
+    """Return the mixed form of annex (28)-(29): the polytope, and each vertex with its channel.
 
     The polytope spans the scheduled parameters; the others are in the channel. Speed regimes
     contain the viscous and Coulomb friction between them (annex 5.1), so that scheduling regimes

@@ -29,7 +29,7 @@ def energy_released(
     inertia: float,
     friction: float,
 ) -> ProgramNode:
-    """Return the condition (5.7), | |e| - J v^2/(2 F') | < band.
+    """Return the condition (thesis 5.7), | |e| - J v^2/(2 F') | < band.
 
     friction: F' [N m | N]. inertia: J [kg m2 | kg]. band: delta_e [rad | m].
     """
@@ -52,7 +52,7 @@ def error_released(program: Program, error: ProgramNode, band: float) -> Program
 def virtual_friction(
     program: Program, speed: ProgramNode, drive_per_virtual: float, virtual_speed: float
 ) -> ProgramNode:
-    """Return the drive [A | V] of the virtual friction, which opposes the measured speed (5.41)."""
+    """Return the drive [A | V] of the virtual friction, which opposes the measured speed."""
     program.block("virtual friction (5.41)")
     ratio = program.constant(1.0 / virtual_speed, "per_virtual_speed") * speed
     return program.named(

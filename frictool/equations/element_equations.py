@@ -92,7 +92,7 @@ def spring(name: str, element: Spring, notation: Notation, start: float) -> Elem
 
 
 def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
-    """Return the equations of a cam: F(x) tan(alpha(x)) and friction mu F(x), (2.23), (2.28)."""
+    """Return the equations of a cam: effort F(x) tan(alpha(x)) and friction mu F(x)."""
     key = f"links.{name}"
     block = element.on
     position = notation.position(block)

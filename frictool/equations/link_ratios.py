@@ -23,7 +23,7 @@ class EffortTransfer:
     """Transfer of the effort lambda at the second end b to the first end a.
 
     factor: p. additional: W, an additional effort on the block a (screw of (2.12)). equations:
-    equations of p and W. reason: sentence about the driving directions (2.1.6).
+    equations of p and W. reason: sentence about the driving directions (thesis 2.1.6).
     """
 
     factor: Term
@@ -198,7 +198,7 @@ def _by_direction(
 def _as_printed(
     name: str, link: Screw, notation: Notation, ratio: Term, force: Term, mu: float
 ) -> EffortTransfer:
-    """Return W = mu |R lambda - u tan(alpha)| sign(omega), (2.12)."""
+    """Return W = mu |R lambda - u tan(alpha)| sign(omega) (thesis 2.12)."""
     key = f"links.{name}"
     screw = link.between[0]
     pressed = _radius(name, link, notation).times(force)

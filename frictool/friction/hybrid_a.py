@@ -39,7 +39,7 @@ RATE, HOLD = 7, 8
 
 @kernel
 def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Return the next mode (3.30)."""
+    """Return the next mode (thesis 3.30)."""
     if mode == SLIPPING:
         return STUCK if is_captured(v, u, p) else SLIPPING
     return SLIPPING if abs(u) > p[BREAKAWAY] and (u * v > 0.0 or z[0] >= p[HOLD]) else STUCK
@@ -47,20 +47,20 @@ def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Reset t_0 to 0 [s]; return a status code."""
+    """Set the time at rest t_0 to 0 s; return a status code."""
     z[0] = 0.0
     return OK
 
 
 @kernel
 def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Return the friction [N | N m]; in mode 0 it equals the effort (3.28)."""
+    """Return the friction [N | N m]; in mode 0 it equals the effort (thesis 3.28)."""
     return u if mode == STUCK else sliding_force(v, u, p)
 
 
 @kernel
 def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Return v' [m/s^2 | rad/s^2], (3.28), (3.29)."""
+    """Return v' [m/s^2 | rad/s^2] (thesis 3.28, 3.29)."""
     return float(-p[RATE] * v if mode == STUCK else (u - sliding_force(v, u, p)) / p[MASS])
 
 

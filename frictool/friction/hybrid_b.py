@@ -40,19 +40,19 @@ LIMIT = 7
 
 @kernel
 def presliding_stiffness(p: Vector) -> float:
-    """Return the stiffness k1 in presliding [N/m | N m/rad], (3.35)."""
+    """Return the stiffness k1 in presliding [N/m | N m/rad] (thesis 3.35)."""
     return float(p[BREAKAWAY] / p[LIMIT])
 
 
 @kernel
 def presliding_damping(p: Vector) -> float:
-    """Return the damping k2 in presliding [N s/m | N m s/rad], (3.35)."""
+    """Return the damping k2 in presliding [N s/m | N m s/rad] (thesis 3.35)."""
     return 2.0 * math.sqrt(p[MASS] * p[BREAKAWAY] / p[LIMIT])
 
 
 @kernel
 def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Return the next mode (3.34); slip starts only if v has the sign of z, or is 0."""
+    """Return the next mode (thesis 3.34); slip starts only if v has the sign of z, or is 0."""
     if mode == SLIPPING:
         return STUCK if is_captured(v, u, p) else SLIPPING
     broken = (z[0] >= p[LIMIT] and u > p[BREAKAWAY] and v >= 0.0) or (
@@ -63,7 +63,7 @@ def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Set z to +z_max or -z_max for a new mode (3.33); return a status code.
+    """Set z to +z_max or -z_max for a new mode (thesis 3.33); return a status code.
 
     The sign is that of u at the start of slip, and that of v at the start of stick. If a body with
     v = 0 sticks, z is unchanged.
@@ -77,7 +77,7 @@ def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Return the friction at velocity v and effort u [N | N m], (3.32), (3.33)."""
+    """Return the friction at velocity v and effort u [N | N m] (thesis 3.32, 3.33)."""
     if mode == STUCK:
         return float(presliding_stiffness(p) * z[0] + presliding_damping(p) * v)
     return sliding_force(v, u, p)

@@ -40,7 +40,7 @@ def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Return the friction [N | N m], (3.37), (3.38)."""
+    """Return the friction [N | N m] (thesis 3.37, 3.38)."""
     if mode == STUCK:
         return (
             preisach_force(z[MEMORY:], z[0], p[FIXED:], p[BREAKAWAY], p[LIMIT])

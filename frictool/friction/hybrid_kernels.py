@@ -38,7 +38,7 @@ MASS, SIGMA = 5, 6  # indices in p
 
 @kernel
 def sliding_force(v: float, u: float, p: Vector) -> float:
-    """Return the friction in mode 1 [N | N m], (3.4)."""
+    """Return the friction in mode 1 [N | N m] (thesis 3.4)."""
     direction = math.copysign(1.0, v) if v != 0.0 else math.copysign(1.0, u)
     return slip_force(v, direction, p)
 
@@ -51,7 +51,7 @@ def no_memory(mode: int, z: Vector, p: Vector) -> int:
 
 @kernel
 def is_captured(v: float, u: float, p: Vector) -> bool:
-    """Return True if the capture condition C_{1->0} holds (3.2)."""
+    """Return True if the capture condition C_{1->0} holds (thesis 3.2)."""
     return bool(
         (0.0 < v < p[SIGMA] and u < p[COULOMB]) or (-p[SIGMA] < v < 0.0 and u > -p[COULOMB])
     )

@@ -53,12 +53,12 @@ class FrictionExtension:
     """Parameters of an extension in SI; the default values leave the law unchanged.
 
     backward_values: parameters of the law that differ in the negative direction. forward, backward:
-    coefficients of the position factors, lowest power first, over travel = (low, high) [m | rad],
-    as returned by `position_polynomial.normalised_coefficients`. fresh: breakaway just after a stop
-    divided by the breakaway after a long rest, in (0, 1]. rise_time: time tau of
-    friction/rising_breakaway.py [s]. regimes: (knee, slope) pairs of friction/speed_regimes.py.
-    lag, delay: time constant or pure delay of the film velocity [s]. boundary: speed below which no
-    film forms [m/s | rad/s].
+    position factor of each direction, as coefficients of
+    `position_polynomial.normalised_coefficients`. travel: positions (low, high) of these
+    polynomials [m | rad]. fresh: breakaway just after a stop divided by the breakaway after a long
+    rest, in (0, 1]. rise_time: tau of friction/rising_breakaway.py [s]. regimes: (knee, slope)
+    pairs of friction/speed_regimes.py. lag: time constant of the film velocity [s]; delay: its pure
+    delay [s]. boundary: speed below which no film forms [m/s | rad/s].
     """
 
     backward_values: Mapping[str, float] = field(default_factory=dict)
@@ -122,7 +122,7 @@ class FrictionExtension:
     def _check_elastic_limit(self, elastic: float, yielded: float) -> None:
         """Raise ValueError if the presliding limit falls below z_ba.
 
-        (2.46) would then jump between elastic and plastic without end.
+        thesis (2.46) would then jump between elastic and plastic without end.
         """
         smallest = yielded * min(
             minimum(self.forward, *self.travel)[1], minimum(self.backward, *self.travel)[1]

@@ -31,7 +31,7 @@ Z, ACCEPTED, DEFLECTIONS = 0, 1, 2
 
 @kernel
 def presliding_rate(hysteresis: float, v: float, p: Vector) -> float:
-    """Return z' [m/s | rad/s] of (2.49) for a hysteresis force [N | N m]."""
+    """Return z' [m/s | rad/s] of thesis (2.49) for a hysteresis force [N | N m]."""
     a = math.copysign(1.0, v) * hysteresis / curve(v, p)
     return v * (1.0 - math.copysign(abs(a) ** p[POWER], a))
 
@@ -58,7 +58,7 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @kernel
 def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
-    """Return the friction [N | N m], (2.51)."""
+    """Return the friction [N | N m] (thesis 2.51)."""
     return float(hysteresis_force(z, p) + p[SIGMA_1] * zdot[Z] + p[VISCOUS] * v)
 
 

@@ -39,7 +39,7 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @kernel
 def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
-    """Return the friction [N | N m], (2.51)."""
+    """Return the friction [N | N m] (thesis 2.51)."""
     return float(
         masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT])
         + p[SIGMA_1] * zdot[Z]

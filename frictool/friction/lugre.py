@@ -24,7 +24,7 @@ SIGMA_0, SIGMA_1 = 5, 6
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out (1,), (2.40); return a status code."""
+    """Write z' [m/s | rad/s] to out (1,) (thesis 2.40); return a status code."""
     slipped = v - p[SIGMA_0] * abs(v) * z[0] / curve(v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE
@@ -34,7 +34,7 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @kernel
 def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
-    """Return the friction [N | N m], (2.42)."""
+    """Return the friction [N | N m] (thesis 2.42)."""
     return float(p[SIGMA_0] * z[0] + p[SIGMA_1] * zdot[0] + p[VISCOUS] * v)
 
 

@@ -45,8 +45,8 @@ class ProjectedInequality:
     """Projected inequality of one plant: fixed + gamma level - p v e' - e v p' > 0, v = R or S.
 
     In discrete time it is fixed + gamma level - p v p' + e v e' > 0. The matrices p and e are P and
-    E of the module, projected. The other two are the parts without v: `fixed` is constant, and
-    `level` is multiplied by gamma.
+    E of the module, projected. `fixed` and `level` are the parts without v; `disc` is True in
+    discrete time.
     """
 
     p: Matrix

@@ -64,7 +64,7 @@ def scheduled_controllers(
 
 
 class _ScheduledPlant:
-    """One plant in balanced coordinates, with the constant parts of (5.62)."""
+    """One plant in balanced coordinates, with the constant parts of thesis (5.62)."""
 
     def __init__(self, solution: GriddedSolution, values: Values, plant: GeneralisedPlant) -> None:
         self.plant = plant
@@ -126,7 +126,7 @@ class _ScheduledPlant:
         )
 
     def controller(self, small: float) -> Lti:
-        """Return the controller of (5.63) with M = I."""
+        """Return the controller of thesis (5.63) with M = I."""
         p, x, y = self.plant, self.x, self.y
         c, b, first, second = self.hats(small)
         a = -self.a.T - second.T @ self.v @ first

@@ -192,8 +192,8 @@ def vertex_controllers(
 ) -> tuple[Lti, ...]:
     """Return a controller for each plant, in common coordinates.
 
-    Any convex combination of the plants (5.46) and the same combination of these controllers form a
-    loop with a norm of at most `ease` times gamma (5.64).
+    Any convex combination of the plants and the same combination of these controllers form a loop
+    with a norm of at most `ease` times gamma (thesis 5.46, 5.64).
     """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 

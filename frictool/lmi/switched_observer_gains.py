@@ -45,7 +45,7 @@ UNSEEN = 1e-9
 
 @dataclass(frozen=True)
 class ObserverMode:
-    """Matrices of one mode i in (6.5).
+    """Matrices of one mode i in thesis (6.5).
 
     a: A_i (n, n). c: C_i (m, n). q: Q_i (n, w). weight: C-bar_i (p, n).
     """
@@ -63,7 +63,7 @@ class ObserverMode:
 
 @dataclass(frozen=True)
 class SwitchedGains:
-    """Gains L_i (n, m) of each mode, and the `gamma` that (6.9) proves for them with `p`.
+    """Gains L_i (n, m) of each mode, and the `gamma` that thesis (6.9) proves for them with `p`.
 
     decay: lambda. smallest_gamma: smallest gamma of (6.6) without a decay. p: P_i in states x_p
     with x = t x_p; in SI units the decrease of e' P e would be lost in rounding.
@@ -134,7 +134,7 @@ def proved_gamma(
     t: Matrix,
     decay: float,
 ) -> float:
-    """Return the smallest gamma for which (6.9) holds with `decay`; inf if there is none.
+    """Return the smallest gamma for which thesis (6.9) holds with `decay`; inf if there is none.
 
     `p` is in states x = t x_p.
     """
@@ -170,13 +170,13 @@ def refuse_undetectable(index: int, mode: ObserverMode) -> None:
         if values[-1] <= UNSEEN * values[0]:
             raise NoSolutionError(
                 f"mode {index}: the state with the pole {pole if pole.imag else pole.real:.4g} is "
-                "not observable and does not decay, so that no observer exists; if the "
-                "friction is 0, wear has no effect"
+                "not observable and does not decay, so that no observer exists; one cause is "
+                "friction of 0, on which wear has no effect"
             )
 
 
 class _SwitchedProblem:
-    """Inequalities (6.6) in one set of state coordinates.
+    """Inequalities of thesis (6.6) in one set of state coordinates.
 
     The unknowns are P_i and V_i of each mode, then gamma^2 or, for a given gamma, the margin.
     """
@@ -228,7 +228,7 @@ class _SwitchedProblem:
         return self.gains(solve(-np.eye(self.count)[-1], constraints).x)
 
     def inequality(self, i: int, j: int) -> AffineConstraint:
-        """Return minus the matrix of (6.6) for a switch, among all unknowns."""
+        """Return minus the matrix of thesis (6.6) for a switch, among all unknowns."""
         mode = self.posed[i]
         same = i == j
         unknowns = self.half + self.n * len(self.posed[i].c)

@@ -30,7 +30,7 @@ Controlled = Literal["position", "speed"]
 
 @dataclass(frozen=True)
 class FirstOrderWeight:
-    """Weight gain (s/zero + 1)/(s/pole + 1), with zero and pole in rad/s; inf means absent."""
+    """Weight that equals gain (s/zero + 1)/(s/pole + 1); zero, pole: rad/s, inf for none."""
 
     gain: float
     zero: float = np.inf
@@ -57,7 +57,7 @@ class FirstOrderWeight:
 class PlantWeights:
     """Weights of the closed loop's signals.
 
-    - error: W2 (5.56)
+    - error: W2 (thesis 5.56)
     - disturbance: W1, of the friction
     - drive: W3 (5.58), of the drive
     - command: W_u, of the commanded drive
@@ -76,7 +76,7 @@ class PlantWeights:
 
 
 def template(bandwidth: float, modulus_margin: float, static_error: float) -> FirstOrderWeight:
-    """Return the weight W2 (5.56) of the error.
+    """Return the weight W2 (thesis 5.56) of the error.
 
     bandwidth: z2 [rad/s]. modulus_margin: M_mod. static_error: e_stat. The pole is p2 = z2 M_mod
     e_stat and the gain is G2 = M_mod z2/p2, from (5.57) in the form M_mod > G2 p2/(gamma z2).

@@ -41,7 +41,7 @@ class PlantPoint:
 
     @property
     def rates(self) -> AxisRates:
-        """Exact rates of this plant (5.48)."""
+        """Exact rates of this plant (thesis 5.48)."""
         return AxisRates(
             self.constant / self.inertia, self.viscous / self.inertia, self.coulomb / self.inertia
         )

@@ -123,7 +123,7 @@ class CoordinateFrame:
         )
 
     def cam(self, cam: Cam, on: str) -> Cam:
-        """Return a cam with its force times |ratio| and its angle times the ratio's sign."""
+        """Return a cam along p: its force times |ratio|, its slope angle times the ratio's sign."""
         side = 1.0 if self.ratio > 0.0 else -1.0
         force = self.curve(cam.force, abs(self.ratio), self._unit("effort"))
         return msgspec.structs.replace(cam, on=on, force=force, angle=self.curve(cam.angle, side))

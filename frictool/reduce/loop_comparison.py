@@ -20,7 +20,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class LoopStep:
-    """Comparison over one hold of the reference.
+    """Comparison over one hold, an interval of constant reference.
 
     time: start of the hold [s]. origin, target: reference before and during the hold [rad | m].
     distance: largest difference between the two positions [rad | m]. at_the_end: this difference at

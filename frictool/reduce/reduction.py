@@ -89,7 +89,8 @@ def reduce(
     Raises
     ------
     DocumentError
-        the mechanism is invalid OutsideTravelError
+        the mechanism is invalid
+    OutsideTravelError
         the requested travel is not within the travel of the mechanism
     NoSolutionError
         a step is impossible, or its error exceeds the tolerance

@@ -38,7 +38,8 @@ class ReductionChain:
     """Chain of the steps of a reduction.
 
     whole: the user's mechanism. steps: completed steps in order. one: one-inertia model of the
-    mechanism after the last step. kept: names of the compliant links that remain.
+    mechanism after the last step. source, sensor: names of those that the controller uses. kept:
+    names of the compliant links that remain. play: width of each backlash.
     """
 
     whole: Mechanism

@@ -68,9 +68,9 @@ def fit_residual_load(
     """Return the simplest load law for which friction holds the remaining load.
 
     The remaining load is the load minus the law. Candidates are tried from simple to general,
-    beginning with no law (2.27). A candidate is acceptable if friction holds the remaining load.
-    `misses` returns the error of the friction's polynomials for a candidate. The result is the
-    first acceptable candidate with an error of at most FITS, else the acceptable candidate with the
+    beginning with no law. A candidate is acceptable if friction holds the remaining load. `misses`
+    returns the error of the friction's polynomials for a candidate. The result is the first
+    acceptable candidate with an error of at most FITS, else the acceptable candidate with the
     smallest error.
 
     x: positions (n,). turns: likely numbers of a harmonic. known: number of the harmonic for the

@@ -94,7 +94,7 @@ class DirectedResistance:
 
 
 def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResistance:
-    """Return the resistance (2.28) of a block, reflected through a lossy link (2.15).
+    """Return the resistance (thesis 2.28) of a block, reflected through a lossy link (2.15).
 
     Speed-dependent friction is multiplied by the loss factor of an opposing load.
     """
@@ -186,7 +186,7 @@ def breakaway_ratio(directed: DirectedResistance) -> float:
 
 
 def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> FrictionOf:
-    """Return speed-dependent friction in Stribeck's law, or in law (2.31) if it has no drop."""
+    """Return speed-dependent friction in Stribeck's law, or in law `svc` if it has no drop."""
     axis: Axis = "rotary" if rotary else "linear"
     effort, viscous = si_unit("effort", axis), si_unit("viscous", axis)
     parameters = {

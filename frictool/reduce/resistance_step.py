@@ -32,7 +32,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class IrreversibilityMargin:
-    """Smallest margin [N m | N] by which friction holds the load (2.27); negative if it does not.
+    """Smallest margin [N m | N] by which friction holds the load; negative if it does not.
 
     position: position of the smallest margin [rad | m].
     """

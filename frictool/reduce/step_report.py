@@ -37,9 +37,9 @@ class MeasuredError(NamedTuple):
 class StepReport:
     """Report of one step.
 
-    predicted: error in closed form relative to the quantity `of`; 0 if nothing is neglected.
-    covered: part of the model that includes this error, if any; then only the measured error is
-    checked.
+    did, neglects: what the step changed and what it neglects, as text. predicted: error in closed
+    form relative to the quantity `of`; 0 if nothing is neglected. covered: part of the model that
+    includes this error, if any; then only the measured error is checked.
     """
 
     step: str

@@ -1,9 +1,9 @@
-"""Certificate of a loop: the smallest bounds that verify/zero_exclusion.py proves for a box.
+"""Certificate of a loop: the smallest bounds that verify/zero_exclusion.py proves.
 
-The first bound is a fraction SLACK above the worst norm at the corners of the box. If a proof
-fails, it returns a plant; the worst norm is updated with the norm of that plant, and the slack is
-doubled. After a proof with a larger slack, the search returns to SLACK, as long as this lowers the
-bound.
+A box contains the plants whose parameters are in given intervals. The first bound is a fraction
+SLACK above the worst norm at its corners. If a proof fails, it returns a plant; the worst norm is
+updated with the norm of that plant, and the slack is doubled. After a proof with a larger slack,
+the search returns to SLACK, as long as this lowers the bound.
 """
 
 from __future__ import annotations

@@ -68,8 +68,8 @@ class SynthesisResult(ResultView):
 class ProofScope:
     """Options of the verification between the vertices.
 
-    vertices_only: True leaves out the search inside the box and the certificate. varying: True adds
-    a bound for parameters that vary arbitrarily fast.
+    vertices_only: True to verify the vertices only, without certificate. varying: True to add a
+    bound for parameters that vary arbitrarily fast.
     """
 
     vertices_only: bool = False

@@ -50,7 +50,7 @@ def solve_inequalities(
 
 
 def slow_weight(problem: SynthesisProblem) -> str:
-    """Return an advice if the pole of W2 is nearly an integrator, else an empty string.
+    """Return advice if the pole of W2 is nearly an integrator, else an empty string.
 
     No controller can move this pole, so that the inequalities may have no solution. The advice is
     the end of a sentence.

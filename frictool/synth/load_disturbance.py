@@ -20,9 +20,9 @@ from frictool.errors import NoSolutionError
 
 @dataclass(frozen=True)
 class LoadDisturbance:
-    """Largest load terms and the actuator's effort at its limit [N m | N].
+    """Largest load terms, and the efforts that oppose them [N m | N].
 
-    breakaway: smallest breakaway friction, which holds the axis at rest.
+    available: effort of the actuator at its limit. breakaway: smallest breakaway.
     """
 
     offset: float

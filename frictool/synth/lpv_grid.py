@@ -96,7 +96,7 @@ def _sums(
 ) -> str:
     """Return a note on the gamma that the interpolated corner controllers prove at the grid points.
 
-    The interpolation is the barycentric sum (5.46), (5.64).
+    The interpolation is the barycentric sum (thesis 5.46, 5.64).
     """
     worst = 0.0
     for values in solution.points:

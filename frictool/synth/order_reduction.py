@@ -41,6 +41,7 @@ class ReducedController:
 def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[ReducedController]:
     """Return checked controllers with falling order, from the order of `k` less 1 to `order`.
 
+    kept: the response that does not change at all, at infinite (high) or at zero (low) frequency.
     `check` is called with each reduced controller and raises NoSolutionError for a bad one; the
     order is added to the message. Also raises NoSolutionError if `k` without its integrator is
     unstable, or if `order` is 0 and `k` has an integrator.
@@ -54,7 +55,7 @@ def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[
         )
     if order < integrators:
         raise NoSolutionError(
-            "order reduction: order 0 is below the integrator, which is kept; take order: 1 or more"
+            "order reduction: order: found 0; allowed: 1 or more, because the integrator is kept"
         )
     balanced, hankel = balanced_form(rest)
     steps: list[ReducedController] = []

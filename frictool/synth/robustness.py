@@ -20,7 +20,7 @@ from frictool.verify.loop_wording import plant_words
 def robustness(
     problem: SynthesisProblem, system: Lti, *, varying: bool = False
 ) -> stored.Robustness:
-    """Return the largest norm of the sampled loop with `system` that a search of the box finds.
+    """Return the largest norm of the sampled loop with `system` in a search between the vertices.
 
     With `varying`, also return a bound for parameters that vary arbitrarily fast; the certificate
     holds for constant parameters only. Raises NoSolutionError if the loop is unstable for a plant
@@ -54,10 +54,10 @@ def robustness(
 def sensitivity_inside(
     problem: SynthesisProblem, loops: Sequence[FeedbackLoop]
 ) -> stored.Robustness:
-    """Return the largest sensitivity in a scan of the box, for loops without a weighted norm.
+    """Return the largest sensitivity between the vertices, for loops without a weighted norm.
 
-    It is no upper bound. Raises NoSolutionError if a loop is unstable for a plant of the box, or if
-    its sensitivity is more than 1 % above that of the vertices.
+    It is that of sampled plants, not an upper bound. Raises NoSolutionError if a loop is unstable
+    for one of these plants, or if the sensitivity is more than 1 % above that of the vertices.
     """
     vertices, inside, at = worst_sensitivity(
         loops, problem.lag, problem.delay, problem.box.vertices

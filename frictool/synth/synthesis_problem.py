@@ -105,9 +105,9 @@ class SynthesisProblem:
     def posed_with_constant_input(self) -> SynthesisProblem:
         """Return a problem in which all plants have the same input matrix B2.
 
-        The inequalities of several plants require a common B2 (5.61). B2 is common if the command
-        acts through the drive's lag or through a delay register. A sampled plant without delay
-        therefore gets a delay register, which later becomes part of the controller
+        The inequalities of several plants require a common B2 (thesis 5.61). B2 is common if the
+        command acts through the drive's lag or through a delay register. A sampled plant without
+        delay therefore gets a delay register, which later becomes part of the controller
         (`with_register`). Raises NoSolutionError for a design in continuous time if the drive has
         no lag.
         """
@@ -197,7 +197,7 @@ class ControllerCandidate:
     controller: sampled at the bench's period. designed: the original in the design's domain. gamma:
     bound of the norm that the method guarantees for its plants, None if it has none. optimum:
     smallest bound of the search. scheduled: one controller at the bench's period for each vertex of
-    `over`, with common state coordinates (5.64).
+    `over`, with common state coordinates (thesis 5.64).
     """
 
     controller: Lti

@@ -33,7 +33,7 @@ OFF = 0.5  # share of the switching speed at which the Coulomb term switches off
 
 
 def outside_notes(design: Design) -> tuple[str, ...]:
-    """Return a note that profile and feedforward change no verified figure; "" without them."""
+    """Return a note that profile and feedforward change no verified figure; () without them."""
     blocks = [name for name in ("profile", "feedforward") if getattr(design, name) is not None]
     words = f"{' and '.join(blocks)}: outside the loop, so that no margin depends on it"
     return (f"{words}; simulate includes it",) if blocks else ()

@@ -36,7 +36,7 @@ SLOPE = 0.8  # slope of log gamma over log W1, assumed while only one point is k
 
 @dataclass(frozen=True)
 class TradePoint:
-    """Weights W1 (`disturbance`) and W3 (`drive`) with the gamma or verified norm `level`."""
+    """Weights W1 (`disturbance`) and W3 (`drive`); `level` is their gamma or verified norm."""
 
     disturbance: float
     drive: float
@@ -47,7 +47,8 @@ class TradePoint:
 class Trade:
     """Chosen weights and the reason for them.
 
-    curve: points with the largest feasible W1 for each W3. points: all evaluated points.
+    curve: points with the largest feasible W1 for each W3. points: all evaluated points. start: the
+    point before the relaxation. required: largest allowed gamma.
     """
 
     weights: PlantWeights

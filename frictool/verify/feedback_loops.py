@@ -193,7 +193,7 @@ def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[F
 
 
 def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
-    """Return F(z) of the velocity block, first order or (5.70), with rounded coefficients.
+    """Return F(z) of the velocity block, first order or thesis (5.70), with rounded coefficients.
 
     F is 1 without a filter. Raises ValueError for an observer, because its input is not only the
     position.

@@ -106,7 +106,7 @@ def worst_sensitivity(
 
 
 def points_inside(vertices: Sequence[PlantPoint]) -> int:
-    """Return the number of plants to check inside the box: POINTS, or 1 if the box is a point."""
+    """Return the number of plants to check inside their box: POINTS, or 1 if the box is a point."""
     return POINTS if len(vertices) > 1 else 1
 
 

@@ -169,7 +169,7 @@ class LinearLoops:
         return stored.Rounded(number, gamma, min(margins))
 
     def seen_inside(self) -> float:
-        """Return the largest norm inside the box that scattered plants and a local search find."""
+        """Return the largest norm of scattered plants and a local search between the vertices."""
         loops = self.feedbacks()
         if self.weights is not None:
             return worst_inside(loops[0].system, self.plant, self.points)[1].norm

@@ -57,7 +57,7 @@ class Verification(ResultView):
 
     model: check with a model; None without one. proved: bounds of the certificate. differences:
     stored figures that differ from the computed ones. changed: blocks that were changed after the
-    verification. not_computed: keys of the stored figures that `verify` cannot compute.
+    verification. not_computed: stored figures that `verify` cannot compute, by key.
     """
 
     controller: Controller
@@ -74,7 +74,7 @@ class Verification(ResultView):
 
     @property
     def holds(self) -> bool:
-        """Return True if a bound is proved, nothing is altered, and the model check holds."""
+        """Return True if a bound is proved, the document is unaltered, and the model is covered."""
         return bool(self.proved) and self.unaltered and (self.model is None or self.model.holds)
 
 
@@ -192,10 +192,10 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
 
 
 def needs_search(controller: Controller) -> bool:
-    """Return True if plants inside the box may have a norm above CLAIM times that of the vertices.
+    """Return True if plants between the vertices may have a norm above CLAIM times theirs.
 
     A proved bound of the norm excludes this. A loop without weights has no norm; its sensitivity is
-    used instead. If True, the figures inside the box must be computed.
+    used instead. If True, the figures between the vertices must be computed.
     """
     bounds = () if controller.certificate is None else controller.certificate.bounds
     most = CLAIM * controller.verified.gamma_verified

@@ -25,8 +25,8 @@ ROUNDING = (
 class Fact(NamedTuple):
     """Label of a fact in messages, and its unit.
 
-    `unit` is a unit, a dimension of the axis (then its SI unit) or `drive` (then the unit of the
-    drive).
+    `unit` is a unit, or a dimension, which stands for its SI unit on this axis, or `drive`, which
+    stands for A or V.
     """
 
     label: str

@@ -69,7 +69,7 @@ def scheduled_figures(
 def weights(
     corners: Sequence[Corner | PlantPoint], names: Sequence[str], point: PlantPoint
 ) -> NDArray[np.float64]:
-    """Return the weights alpha_i (k,) of (5.46), which are nonnegative and sum to 1.
+    """Return the weights alpha_i (k,) of thesis (5.46), which are nonnegative and sum to 1.
 
     alpha_i is a product with one factor per parameter: the distance to the opposite end of the
     interval, divided by the width of the interval. A parameter outside its interval is replaced by
@@ -86,7 +86,7 @@ def weights(
 
 
 def interpolate_controller(controllers: Sequence[Lti], alpha: NDArray[np.float64]) -> Lti:
-    """Return the controller for the weights `alpha` (5.64)."""
+    """Return the controller for the weights `alpha` (thesis 5.64)."""
     a, b, c, d = (
         sum(
             (x * getattr(k, part) for x, k in zip(alpha, controllers, strict=True)),

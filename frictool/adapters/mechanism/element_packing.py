@@ -147,7 +147,7 @@ class ElementArrays:
         self.springs.append((a, b))
 
     def cam(self, name: str, cam: Cam) -> None:
-        """Add the effort and the friction of a cam (2.23).
+        """Add the effort and the friction of a cam (thesis 2.23).
 
         Raises ElementError if units or angles do not fit.
         """

@@ -139,7 +139,7 @@ def fitted(
 
 
 def cam_push(force: PiecewiseCubic, angle: PiecewiseCubic) -> PiecewiseCubic:
-    """Return force tan(angle), the effort of a cam's spring on the block (2.23)."""
+    """Return force tan(angle), the effort of a cam's spring on the block (thesis 2.23)."""
     if not np.any(angle.cubic):  # a flat profile: no effort
         return PiecewiseCubic(angle.breaks[[0, -1]], np.zeros((1, 4)))
     return _pushed(

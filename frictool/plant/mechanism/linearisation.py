@@ -51,7 +51,7 @@ class VibrationMode:
 class LinearMechanism:
     """Linearised mechanism with the coordinates p (g,) of the blocks `roots`.
 
-    - moves (n, g): q = moves @ p, for the coordinates q of all n blocks
+    - moves (n, g): moves @ p are the coordinates q of all n blocks
     - mass, damping, stiffness (g, g), input (g, u): matrices of the equation of motion
     - sources, sensors: names of inputs [unit of the drive] and outputs [rad | m | rad/s | m/s]
     """
