@@ -71,13 +71,13 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     def __post_init__(self) -> None:
         if self.signed is not None and self.wrap_bits is None:
-            raise ValueError("signed needs wrap_bits, the number of bits of the counter")
+            raise ValueError("`signed` needs wrap_bits, the number of bits of the counter")
         if (self.counts_per_revolution is None) == (self.step is None):
-            raise ValueError("give exactly one of counts_per_revolution and step")
+            raise ValueError("give exactly one of counts_per_revolution and `step`")
         if self.wrap is not None and self.wrap_bits is not None:
-            raise ValueError("give wrap or wrap_bits, not both")
+            raise ValueError("give `wrap` or wrap_bits, not both")
         if self.wrap is not None and self.wrap.value < FEWEST_COUNTS * self.resolution:
-            raise ValueError(f"wrap is shorter than {FEWEST_COUNTS} counts of the encoder")
+            raise ValueError(f"`wrap` is shorter than {FEWEST_COUNTS} counts of the encoder")
 
     @property
     def period(self) -> float | None:
@@ -129,9 +129,9 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     def __post_init__(self) -> None:
         if self.rms_limit is not None and self.rms_limit.value > self.limit.value:
-            raise ValueError("rms_limit is above limit; allowed: at most limit")
+            raise ValueError("rms_limit is above `limit`; allowed: at most `limit`")
         if self.winding is not None and self.drive != "current":
-            raise ValueError("winding is for drive: current; a voltage is limited by `limit`")
+            raise ValueError("`winding` is for `drive: current`; a voltage is limited by `limit`")
 
 
 class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -247,7 +247,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     def __post_init__(self) -> None:
         if self.decimal is not None and self.decimal == self.thousands:
-            raise ValueError("decimal and thousands are equal; allowed: two different characters")
+            raise ValueError("`decimal` and `thousands` are equal; allowed: different characters")
         if self.start_s is not None and self.period_s is None:
             raise ValueError("start_s needs period_s, the time between two rows")
         lines = [line for line in (self.header_line, self.unit_line, self.first_line) if line]

@@ -137,10 +137,10 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     def __post_init__(self) -> None:
         if self.action == "brake" and self.rest_speed == 0.0:
             raise ValueError(
-                "action brake needs rest_speed > 0; with 0 the drive would never be released"
+                "`action: brake` needs rest_speed > 0; with 0 the drive would never be released"
             )
         if self.band == 0.0 and (self.kind == "square_root" or self.action != "none"):
-            raise ValueError("a square-root law and the actions cut and brake need band > 0")
+            raise ValueError("a square-root law and the actions cut and brake need `band` > 0")
 
 
 class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -192,7 +192,7 @@ class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
         if self.condition == "energy" and (
             self.inertia == 0.0 or self.coulomb + self.virtual_coulomb == 0.0
         ):
-            raise ValueError("condition energy needs inertia and coulomb")
+            raise ValueError("`condition: energy` needs `inertia` and `coulomb`")
         if self.virtual_coulomb > 0.0 and self.virtual_speed == 0.0:
             raise ValueError("virtual_coulomb needs virtual_speed")
 
@@ -232,7 +232,7 @@ class FrictionCompensation(
     def __post_init__(self) -> None:
         if self.source == "model" and self.smoothing_speed == 0.0:
             raise ValueError(
-                "source model needs smoothing_speed: the speed below which the "
+                "`source: model` needs smoothing_speed, the speed below which the "
                 "modelled friction fades"
             )
         if self.source == "observer" and (self.observer_rad_s == 0.0 or self.inertia == 0.0):
@@ -550,14 +550,14 @@ class Controller(
         cascade = self.structure == "speed_cascade"
         if cascade != (self.position_law is not None):
             raise ValueError(
-                "structure speed_cascade has a position_law, structure position has none"
+                "position_law: required with structure speed_cascade, not allowed with position"
             )
         if cascade and self.limiter is not None:
             raise ValueError(
-                "limiter belongs to structure position; a cascade has position_law.action instead"
+                "`limiter` belongs to structure position; a cascade has position_law.action"
             )
         if self.profile is not None and self.prefilter is not None:
-            raise ValueError("profile replaces prefilter; remove one of them")
+            raise ValueError("`profile` replaces `prefilter`; remove one of them")
         fed = self.feedforward
         filters = self.prefilter is not None or self.profile is not None
         if fed is not None and filters == (fed.filter_rad_s > 0.0):

@@ -185,18 +185,18 @@ class Design(
                 "prewarp_rad_s belongs to domain continuous; a discrete design is not discretised"
             )
         if self.schedule is not None and len(set(self.schedule)) != len(self.schedule):
-            raise ValueError("schedule names a parameter twice")
+            raise ValueError("`schedule` names a parameter twice")
         self._unread()
         if self.scheduled and (self.order is not None or "regime" in (self.schedule or ())):
             raise ValueError(
-                "scheduled cannot be combined with order, or with a schedule over regime"
+                "`scheduled` cannot be combined with `order`, nor with regime in `schedule`"
             )
         structures = METHODS[self.method].structures
         if self.structure not in structures:
             raise ValueError(f"method {self.method} belongs to structure {', '.join(structures)}")
         if self.structure == "speed_cascade" and self.integrator:
             raise ValueError(
-                "integrator belongs to structure position; in a cascade the linear controller "
+                "`integrator` belongs to structure position; in a cascade the linear controller "
                 "already receives the integral of the speed error"
             )
         METHODS[self.method].check(self)
@@ -226,7 +226,7 @@ class Design(
         law, limiter, compensation = self.position_law, self.limiter, self.friction_compensation
         if limiter is not None and self.structure != "position":
             raise ValueError(
-                "limiter belongs to structure position; a cascade has position_law.action instead"
+                "`limiter` belongs to structure position; a cascade has position_law.action"
             )
         waits = [
             name
@@ -235,8 +235,8 @@ class Design(
         ]
         if waits and not self.filters_reference:
             raise ValueError(
-                f"{waits[0]}.settled_speed is a speed of the prefilter; add prefilter or profile, "
-                "or remove this key"
+                f"{waits[0]}.settled_speed is a speed of the prefilter; add `prefilter` "
+                "or `profile`, or remove this key"
             )
         self._tracking_blocks()
         if (
@@ -255,17 +255,17 @@ class Design(
             and not self.filters_reference
         ):
             raise ValueError(
-                "friction_compensation.velocity reference is the speed of the filtered "
-                "reference; add prefilter"
+                "friction_compensation: `velocity: reference` is the speed of the filtered "
+                "reference; add `prefilter`"
             )
         if self.form == "sos" and self.scheduled:
             raise ValueError(
-                "form sos cannot be combined with scheduled; only matrices can be interpolated"
+                "`form: sos` cannot be combined with `scheduled`; only matrices can be interpolated"
             )
         if self.form == "sos" and limiter is not None:
             raise ValueError(
-                "form sos cannot be combined with limiter, which freezes the state of the "
-                "integrator; sections have no separate state for it"
+                "`form: sos` cannot be combined with `limiter`, which freezes the state of the "
+                "integrator; sections have no such state"
             )
 
     @property
@@ -276,7 +276,7 @@ class Design(
     def _tracking_blocks(self) -> None:
         """Raise ValueError if profile and feedforward do not suit the other blocks."""
         if self.profile is not None and self.prefilter is not None:
-            raise ValueError("profile replaces prefilter; remove one of them")
+            raise ValueError("`profile` replaces `prefilter`; remove one of them")
         if self.feedforward is None:
             return
         if self.friction_compensation is not None:

@@ -59,17 +59,17 @@ class PositionLawDesign(
         root = self.kind == "square_root"
         if root != (self.formula is not None):
             raise ValueError(
-                "kind square_root needs a formula, sqrt(2F/J) or sqrt(F/J); kind "
-                "proportional has none"
+                "`kind: square_root` needs `formula`, sqrt(2F/J) or sqrt(F/J); "
+                "`kind: proportional` has none"
             )
         if root != (self.gain_per_s is None):
             raise ValueError(
-                "kind proportional needs gain_per_s; the gain of kind square_root follows "
+                "`kind: proportional` needs gain_per_s; the gain of `kind: square_root` follows "
                 "from its formula"
             )
         if not root and self.virtual_coulomb_factor != 1.0:
             raise ValueError(
-                "virtual_coulomb_factor belongs to kind square_root; a proportional law does "
+                "virtual_coulomb_factor belongs to `kind: square_root`; a proportional law does "
                 "not use friction"
             )
         if (self.action == "brake") != (self.rest_speed is not None):
@@ -77,11 +77,11 @@ class PositionLawDesign(
                 "`action: brake` needs rest_speed; with any other action remove rest_speed"
             )
         if self.action == "none" and self.settled_speed is not None:
-            raise ValueError("settled_speed belongs to action cut or brake")
+            raise ValueError("settled_speed belongs to `action: cut` or `action: brake`")
         if self.action == "none" and not root and self.band is not None:
             raise ValueError(
-                "band belongs to kind square_root, or to action cut or brake; a proportional "
-                "law with action none does not use it"
+                "`band` belongs to `kind: square_root`, `action: cut` or `action: brake`; a "
+                "proportional law with `action: none` does not use it"
             )
 
 
@@ -103,11 +103,11 @@ class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     def __post_init__(self) -> None:
         if self.source == "measured" and (self.filter_rad_s is not None or self.order is not None):
             raise ValueError(
-                "order and filter_rad_s belong to `source: position`; "
+                "`order` and filter_rad_s belong to `source: position`; "
                 "a measured speed has no filter"
             )
         if self.filter_rad_s == 0.0 and self.order is not None:
-            raise ValueError("order needs a filter, but filter_rad_s is 0; remove order")
+            raise ValueError("`order` needs a filter, but filter_rad_s is 0; remove `order`")
 
 
 class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -169,12 +169,12 @@ class FrictionCompensationDesign(
             self.velocity is not None or self.smoothing_speed is not None
         ):
             raise ValueError(
-                "velocity and smoothing_speed belong to `source: model`; `source: observer` uses "
+                "`velocity` and smoothing_speed belong to `source: model`; `source: observer` uses "
                 "the measured speed"
             )
         if self.velocity == "reference" and self.smoothing_speed is None:
             raise ValueError(
-                "velocity reference needs smoothing_speed, the speed below which the "
+                "`velocity: reference` needs smoothing_speed, the speed below which the "
                 "modelled friction fades"
             )
 

@@ -64,7 +64,7 @@ class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     def __post_init__(self) -> None:
         if (self.inertia is None) == (self.mass is None):
-            raise ValueError("give inertia for a rotary block, or mass for a linear one")
+            raise ValueError("give `inertia` for a rotary block, or `mass` for a linear one")
 
 
 class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -222,9 +222,9 @@ class Screw(
 
     def __post_init__(self) -> None:
         if (self.lead_angle is None) == (self.lead is None):
-            raise ValueError("give lead_angle or lead, the distance of the nut per turn")
+            raise ValueError("give lead_angle or `lead`, the distance of the nut per turn")
         if self.friction_coefficient is not None and self.efficiency is not None:
-            raise ValueError("give friction_coefficient or efficiency, not both")
+            raise ValueError("give friction_coefficient or `efficiency`, not both")
         if self.efficiency_back is not None and self.efficiency is None:
             raise ValueError("efficiency_back needs efficiency")
 
@@ -316,14 +316,14 @@ class Spring(
 
     def __post_init__(self) -> None:
         if self.stiffness is not None and self.force is not None:
-            raise ValueError("give stiffness or a force curve, not both")
+            raise ValueError("give `stiffness` or a `force` curve, not both")
         if self.stiffness is None and self.force is None and self.damping is None:
             raise ValueError(
                 "give stiffness, a force curve or damping: without any of them the "
                 "spring does nothing"
             )
         if self.force is not None and (self.free is not None or self.preload is not None):
-            raise ValueError("free and preload belong to stiffness; a force curve contains both")
+            raise ValueError("`free` and `preload` belong to `stiffness`; a force curve has both")
 
 
 class Cam(
@@ -377,9 +377,9 @@ class Stop(
 
     def __post_init__(self) -> None:
         if self.low is None and self.high is None:
-            raise ValueError("give low, high or both")
+            raise ValueError("give `low`, `high` or both")
         if self.low is not None and self.high is not None and self.low.value >= self.high.value:
-            raise ValueError("low lies above high; allowed: low < high")
+            raise ValueError("`low` is above `high`; allowed: low < high")
         if self.compliance is not None and self.restitution:
             raise ValueError(
                 "restitution belongs to rigid stops; compliant ones rebound by their "
@@ -437,13 +437,13 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     def __post_init__(self) -> None:
         if (self.drive == "effort") == (self.constant is not None):
             raise ValueError(
-                "constant (effort per ampere or volt): required with drive current or voltage, "
-                "not allowed with effort"
+                "`constant` (effort per ampere or volt): required with `drive: current` or "
+                "`drive: voltage`, not allowed with `drive: effort`"
             )
         if self.effort is not None and self.drive != "effort":
-            raise ValueError("effort (a constant effort) belongs to drive: effort")
+            raise ValueError("`effort` (a constant effort) belongs to `drive: effort`")
         if self.winding is not None and self.drive != "current":
-            raise ValueError("winding is for drive: current; a voltage is limited by `limit`")
+            raise ValueError("`winding` is for `drive: current`; a voltage is limited by `limit`")
 
 
 class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -463,11 +463,11 @@ class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     def __post_init__(self) -> None:
         if self.counts_per_revolution is not None and self.step is not None:
-            raise ValueError("give counts_per_revolution or step, not both")
+            raise ValueError("give counts_per_revolution or `step`, not both")
         if self.measures == "velocity" and (
             self.counts_per_revolution is not None or self.step is not None
         ):
-            raise ValueError("counts_per_revolution and step belong to measures: position")
+            raise ValueError("counts_per_revolution and `step` belong to `measures: position`")
 
 
 class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -195,7 +195,7 @@ class Observer(
 
     def __post_init__(self) -> None:
         if (self.switched is None) == (self.tracking is None):
-            raise ValueError("found both or none of switched and tracking; allowed: one of them")
+            raise ValueError("found both or none of `switched` and `tracking`; allowed: one")
 
     @property
     def kind(self) -> Literal["multiplicative", "additive", "tracking"]:

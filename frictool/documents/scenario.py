@@ -162,27 +162,27 @@ class Scenario(
 
     def __post_init__(self) -> None:
         if self.reference is not None and self.steps:
-            raise ValueError("found steps and reference; allowed: one of them")
+            raise ValueError("found `steps` and `reference`; allowed: one of them")
         if self.is_open:
             if self.reference is not None or self.steps:
                 raise ValueError(
-                    "duration_s belongs to a test without controller; remove it, or remove steps "
-                    "and reference"
+                    "duration_s belongs to a test without controller; remove it, or remove `steps` "
+                    "and `reference`"
                 )
         elif self.reference is None and not self.steps:
             raise ValueError(
-                "steps is empty; write at least one {reference: .., duration_s: ..}, "
+                "`steps` is empty; write at least one {reference: .., duration_s: ..}, "
                 "or duration_s for a test without controller"
             )
         elif self.reference is None and self.start is None:
-            raise ValueError("start is missing; write the position at rest before the first step")
+            raise ValueError("`start` is missing; write the position at rest before the first step")
         if (self.variants == "random") != (self.plants is not None):
             raise ValueError(
-                "plants (their number): required with variants: random, and allowed with no other "
+                "`plants` (their number): required with `variants: random`, not allowed with other "
                 "variants"
             )
         if self.given and self.variants != "given":
-            raise ValueError("given (the parameters of one plant) belongs to variants: given")
+            raise ValueError("`given` (the parameters of one plant) belongs to `variants: given`")
         if (
             self.spread is not None
             and self.spread.within_count
@@ -190,12 +190,12 @@ class Scenario(
             and self.spread.start is None
         ):
             raise ValueError(
-                "spread.within_count needs start, the position at rest at the beginning"
+                "spread.within_count needs `start`, the position at rest at the beginning"
             )
         if self.spread is not None and self.is_open:
             raise ValueError(
-                "spread belongs to a campaign, which needs a controller; remove spread, or "
-                "write steps instead of duration_s"
+                "`spread` belongs to a campaign, which needs a controller; remove `spread`, or "
+                "write `steps` instead of duration_s"
             )
 
     @property

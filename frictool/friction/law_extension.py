@@ -122,7 +122,7 @@ class FrictionExtension:
     def _check_elastic_limit(self, elastic: float, yielded: float) -> None:
         """Raise ValueError if the presliding limit falls below z_ba.
 
-        thesis (2.46) would then jump between elastic and plastic without end.
+        Equation (2.46) of the thesis would then jump between elastic and plastic without end.
         """
         smallest = yielded * min(
             minimum(self.forward, *self.travel)[1], minimum(self.backward, *self.travel)[1]

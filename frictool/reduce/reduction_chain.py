@@ -116,7 +116,7 @@ def _chain(
         if bandwidth is None:
             raise NoSolutionError(
                 f"{whole.name}: {', '.join(one.name for one in compliant_links(now))} "
-                "is compliant, and no bandwidth determines the resonances to keep"
+                "is compliant, so that a bandwidth must determine the resonances to keep; give it"
             )
         now = take(stiffen_above(now, root, bandwidth))
     progress("losses")

@@ -53,7 +53,7 @@ def lines(
 def unfinished(name: str, steps: tuple[ReductionStep, ...]) -> list[str]:
     """Return the text on the completed steps of a reduction that failed before the simulation."""
     rows = [HEADING, *(_row(step.report, len(step.mechanism.blocks), "") for step in steps)]
-    return [f"{name}: {len(steps)} steps, then no further", "", *aligned(rows)]
+    return [f"{name}: stopped after {len(steps)} steps", "", *aligned(rows)]
 
 
 def _in_loop(loop: LoopComparison, unit: str) -> list[str]:

@@ -156,7 +156,7 @@ def bench_test(
             f"has a period of {stream.period:.6g} s, but sample_period_s of the model's bench is "
             f"{rig.sample_period_s:.6g} s"
         )
-        raise LogError(excitation.source, f"{problem}; write it for that bench")
+        raise LogError(excitation.source, f"{problem}; write a test for that bench")
     generator = np.random.Generator(np.random.PCG64(seed))
     phase = rig.resolution * generator.random()
     position, drive = (

@@ -65,7 +65,7 @@ def check_least(
         refuse(
             ends.document,
             ends.key,
-            f"{problem}; allowed: at least that; {without}, it scales with {label}",
+            f"{problem}; allowed: at least this {label}; {without}, it is proportional to {label}",
         )
 
 

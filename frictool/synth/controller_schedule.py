@@ -36,7 +36,7 @@ def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate)
             raise NoSolutionError(
                 f"the controller of vertex {corner.name} is itself unstable, so that its states "
                 "grow whenever the loop is open; "
-                "raise weights.static_error, or leave out scheduled"
+                "raise weights.static_error, or remove `scheduled`"
             )
     stored_corners = tuple(
         _corner(corner, k) for corner, k in zip(corners, candidate.scheduled, strict=True)

@@ -124,8 +124,8 @@ def _refuse(problem: SynthesisProblem) -> None:
     design = problem.design
     if design.scheduled and problem.sampled:
         raise FrictoolError(
-            "method lpv_grid: found scheduled controllers with domain discrete; allowed: domain "
-            "continuous, or a frozen controller"
+            "method lpv_grid: found `scheduled` with domain discrete; allowed: domain continuous, "
+            "or a frozen controller"
         ).at("design", "method")
     if design.schedule is not None and "regime" in design.schedule:
         raise FrictoolError(
@@ -135,7 +135,7 @@ def _refuse(problem: SynthesisProblem) -> None:
     if design.poles is not None:
         raise FrictoolError(
             "method lpv_grid: found poles; allowed: no pole region with this method; take lpv, or "
-            "weigh the command more"
+            "raise weights.command"
         ).at("design", "poles")
     if design.vertices != "exact":
         raise FrictoolError(

@@ -138,7 +138,7 @@ class _BlockRules:
         if not self.design.reads_speed and not winding:
             if requested is not None:
                 raise FrictoolError(
-                    "velocity: no block of this design reads a speed; remove it. Such blocks: "
+                    "velocity: no block of this design reads a speed; remove the key. Such blocks: "
                     "action brake, limiter by energy or with virtual friction, "
                     "friction_compensation, speed pid, actuator.winding"
                 ).at("design", "velocity")

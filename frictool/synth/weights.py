@@ -250,8 +250,8 @@ class _WeightRules:
         """
         if noise <= 0.0:
             raise FrictoolError(
-                "weights.command: missing in the design, and weights.noise is 0; give command (0 "
-                "for none), or a noise to derive it from"
+                "weights.command: missing in the design, and weights.noise is 0; give "
+                "weights.command (0 for none), or raise weights.noise"
             ).at("design", "weights.command")
         step = self.model.bench.encoder.resolution
         share = self.provided.count_share

@@ -191,7 +191,7 @@ def test_what_cannot_be_simulated_is_counted_and_named(tmp_path: Path) -> None:
     assert len(told["not_simulated"]) == len(broken)
     assert all(row["passed"] == "broken" for row in broken)
     reasons = {
-        "lies above high",
+        "`low` is above `high`",
         "rotor starts at 0 rad; allowed",
         "plant given: the start puts rotor at 5 rad; allowed",
     }
@@ -414,7 +414,7 @@ def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
             Spread(parameters={"breakaway": Span(50.0, 60.0, "mN m")}),
             (
                 "parameters.breakaway: found 0.05 to 0.06 N m, below Coulomb friction of up to "
-                "0.18 N m; allowed: at least that",
+                "0.18 N m; allowed: at least this",
             ),
         ),
         (

@@ -83,26 +83,26 @@ def test_the_rigs_ask_for_nothing_in_vain() -> None:
 CONTRADICTIONS = {
     "position_law.gain_per_s": (
         ["position_law: {action: cut, formula: sqrt(F/J), gain_per_s: 1}"],
-        "kind proportional needs gain_per_s",
+        "`kind: proportional` needs gain_per_s",
     ),
-    "no formula": (["position_law: {action: cut}"], "kind square_root needs a formula"),
+    "no formula": (["position_law: {action: cut}"], "`kind: square_root` needs `formula`"),
     "a formula too much": (
         ["position_law: {action: none, kind: proportional, formula: sqrt(F/J)}"],
-        "kind proportional has none",
+        "`kind: proportional` has none",
     ),
     "virtual friction of a proportional law": (
         [
             "position_law: {action: none, kind: proportional, gain_per_s: 1, "
             "virtual_coulomb_factor: 2}"
         ],
-        "virtual_coulomb_factor belongs to kind square_root",
+        "virtual_coulomb_factor belongs to `kind: square_root`",
     ),
     "band of a proportional law": (
         [
             "position_law: {action: none, kind: proportional, gain_per_s: 1, band: {value: 1, "
             "unit: rad}}"
         ],
-        "band belongs to kind square_root, or to action cut or brake",
+        "`band` belongs to `kind: square_root`, `action: cut` or `action: brake`",
     ),
     "rest_speed": (
         [f"position_law: {{{LAW}, rest_speed: {{value: 1, unit: rad/s}}}}"],
@@ -117,11 +117,11 @@ CONTRADICTIONS = {
             "position_law: {action: none, formula: sqrt(F/J), settled_speed: {value: 1, unit: "
             "rad/s}}"
         ],
-        "settled_speed belongs to action cut or brake",
+        "settled_speed belongs to `action: cut` or `action: brake`",
     ),
     "settled_speed without prefilter": (
         [f"position_law: {{{LAW}, settled_speed: {{value: 1, unit: rad/s}}}}"],
-        "position_law.settled_speed is a speed of the prefilter; add prefilter",
+        "position_law.settled_speed is a speed of the prefilter; add `prefilter`",
     ),
     "prefilter without settled_speed": (
         [f"position_law: {{{LAW}}}", FILTER],
@@ -129,13 +129,13 @@ CONTRADICTIONS = {
     ),
     "limiter": (
         [f"position_law: {{{LAW}}}", "limiter: {condition: error}"],
-        "limiter belongs to structure position",
+        "`limiter` belongs to structure position",
     ),
     "measured and filtered": (
         ["velocity: {source: measured, filter_rad_s: 100}"],
         "a measured speed has no filter",
     ),
-    "order of no filter": (["velocity: {order: 1, filter_rad_s: 0}"], "remove order"),
+    "order of no filter": (["velocity: {order: 1, filter_rad_s: 0}"], "remove `order`"),
     "virtual speed": (
         ["limiter: {condition: error, virtual_speed: {value: 1, unit: rad/s}}"],
         "virtual_speed needs virtual_coulomb",
@@ -146,11 +146,11 @@ CONTRADICTIONS = {
     ),
     "observer's velocity": (
         ["friction_compensation: {source: observer, observer_rad_s: 10, velocity: measured}"],
-        "velocity and smoothing_speed belong to `source: model`",
+        "`velocity` and smoothing_speed belong to `source: model`",
     ),
     "reference": (
         ["friction_compensation: {source: model, velocity: reference}"],
-        "velocity reference needs smoothing_speed",
+        "`velocity: reference` needs smoothing_speed",
     ),
     "no reference": (
         [
@@ -158,11 +158,11 @@ CONTRADICTIONS = {
             "friction_compensation: {source: model, velocity: reference, smoothing_speed: {value: "
             "1, unit: rad/s}}",
         ],
-        "the speed of the filtered reference; add prefilter",
+        "the speed of the filtered reference; add `prefilter`",
     ),
     "both gains": (
         ["pid: {gain: {value: 1, unit: N m/rad}, speed_gain: {value: 1, unit: N m s/rad}}"],
-        "give gain for a position loop, or speed_gain",
+        "give `gain` for a position loop, or speed_gain",
     ),
     "derivative": (
         ["pid: {gain: {value: 1, unit: N m/rad}, derivative_time_s: 1}"],
@@ -174,7 +174,7 @@ CONTRADICTIONS = {
     ),
     "sections that are scheduled": (
         [f"position_law: {{{LAW}}}", "form: sos", "scheduled: true"],
-        "form sos cannot be combined with scheduled",
+        "`form: sos` cannot be combined with `scheduled`",
     ),
 }
 
@@ -190,9 +190,9 @@ def test_what_contradicts_itself_is_refused(tmp_path: Path, name: str) -> None:
 
 def test_a_pid_has_the_gain_of_its_structure(tmp_path: Path) -> None:
     speed = "pid: {speed_gain: {value: 1, unit: N m s/rad}, integral_time_s: 1}"
-    with pytest.raises(DocumentError, match="structure position takes gain"):
+    with pytest.raises(DocumentError, match="structure position takes `gain`"):
         _design(tmp_path, "method: pid", speed)
-    with pytest.raises(DocumentError, match="method pid needs the key pid"):
+    with pytest.raises(DocumentError, match="`method: pid` needs the key `pid`"):
         _design(tmp_path, "method: pid")
     path = tmp_path / "cascade.yaml"
     path.write_text(
@@ -215,7 +215,7 @@ def test_what_reads_a_speed_is_known(tmp_path: Path) -> None:
 
 
 def test_sections_have_no_integrator_that_a_limiter_could_hold(tmp_path: Path) -> None:
-    with pytest.raises(DocumentError, match="form sos cannot be combined with limiter"):
+    with pytest.raises(DocumentError, match="`form: sos` cannot be combined with `limiter`"):
         _design(tmp_path, "method: lpv", "limiter: {condition: error}", "form: sos")
 
 

@@ -97,12 +97,12 @@ def test_units_and_intervals_are_converted_once(tmp_path: Path) -> None:
         (
             "    lead_angle: {value: 0.2, unit: rad}\n",
             "",
-            ["links.thread: give lead_angle or lead"],
+            ["links.thread: give lead_angle or `lead`"],
         ),
         (
             "    friction_form: thesis",
             "    efficiency: 0.5",
-            ["links.thread: give friction_coefficient or efficiency, not both"],
+            ["links.thread: give friction_coefficient or `efficiency`, not both"],
         ),
         (
             "      at: motor\n      restitution: 0.2",
@@ -127,17 +127,17 @@ def test_units_and_intervals_are_converted_once(tmp_path: Path) -> None:
         (
             "    low: {value: -0.001, unit: m}",
             "    low: {value: 0.1, unit: m}",
-            ["links.ends: low lies above high"],
+            ["links.ends: `low` is above `high`"],
         ),
         (
             "    effort: {value: -4.0, unit: N}",
             "    constant: {value: 1, unit: N/A}",
-            ["sources.weight: constant (effort per ampere or volt)"],
+            ["sources.weight: `constant` (effort per ampere or volt)"],
         ),
         (
             "measures: velocity",
             "measures: velocity, step: {value: 1, unit: rad}",
-            ["sensors.tacho: counts_per_revolution and step belong to measures: position"],
+            ["sensors.tacho: counts_per_revolution and `step` belong to `measures: position`"],
         ),
     ],
 )

@@ -102,7 +102,7 @@ def test_units_are_converted_and_what_is_wrong_is_named(tmp_path: Path) -> None:
             "coulomb: {value: 0.1, unit: N m}, breakaway: {value: 50, unit: mN m}",
             (
                 "given.breakaway: found 0.05 N m, below Coulomb friction of 0.1 N m; "
-                "allowed: at least that; left out, it scales with Coulomb",
+                "allowed: at least this Coulomb friction; left out, it is proportional to Coulomb",
             ),
         ),
     ):
@@ -122,7 +122,7 @@ def test_units_are_converted_and_what_is_wrong_is_named(tmp_path: Path) -> None:
 
 
 def test_given_belongs_to_its_variants() -> None:
-    with pytest.raises(ValueError, match="belongs to variants: given"):
+    with pytest.raises(ValueError, match="belongs to `variants: given`"):
         Scenario(
             "scenario/1",
             "s",

@@ -77,10 +77,10 @@ def test_a_step_that_says_too_much_or_too_little_is_refused(
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"steps": ()}, "steps is empty"),
-        ({"start": None}, "start is missing"),
-        ({"plants": 3}, "required with variants: random"),
-        ({"variants": "random"}, "required with variants: random"),
+        ({"steps": ()}, "`steps` is empty"),
+        ({"start": None}, "`start` is missing"),
+        ({"plants": 3}, "required with `variants: random`"),
+        ({"variants": "random"}, "required with `variants: random`"),
     ],
 )
 def test_a_scenario_that_says_too_much_or_too_little_is_refused(

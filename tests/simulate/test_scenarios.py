@@ -244,7 +244,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
             8,
             "plants: found 0; allowed: a whole number >= 1",
         ),
-        (STEPS + "plants: 10\n", 7, "required with variants: random"),
+        (STEPS + "plants: 10\n", 7, "required with `variants: random`"),
         (
             STEPS + "variants: random\nplants: 100000\n",
             5,
@@ -339,7 +339,11 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
             5,
             "reference: to_s: found 2; allowed: after from_s, 3",
         ),
-        (STEPS + "reference: {log: x.csv}\n", 1, "found steps and reference; allowed: one of them"),
+        (
+            STEPS + "reference: {log: x.csv}\n",
+            1,
+            "found `steps` and `reference`; allowed: one of them",
+        ),
     ],
 )
 def test_what_may_not_be_asked_names_line_and_key(

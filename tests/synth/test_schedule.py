@@ -109,6 +109,6 @@ def test_what_cannot_be_scheduled_is_said(change: dict[str, object]) -> None:
     design = load(RIG / "designs/speed.yaml", Design)
     with pytest.raises(
         (ValueError, FrictoolError),
-        match=r"scheduled (belongs to methods lpv, lft_lpv, |cannot be combined with order)",
+        match=r"scheduled`? (belongs to methods lpv, lft_lpv, |cannot be combined with `order`)",
     ):
         Design(**{**msgspec.structs.asdict(design), "scheduled": True, **change})

@@ -147,7 +147,7 @@ def test_a_filter_that_alternates_is_refused() -> None:
     [
         (
             {"profile": ProfileDesign(), "prefilter": PrefilterDesign(30.0, 0.8)},
-            "profile replaces prefilter",
+            "`profile` replaces `prefilter`",
         ),
         ({"feedforward": FeedforwardDesign()}, "filter_rad_s: needed without prefilter"),
         (
