@@ -61,15 +61,19 @@ def weak_deviation(
         if window is None
         else [window]
     )
+    rows = [
+        (stroke.times, regressors(stroke, axis, sensing, side))
+        for stroke, side in itertools.product(strokes, (1.0, -1.0))
+    ]
     for width in choice:
-        deviation = _deviation(strokes, axis, sensing, width, share)
+        deviation = _deviation(rows, axis, sensing, width, share)
         if deviation[0] < best[0]:
             best, chosen = deviation, width
     return best, chosen
 
 
 def _deviation(
-    strokes: list[PlannedStroke],
+    strokes: list[tuple[float, Vector]],
     axis: PriorAxis,
     sensing: SensorPrecision,
     window: int,
@@ -79,17 +83,16 @@ def _deviation(
     c = np.convolve(g, [1.0, -2.0, 1.0]) / sensing.period**2
     slope = np.convolve(g, np.array([1.0, 0.0, -1.0]) / (2.0 * sensing.period))
     by_position = axis.inertia * c + axis.viscous * slope[::-1]
-    columns = regressors(strokes[0], axis, sensing).shape[1]
+    columns = strokes[0][1].shape[1]
     normal, covariance = np.zeros((columns, columns)), np.zeros((columns, columns))
     samples = 0.0
-    for stroke, side in itertools.product(strokes, (1.0, -1.0)):
-        rows = regressors(stroke, axis, sensing, side)
-        rows = rows[window // 2 : rows.shape[0] - window // 2]
+    for times, regressor in strokes:
+        rows = regressor[window // 2 : regressor.shape[0] - window // 2]
         if rows.shape[0] < 2:
             continue
-        samples += stroke.times * rows.shape[0]
-        normal += stroke.times * (rows.T @ rows)
-        covariance += stroke.times * (
+        samples += times * rows.shape[0]
+        normal += times * (rows.T @ rows)
+        covariance += times * (
             sensing.noise**2 * _gram(rows, g) + sensing.step**2 / 12.0 * _gram(rows, by_position)
         )
     scale = np.sqrt(np.diag(normal))

@@ -21,6 +21,7 @@ differences. The noise attenuates the estimated inertia by s^2; `slip_fit` choos
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -36,6 +37,7 @@ DEGREE = 3
 SHORTEST = 11  # samples, shortest window
 STROKE_SHARE = 1.0 / 6.0  # longest window relative to a stroke; a longer one leaves too few samples
 BLOCK = 1024  # samples filtered at a time
+ROWS = 256  # windows multiplied at a time: they stay in the processor's cache
 # largest number of samples at which the acceleration is evaluated to choose a window
 GRID_POINTS = 20_000
 FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # root of the sum of squares of (1, -4, 6, -4, 1)
@@ -90,10 +92,18 @@ def measurement_noise(record: MotionRecord) -> float:
 
 def acceleration_response(record: MotionRecord, window: int) -> Vector:
     """Return the impulse response (window,) from the measured signal to the acceleration."""
-    c = acceleration_filter(window, record.period)
-    return (
-        c if record.velocity is None else np.convolve(np.cumsum(c)[:-1] * record.period, (0.5, 0.5))
-    )
+    return _response(window, record.period, record.velocity is not None)
+
+
+def _response(window: int, period: float, of_velocity: bool) -> Vector:
+    c = acceleration_filter(window, period)
+    return np.convolve(np.cumsum(c)[:-1] * period, (0.5, 0.5)) if of_velocity else c
+
+
+@functools.cache
+def _noise_gain(window: int, period: float, of_velocity: bool) -> float:
+    """Return the rms of the acceleration, 1/s^d, for white noise of rms 1 in the signal."""
+    return float(np.linalg.norm(_response(window, period, of_velocity)))
 
 
 def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> int:
@@ -108,7 +118,7 @@ def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> 
     wanted = share * _rms_acceleration(record, longest)
     noise = measurement_noise(record)
     for window in range(SHORTEST, longest, 2):
-        if noise * float(np.linalg.norm(acceleration_response(record, window))) <= wanted:
+        if noise * _noise_gain(window, record.period, record.velocity is not None) <= wanted:
             return window
     return longest
 
@@ -118,7 +128,11 @@ def _rms_acceleration(record: MotionRecord, window: int) -> float:
     """Return the rms of the acceleration, smoothed over `window`, from evenly spaced samples."""
     every = max(1, record.position.size // GRID_POINTS)
     windows = sliding_window_view(record.position, window)[::every]
-    acceleration = (windows - windows[:, :1]) @ acceleration_filter(window, record.period)
+    c = acceleration_filter(window, record.period)
+    acceleration = np.empty(windows.shape[0])
+    for first in range(0, windows.shape[0], ROWS):
+        rows = windows[first : first + ROWS]
+        acceleration[first : first + ROWS] = (rows - rows[:, :1]) @ c
     return float(np.sqrt(np.mean(acceleration**2)))
 
 
