@@ -87,20 +87,21 @@ def documents_page() -> str:
 def _document(name: str, headings: dict[Any, str], texts: dict[str, str]) -> None:
     """Add the text of a document to `texts`, after that of the documents which it contains."""
     document = DOCUMENTS[name]
+    contained = structs_of(document)
     for other, kind in DOCUMENTS.items():
-        if other != name and kind in structs_of(document):
+        if other != name and kind in contained:
             _document(other, headings, texts)
     if name in texts:
         return
     paths: dict[Any, str] = {document: ""}
-    for kind in structs_of(document):
+    for kind in contained:
         for key, hint in typing.get_type_hints(kind, include_extras=True).items():
             for path, struct in _parts(hint, f"{paths[kind]}.{key}".lstrip(".")):
                 paths.setdefault(struct, path)
     new = [kind for kind in paths if kind not in headings]
     for kind in new:
         headings[kind] = f"{name}.yaml: {paths[kind]}" if paths[kind] else f"{name}.yaml"
-    order = [document, *(kind for kind in structs_of(document) if kind in new[1:])]
+    order = [document, *(kind for kind in contained if kind in new[1:])]
     level = {kind: "##" if kind is document else "###" for kind in order}
     texts[name] = "\n".join(
         _struct(kind, f"{level[kind]} {headings[kind]}", headings) for kind in order

@@ -7,6 +7,7 @@ than it works, on the core of the other file of tests.
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 from collections import Counter
@@ -52,6 +53,17 @@ def few_rehearsals() -> Iterator[None]:
 
 COST = "processor seconds"
 LEAST_S = 1.0  # a package that takes less is not listed
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Exempt what the collection leaves from garbage collection: it is kept until the run ends."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
