@@ -27,11 +27,13 @@ from frictool.simulate.default_servo import default_servo, feedforward
 from studies.command_line import run_checked
 from studies.promises.rigs import benches, truth
 
+# `make accept` tests how often promises are kept (tests/accept/check_promises.py)
+pytestmark = pytest.mark.usefixtures("few_rehearsals")
 WANTED = {"inertia": 0.02, "coulomb": 0.02}
 
 
 @pytest.fixture(scope="module")
-def belt() -> tuple[Bench, PreciseTest, Promise]:
+def belt(few_rehearsals: None) -> tuple[Bench, PreciseTest, Promise]:
     bench = next(one for one in benches() if one.name == "belt")
     test = rehearsed_strokes(bench, PrecisionRequest(WANTED))
     return bench, test, promise_of([test], bench, None, provenance_of_call("test"))
