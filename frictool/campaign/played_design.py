@@ -47,7 +47,7 @@ class DesignTest:
     `scenario`: steps on every plant; its seed draws the plants. `about`: description of the steps.
     `plants`: values of each plant that differ from the nominal plant [SI]. `names`: names of the
     plants by index. `starts`: initial positions of the plants [rad | m], at different places within
-    an encoder's count. `vertices`: number of vertices, which follow the nominal plant.
+    an encoder's count. `vertices`: number of vertices; in `plants` they follow the nominal plant.
     """
 
     model: Model

@@ -1,1 +1,1 @@
-"""Command line: one module per command, which parses, loads, calls one stage and saves."""
+"""Command line: one module per command; each loads inputs, calls one stage and saves the result."""

@@ -13,7 +13,8 @@ from frictool.documents.quantity_notation import written_quantity
 def positive_si(option: str, text: str, dimension: str, axis: Axis) -> float:
     """Return the number in SI.
 
-    Raises click.UsageError with the option's name if it is not above 0 or has an unsuitable unit.
+    Raises click.UsageError with the option's name if the number is not above 0 or its unit does not
+    suit.
     """
     unit = si_unit(dimension, axis)
     written = written_quantity(text)

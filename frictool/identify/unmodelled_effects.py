@@ -272,7 +272,7 @@ class _EffectRegression:
     def accepted(self) -> list[AcceptedEffects]:
         """Return single effects and groups of effects that explain the residual.
 
-        Effects that explain it as well in place of a used effect are included.
+        The result includes effects that explain the residual equally well as a used effect.
         """
         if self._values(self.used) is None or self.rows.squares(self.used) is None:
             return []

@@ -204,7 +204,7 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
 
 
 def excerpt(reason: str) -> str:
-    """Return the beginning of a library's reason, which may quote a damaged file."""
+    """Return the beginning of a library's error text, because it may quote a damaged file."""
     return reason if len(reason) <= LONGEST_REASON else f"{reason[:LONGEST_REASON]}..."
 
 

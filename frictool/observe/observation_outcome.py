@@ -135,7 +135,7 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
     constant = model.bench.actuator.constant
 
     def with_constant(one: EstimateRange, unit: str = "") -> str:
-        """Return an estimate as text, with the interval that includes that of the constant."""
+        """Return an estimate as text, with the interval that includes the constant's error."""
         own = f"{_range(one)} {unit}".rstrip()
         if estimate.scale is None:
             return own

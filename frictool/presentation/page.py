@@ -1,8 +1,8 @@
 """HTML pages from the template of a stage inside the common frame, base.html.jinja.
 
-All pages have one style and two scripts, uPlot and explore.js, which show their figures as charts.
-Without the scripts the figures remain as drawn. A page loads nothing from the network; its content
-security policy permits these two scripts by their SHA-256 only.
+All pages have one style and two scripts, uPlot and explore.js. The scripts show the figures as
+charts. Without the scripts the figures remain as drawn. A page loads nothing from the network; its
+content security policy permits these two scripts by their SHA-256 only.
 """
 
 from __future__ import annotations

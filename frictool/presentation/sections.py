@@ -1,4 +1,4 @@
-"""Tables and figures of a stage's result, which its text and its page render.
+"""Tables and figures of a stage's result, for its text and its page.
 
 A stage builds them once. `TextTable.lines` renders a table as text; sections.html.jinja renders
 tables and figures on a page, where every text from a file is escaped.
@@ -54,7 +54,7 @@ class PageFigure:
 
     @property
     def markup(self) -> Markup:
-        """The `<svg>` element for a page, which inserts it unchanged."""
+        """The `<svg>` element, marked so that a page does not escape it."""
         return Markup(self.svg)
 
 

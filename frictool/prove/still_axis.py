@@ -19,8 +19,8 @@ def still_samples(
     """Run the controller from sample `first` on, as long as its command cannot move the axis.
 
     bounds (2,): lowest and highest drive at which the axis stays at rest. The commands are written
-    to `commands` (n,). Returns the index of the first command outside the bounds, which is also
-    written, or n.
+    to `commands` (n,). Returns the index of the first command outside the bounds, or n if there is
+    none. This command is written, too.
     """
     for k in range(first, reference.shape[0]):
         commands[k] = control_step(machine, reference[k], position, 0.0)

@@ -49,7 +49,7 @@ class StreamEvidence:
     `modulus_margin`: modulus margin of the controller's loop with the stream's plant, None if
     unknown. `margin_gap`: reason why the margin is unknown. `beyond`: text with the differences
     between the stream's rig and the rig of the controller's verification, or empty. `worst`: True
-    for the stream with the worst value of a requirement, which figures show in red.
+    for the stream with the worst value of a requirement; figures show this stream in red.
     """
 
     source: str

@@ -58,7 +58,7 @@ def scenario_of(
 
 
 def nominal_of(base: Scenario) -> Scenario:
-    """Return the scenario without `spread`, for the nominal plant or the plant of `given`."""
+    """Return the scenario without `spread`, with the nominal plant changed by its `given`."""
     return msgspec.structs.replace(
         base, variants="given" if base.given else "nominal", plants=None, spread=None
     )

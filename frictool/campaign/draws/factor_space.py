@@ -1,4 +1,4 @@
-"""Space of a campaign's factors, which have ranges; a draw is a point of the unit cube.
+"""Space of a campaign's factors, each with a range; a draw is a point of the unit cube.
 
 All factors are independent in the unit cube.
 

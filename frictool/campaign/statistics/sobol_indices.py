@@ -83,7 +83,7 @@ def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, 
 
 
 def scores_of(values: Vector) -> tuple[Vector, ...]:
-    """Return the rank scores of values (n,), which may be infinite: location and spread.
+    """Return the rank scores (location, spread) of values (n,), finite or infinite.
 
     Each score (n,) has zero mean and is orthogonal to the other one. Equal values have the same
     rank. If too many values are equal, fewer scores are returned.

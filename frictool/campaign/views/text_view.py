@@ -108,7 +108,7 @@ def _shares_text(
 
 
 def share_text(share: float, error: float) -> str:
-    """Return a share with its standard deviation, which is left out if it is 0."""
+    """Return a share as text, with its standard deviation unless that is 0."""
     digits = 0 if error >= 0.0095 else 1
     return (
         _whole(share)

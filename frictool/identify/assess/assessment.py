@@ -46,7 +46,7 @@ class ParameterAssessment:
     - target: the smaller of `wanted` and `known`
     - least: Cramér-Rao bound of the proposed test; None except for inertia, viscous friction,
       Coulomb friction and offset
-    - doubled: precision with half the encoder step
+    - doubled: precision with half the encoder step; None if no value can be expected
     - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if no
       step down to FINEST suffices
     - counts: counts per revolution of an encoder with this step; None for a linear axis
@@ -71,7 +71,7 @@ class Assessment(ResultView):
     - facts: inputs of the decision
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
-    - constant: relative half width of the effort constant
+    - constant: relative half width of the a-priori interval of the effort constant
     - drive: shortest step responses over the a-priori intervals; None if the step has no length
     """
 

@@ -28,7 +28,7 @@ class AssessmentInputs:
     - strokes: strokes of the proposed sines
     - fastest, slowest: shortest and longest a-priori time constant inertia/viscous, s
     - known: parameter -> relative half width of its a-priori interval
-    - inertia: lower end, value and upper end
+    - inertia: lower end, value and upper end of the a-priori interval
     - breakaway: expected breakaway, N m | N
     - rate: slope of the proposed ramps, N m/s | N/s
     - onsets: number of onsets of the proposed ramps

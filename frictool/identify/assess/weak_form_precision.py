@@ -7,7 +7,7 @@ The bell g (weak_form.py) has the second difference c, and d is the central diff
     n = g*e_u - (inertia c + viscous g*d) * e_x
 
 e_u and e_x are the errors of effort and position. Ordinary least squares with the regressors G has
-the covariance N^-1 C N^-1, with N = G'G and C the covariance of G'n, which includes the overlap of
+the covariance N^-1 C N^-1, with N = G'G and the covariance C of G'n. C includes the overlap of
 windows exactly. The encoder's noise also enters the regressor c*x. It attenuates the inertia by its
 share of the regressor's power, so that a window that is too short has a large error.
 

@@ -79,7 +79,7 @@ class Breakaway:
     - delay: mean correction for the encoder's delay, N m | N
     - position, direction: rad | m and +-1 of each onset, (n,)
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: falls of friction over speed whose breakaways the interval includes
+    - fall: possible falls of friction over speed; the interval includes the breakaway with each
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     """

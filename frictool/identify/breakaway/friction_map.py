@@ -67,7 +67,7 @@ def friction_map(
 ) -> IdentifiedFrictionMap:
     """Return the friction map of sliding `records` and `ramps`.
 
-    first: breakaway of the ramps, which varies with position. axis: parameter intervals as in
+    first: breakaway of the ramps; it varies with position. axis: parameter intervals as in
     `breakaway`, with the bench's offset. The ramps are evaluated again with the Coulomb friction of
     the map. Raises UnusableLogs as `sines` does.
     """

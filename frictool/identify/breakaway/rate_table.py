@@ -48,7 +48,7 @@ class BreakawayOverRate:
 
     - rates: mean breakaway at each rate, in ascending order
     - per_decade: increase of the breakaway for a tenfold rate, N m | N; None for a single rate
-    - interval: mean over the rates, between the lowest and the highest interval end of all rates
+    - interval: mean over the rates; its ends are the lowest and the highest end of all rates
     """
 
     rates: tuple[BreakawayAtRate, ...]

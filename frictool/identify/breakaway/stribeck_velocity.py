@@ -53,7 +53,7 @@ class StribeckVelocityRange:
     """Fall of friction for the breakaway's value, and falls for its interval.
 
     - value: fall with which the value of the breakaway is computed
-    - ends: falls whose breakaways the interval includes
+    - ends: falls for which the breakaway is computed as well; the interval includes the results
     - known: True if the range comes from another log and not from the onsets
     """
 

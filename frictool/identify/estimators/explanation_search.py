@@ -242,7 +242,10 @@ def _thinned(record: MotionRecord, share: float) -> MotionRecord:
 
 @dataclass(frozen=True)
 class Trial:
-    """Hypothesis, squared prediction errors (s,) of the strokes with it, and level of its test."""
+    """Hypothesis with the squared prediction errors (s,) of the strokes in a fit with it.
+
+    level: significance level of the hypothesis's test. wave: wave number of a ripple, else None.
+    """
 
     hypothesis: Hypothesis
     rows: ReducedRows

@@ -26,7 +26,8 @@ ABOVE_NOISE = 3.0
 class ReducedRows:
     """Rows of all hypotheses, reduced to g triangular matrices (q, q) by QR.
 
-    A run is a group of successive rows. Each run has one matrix, with q - 1 columns and the effort.
+    A run is a group of successive rows. Each run has one matrix of `plain` (g, q, q), with q - 1
+    columns and the effort.
 
     - names: names of the columns, (q - 1,)
     - base: names of the columns that are always in the fit

@@ -6,7 +6,7 @@ of a median stroke, the weights of earlier squared residuals are multiplied by `
 the end of the log has the largest weight.
 
 The last value and its interval are those of least squares with these weights (`fit`). `path`
-returns the values along the log, which show a drift.
+returns the values along the log, so that a drift is visible.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ class _Comparison:
         )
 
     def squares(self, order: int) -> Vector | None:
-        """Return the held-out square of each stroke (s,), or None if a half is too small."""
+        """Return the squared prediction errors (s,) of the strokes; None if a half is too small."""
         needless = set(names_to(HIGHEST)) - set(names_to(order))
         columns = [k for k, name in enumerate(self.names) if name not in needless]
         squares = held_out_squares(self.plain, self.plain, halved(self.stroke), columns)

@@ -114,7 +114,7 @@ def limits_of(bench: Bench) -> BenchLimits:
 
 
 def known_load(bench: Bench) -> float:
-    """Return the largest effort of the declared spring, gravity and ripple, N m | N, or 0."""
+    """Return the largest effort of the declared loads (`load.most`), N m | N; 0 if undeclared."""
     return (
         max(bench.load.most.interval)
         if bench.load is not None and bench.load.most is not None

@@ -38,7 +38,10 @@ def condition(speed: float) -> float:
 
 
 def longest_distance(limits: BenchLimits) -> float:
-    """Return the longest stroke [rad | m]: the travel, or that of a 1 Hz sine at top speed."""
+    """Return the longest stroke [rad | m]: the travel.
+
+    If the travel is infinite, return the stroke of a 1 Hz sine at top speed.
+    """
     return limits.travel if math.isfinite(limits.travel) else limits.speed / math.pi
 
 

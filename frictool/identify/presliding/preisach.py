@@ -1,4 +1,4 @@
-"""Preisach distribution from cycles that are centred at 0 (outlook in 7.2): Everett's table.
+"""Preisach distribution from cycles that are centred at 0 (thesis 7.2): Everett's table.
 
 For each amplitude a = k z/K, k = 1 to K, with the largest amplitude z, the falling branches from +a
 to -a are used (friction/preisach_cycles.py). The r-th branches of all amplitudes give one table.

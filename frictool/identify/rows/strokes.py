@@ -1,4 +1,4 @@
-"""Strokes: motions between two reversals, which are the independent units of the residuals."""
+"""Strokes (motions between two reversals), the independent units of the residuals."""
 
 from __future__ import annotations
 

@@ -139,7 +139,7 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
     model
         Model to validate.
     log
-        Log with the measured position and effort, or drive.
+        Log with the measured position, and with the effort or the drive.
     request
         Loop, start and filter of the simulation.
 
@@ -151,8 +151,8 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
     Raises
     ------
     LogError
-        If the log has no motion, no piece without gaps longer than the skipped samples, or no
-        reference for a closed loop, or if it does not fit the bench of the model.
+        If the log has no motion, no unbroken piece longer than the skipped samples, or no reference
+        for a closed loop, or if the log does not fit the bench of the model.
     NoSolutionError
         If the simulation fails.
     """

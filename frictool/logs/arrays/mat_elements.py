@@ -157,7 +157,7 @@ class _MatVariableReader:
     def small(self, most: int = SMALL_BYTES) -> tuple[int, bytes]:
         """Return type and content of the next element.
 
-        Raises ValueError if it has more than `most` bytes.
+        Raises ValueError if the content has more than `most` bytes.
         """
         tag = self.tag()
         if tag.inline is not None:
@@ -169,7 +169,7 @@ class _MatVariableReader:
     def matrix(self, path: str, length: int, depth: int) -> Iterator[MatArray]:
         """Yield the arrays in a MATRIX of `length` bytes whose head has been read.
 
-        path: name of a field or cell; "" for a variable, which contains its name.
+        path: name of a field or cell; "" for a variable, whose name is in its content.
         """
         end = self.stream.position + length
         if length == 0:  # an empty array

@@ -111,5 +111,5 @@ def schema_fields(text: str) -> tuple[str, ...] | None:
 
 
 def message_path(topic: str, field: str) -> str:
-    """Return the name of a signal in plotting tools, which is its key in the `units` record."""
+    """Return the name of a signal in plotting tools and in the `units` record."""
     return f"{topic}.{field}"

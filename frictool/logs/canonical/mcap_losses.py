@@ -23,7 +23,7 @@ class CanonicalLoss(NamedTuple):
 
 
 class MissingSamples:
-    """Recorder of losses, which it appends to `lost`."""
+    """Recorder that appends losses to `lost`."""
 
     def __init__(self, lost: list[CanonicalLoss]) -> None:
         self.lost = lost

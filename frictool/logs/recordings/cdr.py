@@ -159,7 +159,7 @@ class _CdrReader:
         return start
 
     def length(self) -> int:
-        """Return the next length and record it as a guard, because later offsets depend on it."""
+        """Return the next length; add it to `guards`, because later offsets depend on it."""
         start = self.take(4, 4)
         raw = self.data[start : start + 4]
         self.guards.append((start, raw))

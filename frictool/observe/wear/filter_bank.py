@@ -1,4 +1,4 @@
-"""Bank of filters over moves, which differ in the slope of friction over speed that they allow.
+"""Bank of filters over moves; the filters allow different slopes of friction over speed.
 
     prior N(m, P)  ──move: information A/r, b/r──▶  P' = (P^-1 + A/r)^-1,  m' = m + P' (b - A m)/r
                    ──random walk──▶  the next move
