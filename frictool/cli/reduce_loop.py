@@ -15,8 +15,8 @@ def compare_in_loop(
 ) -> LoopComparison:
     """Simulate the mechanism and the model under the controller; return the comparison of the logs.
 
-    Raises InputFileError if the documents do not fit together, and NoSolutionError if one cannot be
-    simulated.
+    Raises InputFileError if the documents do not fit together, and NoSolutionError if the mechanism
+    or the model cannot be simulated.
     """
     import msgspec
 

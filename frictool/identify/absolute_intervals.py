@@ -39,7 +39,7 @@ class ParameterIntervals:
 
 
 def parameter_intervals(model: Model) -> list[ParameterIntervals]:
-    """Return the intervals of all parameters of the model, in their usual order."""
+    """Return the intervals of all parameters of the model, in the order of the document."""
     constant = model.bench.actuator.constant
     rows = []
     for name in (*PARAMETERS, *CURVE):

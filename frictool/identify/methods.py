@@ -290,7 +290,7 @@ class IdentificationSettings:
     - window: smoothing window, samples, odd
     - time_constant: time constant of the filter on differences, s
     - threshold: least speed of a sample in the method `threshold`, rad/s | m/s
-    - forgetting: weight of a squared residual one stroke back, in ]0, 1]
+    - forgetting: weight of a squared residual that is one median stroke old, in ]0, 1]
     - pipeline: filters of inverse-dynamic and friction-force
     - fixed: name -> interval of sliding parameters that a second fit fixes at the bench's interval,
       because the first fit did not identify them

@@ -23,8 +23,8 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
     Raises
     ------
     LogError
-        If a position exceeds the encoder's or the travel's limits, or an effort the actuator's. The
-        message states the time.
+        If a position exceeds the limits of the encoder or of the travel, or if an effort exceeds
+        the actuator's limit. The message states the time.
     """
     length, effort = si_unit("position", bench.axis), si_unit("effort", bench.axis)
     counts = MOST_COUNTS * record.resolution

@@ -96,7 +96,10 @@ def write_log(log: Log, path: Path | str) -> None:
 
 @contextmanager
 def new_file(path: Path) -> Iterator[BinaryIO]:
-    """Yield a stream that becomes `path` if the block succeeds; raise OutputError if it cannot."""
+    """Yield a stream that becomes `path` if the with-block succeeds.
+
+    Raises OutputError if the file cannot be written.
+    """
     try:
         with part_file(path) as stream:
             yield stream

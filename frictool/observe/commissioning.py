@@ -18,7 +18,7 @@ from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 
 @dataclass(frozen=True)
 class Commissioning:
-    """Wear of a unit at commissioning, and the name of its file."""
+    """Wear of a unit at commissioning, and the name of the file with this wear."""
 
     wear: EstimateRange
     source: str

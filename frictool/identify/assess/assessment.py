@@ -68,7 +68,7 @@ class Assessment(ResultView):
     """Verdicts on all parameters of a bench.
 
     - bench: assessed bench
-    - facts: inputs of the decision
+    - facts: inputs from which the verdicts follow
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant

@@ -35,7 +35,7 @@ class RateTable:
 
 @dataclass(frozen=True)
 class BreakawayAtRate:
-    """Mean breakaway at one rate with its interval, and the number of breakaways."""
+    """Mean of the breakaways at one rate, an interval of this mean, and their number."""
 
     rate: float
     mean: Interval

@@ -50,7 +50,7 @@ class Misfit(Protocol):
 
 @dataclass(frozen=True)
 class StribeckVelocityRange:
-    """Fall of friction for the breakaway's value, and falls for its interval.
+    """Fall of friction for the breakaway's value, and falls for the breakaway's interval.
 
     - value: fall with which the value of the breakaway is computed
     - ends: falls for which the breakaway is computed as well; the interval includes the results

@@ -173,8 +173,8 @@ class ExplanationSearch:
     def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:
         """Return the rows reduced to triangular matrices.
 
-        The base columns, which are in every fit, are those that the bench declares, without
-        parameters fixed in the samples.
+        The base columns are in every fit. They are the columns that the bench declares, except
+        those of parameters fixed in the samples.
         """
         names = parameters_of(samples)[0]
         plain, _, cluster, stroke = reduced(
@@ -197,7 +197,7 @@ class ExplanationSearch:
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return a ripple at the highest peak of the residual's spectrum, or None."""
+        """Return a ripple at the highest peak of the residual's spectrum; None without a peak."""
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if position is None or len(waves) == MOST_HARMONICS:
             return None

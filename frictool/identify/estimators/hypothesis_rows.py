@@ -97,7 +97,7 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return True if the rows separate `tested`, and its effort exceeds the noise.
+        """Return True if the rows separate `tested`, and if the effort of `tested` exceeds noise.
 
         The encoder's noise resembles a derivative of the acceleration. It also attenuates the
         inertia, and a column that resembles the acceleration explains the missing effort.

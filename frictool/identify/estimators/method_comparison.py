@@ -248,8 +248,8 @@ def regression_scores(
 ) -> list[PredictionScore]:
     """Return the scores of the regressions with the load terms `terms`.
 
-    A method has no score if it refuses one half of the data (`sides`), or if its friction there is
-    negative.
+    A method has no score if it refuses one half of the data (`sides`), or if the friction fitted to
+    a half is negative.
     """
     scores = []
     declared = bench_with_terms(data.bench, terms) if terms else data.bench

@@ -52,7 +52,7 @@ def highest_peak(
     position, residual
         Position (n,) [rad | m] and residual effort (n,) [N m | N].
     half
-        Half of each sample, 0 or 1, (n,).
+        Half of the data to which each sample belongs, 0 or 1, (n,).
     shortest
         Shortest period [rad | m].
     excluded

@@ -68,7 +68,7 @@ class HeldOutPrediction:
     - terms: load terms
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - values: parameters fitted to each half
-    - errors: name -> held-out rms error [rad | m] of every compared choice of terms
+    - errors: name of each compared choice of terms -> held-out rms error [rad | m]
     """
 
     terms: tuple[str, ...]
@@ -120,7 +120,7 @@ def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) ->
 def choose_terms(
     records: Sequence[MotionRecord], bench: Bench, known: Mapping[str, float], confidence: float
 ) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Return the load terms to keep, and name -> held-out rms error [rad | m] of each choice."""
+    """Return the load terms to keep, and choice of terms -> held-out rms error [rad | m]."""
     sides = halves(records)
     if sides is None:
         return declared_terms(bench), {}

@@ -33,7 +33,7 @@ def weighted(
 
 
 def inverse_deviation(samples: RegressionSamples) -> Vector:
-    """Return for each row (n,) the inverse standard deviation of the residuals in its class.
+    """Return for each row (n,) 1/(standard deviation of the residuals in its speed class).
 
     Raises UnusableLogs as `residuals` does.
     """

@@ -66,7 +66,7 @@ class BenchLimits:
         return "rad" if self.axis == "rotary" else "m"
 
     def acceleration(self, speed: float) -> float:
-        """Return the possible acceleration at a speed, rad/s^2 | m/s^2; <= 0 if impossible."""
+        """Return the largest acceleration at a speed, rad/s^2 | m/s^2; <= 0: no spare effort."""
         return (self.effort - self.viscous * speed - self.steady) / self.inertia
 
 

@@ -140,7 +140,7 @@ def cramer_rao(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPre
 def regressors(
     stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision, side: float = 1.0
 ) -> Vector:
-    """Return G (n, p) at the samples of a stroke that certainly slip outside the backlash.
+    """Return G (n, p) at those samples of a stroke that certainly slip outside the backlash.
 
     `side` is 1 for forward and -1 for backward. The columns are inertia, viscous, Coulomb, offset
     (unless absent) and the loads.

@@ -71,7 +71,7 @@ class PreciseTest:
     """Test with its promised precision, in SI units.
 
     - half_widths: parameter -> promised half width
-    - bounds: parameter -> half width of the Cramér-Rao bound
+    - bounds: parameter -> half width at the Cramér-Rao bound
     """
 
     sequence: ExcitationSequence
@@ -216,8 +216,8 @@ def stroke_motion(
 ) -> Motion:
     """Return the motion with `times` (k + 1,) repetitions of the candidates and, last, of pauses.
 
-    The positions of the reversals are random within SPREAD of the reach at both ends, so that
-    encoder errors differ between strokes. Pauses are spread evenly.
+    The positions of the reversals are random within the share SPREAD of the reach at both ends, so
+    that encoder errors differ between strokes. Pauses are spread evenly.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0

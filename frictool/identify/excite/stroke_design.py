@@ -53,7 +53,7 @@ class StrokeProgram:
     rms: float = math.inf
 
     def variances(self, times: Vector) -> Vector:
-        """Return the Cramér-Rao variances (p,) for `times` (k,) repetitions; inf if unknown."""
+        """Return the Cramér-Rao variances (p,) of repetitions `times` (k,); inf if undetermined."""
         matrix = np.tensordot(times, self.information, axes=1)
         scale = np.sqrt(np.diag(matrix))
         if not np.all(scale > 0.0):
@@ -82,16 +82,16 @@ class StrokeProgram:
 
 
 def shortest(program: StrokeProgram) -> Vector | None:
-    """Return the whole numbers of repetitions (k,) of the shortest test, or None."""
+    """Return the repetitions (k,) of the shortest test; None if no test meets the limits."""
     shares = _shares(program)
     return None if shares is None else _rounded(program, shares)
 
 
 def best_within(program: StrokeProgram, duration: float) -> Vector | None:
-    """Return the repetitions (k,) of the most precise test of at most `duration` [s], or None.
+    """Return the repetitions (k,) of the most precise test of at most `duration` [s].
 
-    A bisection searches a common factor of all limits for which the shortest test has this
-    duration.
+    Return None if there is no such test. A bisection searches a common factor of all limits for
+    which the shortest test has this duration.
     """
     shares = _shares(program)
     if shares is None:

@@ -66,8 +66,8 @@ def info(
     log
         Log in memory, or path of a log file.
     bench
-        Bench of the log. A raw log needs it for its columns. With a bench, samples at the
-        actuator's limit are counted.
+        Bench of the log. A raw log needs a bench, which maps the columns. With a bench, samples at
+        the actuator's limit are counted.
     window
         Time window of the survey.
 

@@ -56,7 +56,8 @@ class ReversalRows:
     - plain: weighted means of acceleration, velocity, sign and 1, (n, 4)
     - slope: derivative of the effort, (n,)
     - effort, stroke: weighted mean of the effort, and number of the stroke, (n,)
-    - advance, sign, moving: advance, direction and velocity, (m,)
+    - advance: distance since the last reversal, (m,), rad | m
+    - sign, moving: direction and velocity, (m,)
     - mask: True for samples that are rows, (m,)
     - g: weights of the means, the test function of the weak form
     - count: encoder resolution, rad | m

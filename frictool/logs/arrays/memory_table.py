@@ -72,7 +72,7 @@ class MemoryTable:
 
 
 def in_memory(table: RawTable, wanted: Sequence[str], most: int) -> MemoryTable:
-    """Return the columns `wanted` of a table in memory, with at least its first `most` rows.
+    """Return the columns `wanted` of a table: whole blocks, until they have `most` rows.
 
     Raises LogError as the table's blocks do.
     """

@@ -27,7 +27,7 @@ SLACK = 0.01  # tolerance of the range of the numbers, relative to the period
 
 
 class PeriodicSignal:
-    """Unwrapping of one signal in the unit of its numbers."""
+    """Unwrapping of one signal; the period has the unit of the signal."""
 
     def __init__(self, period: float) -> None:
         self._period = period
