@@ -65,7 +65,7 @@ class DesignTest:
         return self.judge_of(self.scenario, self.spec)
 
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return judges with plants that the test does not contain, one for each pair in MOVED.
+        """Return judges with plants that the test does not contain, one for each shift in MOVED.
 
         They simulate the vertices and OTHERS drawn plants. Start and targets are shifted within an
         encoder count.

@@ -137,8 +137,8 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
 def save_text(target: Path, text: str, inputs: list[Path], draft: bool = False) -> None:
     """Write `text` as UTF-8 to `target`, completely or not at all.
 
-    Stdout gets no control characters. A document is read back first. A draft is not, because it
-    contains values to fill in.
+    Stdout gets no control characters. A document is read back first, unless it is a draft with
+    values to fill in.
     """
     if not draft:
         check_document(target, text)

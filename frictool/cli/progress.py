@@ -42,7 +42,7 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
 
 
 def note_step(step: str) -> None:
-    """Print the step that begins, where progress is shown."""
+    """Print the step that begins, if progress is shown."""
     if shows_progress():
         note(f"{step} ...")
 

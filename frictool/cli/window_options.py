@@ -16,7 +16,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def window_options(function: F) -> F:
-    """Add the parameters `start` and `end` [s] or None to a command."""
+    """Add the parameters `start` and `end` [s] to a command; their default is None."""
     end = click.option(
         "--to",
         "end",

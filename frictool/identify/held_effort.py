@@ -52,7 +52,8 @@ class HeldEffort:
 
     - hold: number of samples between two updates
     - low, high: interval of the coefficient b
-    - logged, interpolated: inertia fitted to the effort as logged, and interpolated between updates
+    - logged, interpolated: inertia fitted to the effort as logged, and to the effort interpolated
+      between updates
     - effect: largest change of a parameter between these two fits; for the inertia, relative to the
       inertia; for other parameters, as an effort relative to the rms effort
     """

@@ -96,7 +96,7 @@ def contradicts(interval: Interval, known: Quantity | None) -> bool:
 
 
 def below_coulomb(breakaway: Interval, coulomb: Interval) -> str | None:
-    """Return why a breakaway below Coulomb friction is impossible; None if it is not below."""
+    """Return why the breakaway is impossible if it is below Coulomb friction, else None."""
     if breakaway.high >= coulomb.low:
         return None
     return (

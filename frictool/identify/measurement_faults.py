@@ -43,7 +43,7 @@ FEWEST_SAMPLES = 100  # in each direction
 
 
 def refuse_unmeasured(records: list[MotionRecord], bench: Bench) -> None:
-    """Raise UnusableLogs if the effort of a record is saturated, or its encoder is clipped."""
+    """Raise UnusableLogs if a record has a saturated effort or a clipped encoder."""
     for record in records:
         _refuse_saturated(record, bench)
         _refuse_hidden_saturation(record, bench)

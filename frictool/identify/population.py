@@ -8,7 +8,8 @@ intervals do not explain (DerSimonian and Laird 1986).
 
 If the units are known, Q is the sum of a part within units and a part between units. In the test
 between units, the unexplained scatter within units is added to s^2. The drift is the common slope
-of all units over the date, with a separate mean for each unit. The Birge ratio widens its interval.
+of all units over the date, with a separate mean for each unit. The Birge ratio widens the interval
+of the drift.
 """
 
 from __future__ import annotations

@@ -178,7 +178,7 @@ def explanation_line(one: Explanation, unit: str) -> str:
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
     """Return the line on the Stribeck velocities for which the breakaway's interval holds.
 
-    If the range comes from the onsets only, the line also states how to make it narrower.
+    If the range comes from the onsets only, the line also states how to make the range narrower.
     """
     if fall.known:
         return (

@@ -88,7 +88,7 @@ class WidenedFit:
     """Fit with intervals that include unmodelled effects.
 
     - what: most significant effect; None if it is uncertain or hardly improves the prediction
-    - ratios: parameter -> ratio of the widths, for intervals that become much wider
+    - ratios: parameter -> new width/old width, for intervals that become much wider
     """
 
     fit: SlidingFit
@@ -194,13 +194,13 @@ def _of_delay(
 
 
 def delayed(effort: Vector, samples: float) -> Vector:
-    """Return the effort (n,) later by a number of samples, interpolated linearly."""
+    """Return the effort (n,) delayed by `samples` samples, interpolated linearly."""
     index = np.arange(effort.size, dtype=np.float64)
     return np.asarray(np.interp(index - samples, index, effort))
 
 
 def lagging(effort: Vector, samples: float) -> Vector:
-    """Return the effort (n,) behind a first-order lag with a time constant in samples."""
+    """Return the effort (n,) after a first-order lag with the time constant `samples`."""
     pole = float(np.exp(-1.0 / samples))
     return np.asarray(
         scipy.signal.lfilter([1.0 - pole], [1.0, -pole], effort, zi=[pole * effort[0]])[0]

@@ -27,7 +27,7 @@ class SampleBlock(NamedTuple):
     values: tuple[Vector, ...]
 
     def part(self, low: int, high: int) -> SampleBlock:
-        """Return the samples from `low` up to `high`."""
+        """Return the samples with the indices low <= k < high."""
         return SampleBlock(self.time[low:high], tuple(values[low:high] for values in self.values))
 
 

@@ -48,8 +48,8 @@ class WearZone:
 class WearEstimate:
     """Estimate of the wear after some moves.
 
-    time: time [s] of the last sample used. moves: number of moves used. wear: mean over directions
-    and zones of the dry friction relative to the model's (1: no wear). kind: kind of wear in the
+    time: time [s] of the last sample used. moves: number of moves used. wear: dry friction divided
+    by that of the model (1: no wear), averaged over directions and zones. kind: kind of wear in the
     data, or `none`. forward, backward: wear of each direction. added: increase of the friction [N m
     | N], for kind additive. zones: wear by zone, for kind zones.
 

@@ -73,7 +73,7 @@ def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -
 
 
 def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
-    """Return increasing indices at which a curve (n,) over a rising abscissa is drawn on paper.
+    """Return increasing indices at which a static figure draws a curve (n,), rising abscissa.
 
     Peaks are kept (`decimated_indices`); samples on straight parts are left out.
     """

@@ -83,7 +83,7 @@ class StreamEvidence:
 
     @property
     def drawing_order(self) -> int:
-        """Return the order in which figures draw streams: variants, nominal streams, the worst."""
+        """Return the rank for drawing: variants first, then nominal streams, then the worst."""
         return 2 * self.worst + self.nominal
 
     @property

@@ -180,7 +180,7 @@ def function_of(metric: Metric) -> tuple[Callable[..., Any], tuple[str, ...]]:
 
 
 def energy_window(spec: Spec) -> float | None:
-    """Return the window of the energy [s]: the specified one, or the allowed response time."""
+    """Return the window of the energy [s]: the specified one, else the allowed response time."""
     window: float | None = spec.response_time_95_s if spec.energy is None else spec.energy.window_s
     return window
 

@@ -24,7 +24,7 @@ NEVER = "does not settle within the hold, or moves by less than half of the step
 
 
 class JudgedValue(NamedTuple):
-    """Value of a metric at a stream, or at one of its holds, with a remark."""
+    """Value of a metric for the stream `item`, or for its hold `hold`, with a remark."""
 
     value: float
     item: StreamEvidence

@@ -23,7 +23,7 @@ NOISE_STREAM = (1 << 33) + 4
 
 
 class UnitDraws(NamedTuple):
-    """Draws (n, d), and the number of vertices of the cube (0 for other methods)."""
+    """Draws `units` (n, d); `corners`: number of vertices with method vertices, else 0."""
 
     units: Vector
     corners: int = 0

@@ -48,8 +48,8 @@ class Quantile:
 class Histogram:
     """Histogram of finite values: edges (k + 1,) and counts (k,); both are empty without values.
 
-    If the limit of the metric is within the range of the values, it is an edge. `outside`: number
-    of finite values that are too far from the others to be in a bin.
+    If the limit of the metric is within the range of the values, the limit is an edge. `outside`:
+    number of finite values that are too far from the others to be in a bin.
     """
 
     edges: Vector

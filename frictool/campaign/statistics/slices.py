@@ -83,7 +83,7 @@ class SortedDraws:
 
 
 def cross_slices(first: Slices, second: Slices) -> Slices:
-    """Return the non-empty cells of two factors' slices."""
+    """Return the non-empty intersections of two factors' slices as slices."""
     cell = first.of * second.count + second.of
     filled = np.bincount(cell, minlength=first.count * second.count) > 0
     return Slices((np.cumsum(filled) - 1)[cell], int(filled.sum()))

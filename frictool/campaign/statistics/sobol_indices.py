@@ -101,7 +101,7 @@ def scores_of(values: Vector) -> tuple[Vector, ...]:
 
 
 def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
-    """Return the p-value of the differences of the scores (scores_of) between the slices."""
+    """Return the p-value of the differences between the slices in the scores of `scores_of`."""
     n = slices.of.size
     k = slices.count
     if n <= k or k < 2 or not scores:

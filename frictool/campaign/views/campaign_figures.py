@@ -101,7 +101,7 @@ def rates(findings: Findings) -> PageFigure:
 
 
 def metric(findings: Findings, one: Distribution) -> PageFigure | None:
-    """Return the figure of a metric's histogram and distribution; None if it does not vary."""
+    """Return the figure of a metric's histogram and distribution; None for a constant metric."""
     if not one.varies:
         return None
     name = requirement_title(one.metric.name)

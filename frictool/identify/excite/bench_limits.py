@@ -147,7 +147,7 @@ def axis_known(bench: Bench) -> PriorAxis:
 
 
 def declared_loads(bench: Bench) -> DeclaredLoads:
-    """Return the loads that the bench declares, or an offset if it declares none."""
+    """Return the loads that the bench declares; an offset if the bench declares none."""
     if bench.load is None:
         return DeclaredLoads()
     terms = bench.load.terms
@@ -175,7 +175,7 @@ def sensing_of(bench: Bench, noise: float | None = None) -> SensorPrecision:
 def check_reference(
     limits: BenchLimits, position: Vector, velocity: Vector, acceleration: Vector
 ) -> None:
-    """Raise NoSolutionError if a reference (n,) exceeds a limit; the message names it."""
+    """Raise NoSolutionError, with the limit, if a reference (n,) exceeds a limit."""
     unit = limits.unit
     drive = "A" if limits.drive == "current" else "V"
     rounding = ROUNDING * (abs(limits.low) + abs(limits.high))

@@ -76,7 +76,7 @@ def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> f
 def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
     """Return the sine, centred in the travel, from the low end of its range.
 
-    It has round(times) periods of `stroke`, at least one.
+    The sine has round(times) periods of `stroke`, at least one.
     """
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     low = middle - 0.5 * stroke.distance

@@ -71,7 +71,7 @@ class DamagedBytes(NamedTuple):
 
 
 class FileRecords:
-    """Iterator over the records of a file of `size` bytes; `offset` is its read position."""
+    """Iterator over the records of a file of `size` bytes; `offset` is the read position."""
 
     def __init__(self, stream: BinaryIO, size: int) -> None:
         self._stream = stream

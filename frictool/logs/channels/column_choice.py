@@ -71,7 +71,7 @@ LOAD_SIDE = (
 
 @dataclass(frozen=True)
 class OfferedColumn:
-    """Column of a table that may be a channel.
+    """Column that may be a channel, and its table.
 
     preset: record of the column in the preset of the log, or None.
     """

@@ -68,7 +68,7 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
 
     This row has the most frequent number of cells, and numbers in most of the numeric columns
     (module docstring). A row such as `Probe Attenuation,10,10` begins with a text where the other
-    rows begin with a number; it is metadata if no row of numbers follows.
+    rows begin with a number; such a row is metadata if no row of numbers follows.
     """
     numeric = [(index, row) for index, row in enumerate(rows) if any(map(is_number, row))]
     if not numeric:

@@ -2,7 +2,8 @@
 
 In each interval the friction must be monotone, so that it stays between its end values. Each
 extremum is therefore an edge between two intervals. A monotone section is divided into parts with
-equal change of friction. The intervals are distributed such that the largest Delta_f is smallest.
+equal change of friction. Delta_f is half the range of the friction in an interval. The intervals
+are distributed such that the largest Delta_f is smallest.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ entry 0             difference quotient u, not filtered
 entries 1 .. m      first-order low-pass of each bandwidth, v = a v' + b (u + u')
 entries m+1 .. 2m   the same low-pass applied twice (thesis 5.70)
 
-A prime marks the value at the previous sample.
+v is the output of a filter; a prime marks the value at the previous sample.
 """
 
 from __future__ import annotations

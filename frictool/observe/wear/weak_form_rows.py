@@ -57,7 +57,10 @@ def attached(state: Vector, step: float, gap: float) -> float:
 
 @kernel
 def slips(position: Vector, k: int, reach: int, carried: float, numbers: Vector) -> float:
-    """Return the direction (1 or -1) if the axis certainly slips with its load at k, else 0."""
+    """Return the direction (1 or -1) if the axis certainly slips with its load at sample k.
+
+    Return 0 otherwise.
+    """
     before = position[k] - position[k - reach]
     after = position[k + reach] - position[k]
     least, most = (
