@@ -66,7 +66,7 @@ EXTREMES: tuple[PlantValues, ...] = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AutomaticDesign(ResultView):
-    """Outcome of each family in the order of the search; the last one has the design, if any."""
+    """Outcome of each family in the order of the search; only the last may have a design."""
 
     outcomes: tuple[FamilyOutcome, ...]
 
@@ -163,9 +163,9 @@ class _Search:
         return replace(self, test=test, tests=_tests(test), scales=scales)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
-        """Return the outcome of a search from easier specifications to that of the test.
+        """Return the outcomes of searches from easier specifications to that of the test.
 
-        It is empty if no easier specification is met.
+        The list is empty if no easier specification is met.
         """
         for number in range(len(EASINGS)):
             first = self.eased(EASINGS[number])

@@ -42,7 +42,7 @@ class CampaignPaths:
 def setting_of(
     paths: CampaignPaths, number: ProgramNumber
 ) -> tuple[CampaignSetting, CampaignPaths]:
-    """Load the documents; return the campaign's setting, and the paths with the replayed log.
+    """Load the documents; return the setting of the campaign, and the paths plus replayed log.
 
     Raises InputFileError if the documents do not fit together.
     """

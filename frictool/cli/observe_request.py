@@ -93,7 +93,7 @@ def observer_of(request: ObserveRequest) -> tuple[Path, Observer] | None:
 
 
 def commissioning_of(request: ObserveRequest) -> Commissioning | None:
-    """Return the reference of the wear, from a log or from the --json output of `observe run`.
+    """Return the wear at commissioning, from a log or from the --json output of `observe run`.
 
     Raises InputFileError if this output contains no wear.
     """

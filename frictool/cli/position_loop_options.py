@@ -71,7 +71,7 @@ class ServoGains(NamedTuple):
 
 
 def servo_options(command: F) -> F:
-    """Add the options to a command."""
+    """Add the options of the position loop's gains to a command."""
     for option in reversed(OPTIONS):
         command = option(command)
     return command

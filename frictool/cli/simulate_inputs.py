@@ -46,7 +46,7 @@ def compile_target(folder: Path, controller: Path, document: Controller) -> Comp
 
 
 def recorded_log(path: Path, scenario: Path, bench: Bench) -> Log:
-    """Return the log that a scenario replays; its path is relative to the scenario's folder."""
+    """Return the log at `path` that the scenario replays; raise DocumentError without one."""
     from frictool.documents.key_lines import document_error
     from frictool.logs.log_reader import read_log
 

@@ -87,7 +87,7 @@ def open_log(
     progress: Callable[[int, int], None],
     events: EventsOutput,
 ) -> tuple[Log, list[Path]]:
-    """Simulate a scenario without a controller; return the log and its inputs."""
+    """Simulate a scenario without a controller; return the log and the input files."""
     from frictool.cli.mechanism_file import load_mechanism, mechanism_error, print_notes
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load

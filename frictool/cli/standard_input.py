@@ -1,6 +1,6 @@
 """Standard input as an input file (`-`), through a temporary file.
 
-A log's format is detected from its first bytes, and it is read more than once.
+The file is needed because a log is read more than once.
 """
 
 from __future__ import annotations

@@ -16,8 +16,9 @@ PERIOD_TOLERANCE = 0.02
 class StickSlipResult:
     """Measures of stick-slip.
 
-    `sticks`: number of stick phases that end in a breakaway. `period_s` and `jump` are means, None
-    for fewer than two sticks. `stuck_share`: share of the time below the Stribeck velocity.
+    `sticks`: number of stick phases that end in a breakaway. `period_s`, `jump`: mean time and mean
+    distance from one stick to the next; None for fewer than two sticks. `stuck_share`: share of the
+    time below the Stribeck velocity.
     """
 
     sticks: int

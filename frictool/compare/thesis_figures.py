@@ -46,7 +46,7 @@ SIGNALS = {  # what a figure of a test shows, from above
 
 
 def pictures(comparison: Comparison) -> list[PageFigure]:
-    """Return figures 3.11 to 3.25 for the compared laws, then the other figures."""
+    """Return thesis figures 3.11 to 3.25 for the compared laws, then the other figures."""
     shown = [_inputs(comparison, "3.17"), _inputs(comparison, "3.22")]
     covered: set[tuple[str, str]] = set()
     for number, test, laws in THESIS:

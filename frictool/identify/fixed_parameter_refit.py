@@ -2,8 +2,8 @@
 
 A model contains the bench's value of each refused parameter. The first fit had another value of
 this parameter, so that its other parameters do not explain the log together with the bench's value.
-They are therefore fitted again with the bench's value fixed. The bench's interval of the fixed
-parameter widens their intervals.
+The other parameters are therefore fitted again with the bench's value fixed. The bench's interval
+of the fixed parameter widens the intervals of the others.
 """
 
 from __future__ import annotations

@@ -20,15 +20,16 @@ def too_vague(name: str, interval: Interval) -> str | None:
 
 
 def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> str | None:
-    """Return why an interval is not usable, or None if it is.
+    """Return why an interval is not usable; None if the interval is usable.
 
     An interval is not usable if it is impossible, too wide, or no narrower than the interval of the
     bench. An interval that does not overlap the bench's is usable even if it is wider, because the
     bench's value would not explain the log.
 
     Viscous and Coulomb friction may be 0. Only the part of their interval above 0 is compared with
-    the bench's interval. The ratio of its ends is limited in two cases only: if it is wider than
-    the bench's interval and does not overlap it, or if the bench has a value without an interval.
+    the bench's interval. The ratio of the interval's ends is limited in two cases only: if the
+    interval is wider than the bench's interval without an overlap, or if the bench has a value
+    without an interval.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):

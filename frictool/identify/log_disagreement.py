@@ -23,12 +23,12 @@ MOST_LOGS = 20  # largest number of logs compared; the first ones are used
 def pooling_warnings(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, fit: SlidingFit
 ) -> list[str]:
-    """Return a warning for each parameter whose interval is much wider than from one log.
+    """Return a warning for each parameter whose interval from all logs is much too wide.
 
-    The interval from all logs must be more than WIDER times as wide. `fit` is the fit of all logs
-    without fixed parameters. Each single log is fitted with the same method and terms. In place of
-    output error, least squares are used for all fits, since output error needs a search for each
-    log.
+    This is an interval more than WIDER times as wide as that from one log. `fit` is the fit of all
+    logs without fixed parameters. Each single log is fitted with the same method and terms. In
+    place of output error, least squares are used for all fits, since output error needs a search
+    for each log.
     """
     if len(records) < 2:
         return []

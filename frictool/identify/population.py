@@ -30,7 +30,7 @@ DAY_S = 86400.0
 
 @dataclass(frozen=True)
 class UnitValue:
-    """Estimate of a parameter, with the tested unit and the date in days; None if unknown."""
+    """Estimate of a parameter; the tested unit and the date in days are None if unknown."""
 
     interval: Interval
     unit: str | None = None

@@ -90,7 +90,7 @@ def _logs(folder: Path) -> Iterator[Path]:
 
 
 def is_table(path: Path) -> bool:
-    """Return whether a file is a CSV or Parquet table about logs that frictool has written.
+    """Return whether a file is a table about logs (CSV or Parquet) written by frictool.
 
     The columns decide and not the file name, so that a log is never mistaken for a table. Returns
     False if the file cannot be read.

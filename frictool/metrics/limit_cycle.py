@@ -7,7 +7,7 @@ more than one sensor step and by more than the peak-to-peak noise.
 
     sustained      at least two turns; the last swings are at least 0.8 of the first; the time since
                    the last turn is at most twice the longest time between two turns
-    at rest        no motion above that threshold; or no motion in the last third of the hold, and
+    at rest        no motion beyond the noise; or no motion in the last third of the hold, and
                    this third is longer than twice the longest time between two turns
 """
 
@@ -77,12 +77,12 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
 
 
 def limit_cycle_amplitude(cycle: LimitCycle) -> float | str:
-    """Return the amplitude of a test's result, or the reason why it has none."""
+    """Return the amplitude in a test's result, or the reason why there is none."""
     return cycle.reason if cycle.amplitude is None else cycle.amplitude
 
 
 def limit_cycle_period(cycle: LimitCycle) -> float | str:
-    """Return the period of a test's result, or the reason why it has none."""
+    """Return the period in a test's result, or the reason why there is none."""
     return (cycle.reason or "there is no limit cycle") if cycle.period is None else cycle.period
 
 

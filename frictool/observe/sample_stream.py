@@ -54,9 +54,9 @@ OPENING_SAMPLES = 1 << 16
 class SampleStream:
     """Stream of a log while it is read; its counts are complete when `pieces` has ended.
 
-    period: sample period [s] of the bench, or of the log if both differ by more than 1 %. truth:
-    True if the velocity in the log comes from a simulation. gaps: number of gaps. longest_gap: s.
-    first, last: times of the first and the last sample [s].
+    period: sample period [s] of the bench; that of the log if the two differ by more than 1 %.
+    truth: True if the velocity in the log comes from a simulation. gaps: number of gaps.
+    longest_gap: s. first, last: times of the first and the last sample [s].
     """
 
     made: LogAssembly

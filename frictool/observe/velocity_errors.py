@@ -78,7 +78,7 @@ class VelocityErrors:
     def take(self, position: Vector, estimate: Vector, truth: Vector | None, follows: bool) -> None:
         """Add samples (n,) of a block.
 
-        truth: velocity from a simulation or a sensor; a log has it in all blocks or in none.
+        truth: velocity from a simulation or a sensor; all blocks of a log have it, or none.
         """
         if not follows:
             self._compare(last=True)

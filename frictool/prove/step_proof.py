@@ -2,8 +2,8 @@
 
 Readings and commands of a run are numbers (encoder_phases.py). The metrics are computed from them
 as `report` computes them from a log. A requirement is proved if every start belongs to a run that
-meets the requirement. It is refuted only if a simulation with the event-exact engine violates it
-from a start, too.
+meets the requirement. A requirement is refuted only if a simulation with the event-exact engine
+violates the requirement from a start, too.
 """
 
 from __future__ import annotations

@@ -86,8 +86,8 @@ def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
 def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float:
     """Return the duration [s] of the figure of a step.
 
-    The duration exceeds the slowest response and the allowed response time, up to the end of the
-    hold. A step that never settles is shown completely.
+    The figure shows the slowest response and the allowed response time, but ends with the hold. A
+    step that never settles is shown completely.
     """
     longest_hold = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
     responses = [m.values.get("response_time_95", math.inf) for _, m in plays]

@@ -1,4 +1,4 @@
-"""Selection of the streams that a page shows, because hundreds would make it unusable."""
+"""Selection of the streams that a page shows, because hundreds of streams are unreadable."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def limit_of(spec: Spec, key: str) -> float:
 
 
 def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueLocation:
-    """Return the location of a value: stream, and hold if it belongs to one."""
+    """Return the location of a value: stream, and hold if the value belongs to one."""
     if hold is None:
         return ValueLocation(item.source, item.stream.topic)
     return ValueLocation(item.source, item.stream.topic, hold.number, hold.start_s)
@@ -124,6 +124,6 @@ def judge_cycle(spec: Spec, evidence: JudgedStreams, controller: Controller | No
 
 
 def judge_of(metric: Metric) -> Judge:
-    """Return the function that judges the worst hold or stream of a metric against the limit."""
+    """Return the function that judges a metric by the value of its worst hold or stream."""
     worst = {"hold": worst_hold, "stream": worst_stream}[metric.scope]
     return lambda spec, evidence, controller: worst(spec, metric, evidence)

@@ -23,7 +23,7 @@ from frictool.typing import Vector
 class JointShare(NamedTuple):
     """Share of the variance explained by two factors together.
 
-    `joint`: share explained by the cells of the plane of both factors. `beyond`: S_ij, the share
+    `joint`: share explained by the means over the cells of both factors. `beyond`: S_ij, the share
     that neither factor explains alone. `error`: standard deviation of `beyond` for factors without
     an interaction.
     """

@@ -34,7 +34,7 @@ class Slices:
 
 
 def slices_for(draws: int) -> int:
-    """Return the number of slices for a variance share: 3 n^(1/3).
+    """Return the number of slices for a variance share: 3 n^(1/3) for n `draws`.
 
     With this number, the variation within a slice and the noise of its mean decrease together.
     """

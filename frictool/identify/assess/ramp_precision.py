@@ -20,7 +20,8 @@ class RampPrecision(NamedTuple):
     """Precision of the breakaway, N m | N.
 
     - latest: largest excess of the effort over the breakaway when the motion becomes visible
-    - deviation: standard deviation of the mean breakaway over all onsets, less the mean excess
+    - deviation: standard deviation of the mean breakaway over all onsets, if the mean excess is
+      subtracted
     """
 
     latest: float

@@ -10,7 +10,7 @@ have the same shape:
 The levels and the viscous friction come from means over strokes (`sines`). In the equation of a
 stroke, the shape is averaged over the positions of that stroke, so that strokes may cover different
 positions. If the directions have separate polynomials, an offset of the effort cannot be
-distinguished from half their difference. The offset is then the bench's, or 0.
+distinguished from half their difference. The offset is then the bench's; without one, it is 0.
 """
 
 from __future__ import annotations

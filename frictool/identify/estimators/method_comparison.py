@@ -61,7 +61,7 @@ MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
 
 @dataclass(frozen=True)
 class PredictionScore:
-    """Errors of a candidate on unseen strokes.
+    """Errors of a candidate method on unseen strokes.
 
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - force: relative force error

@@ -100,7 +100,7 @@ def predict_halves(
 
 
 def comparison_segments(side: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return the segments of one half that are simulated."""
+    """Return the simulated segments of one half."""
     return thinned(whole(side), MOST_COMPARED)
 
 

@@ -101,7 +101,7 @@ class _Comparison:
         return None if squares is None else by_stroke(squares, self.stroke)
 
     def of_best_order(self) -> tuple[FrictionStructure, Vector | None]:
-        """Return the structure of the best order, and its squares."""
+        """Return the structure of the best order, and the squared prediction errors with it."""
         errors = {
             order: squares
             for order in range(HIGHEST + 1)

@@ -1,8 +1,9 @@
 """Runs at constant speeds in both directions, for friction over speed (`stribeck-curve`).
 
-The speed of each run rises from 0 and falls to 0 as a raised cosine. Half of the effort that dry
-friction and load leave (`half_sines.spare_effort`) accelerates the axis, and half overcomes viscous
-friction at the top speed. The rise and fall of the fastest run take half of the travel.
+The speed of each run rises from 0 and falls to 0 as a raised cosine. Dry friction and load leave a
+spare effort (`half_sines.spare_effort`). Half of this effort accelerates the axis, and half
+overcomes viscous friction at the top speed. The rise and fall of the fastest run take half of the
+travel.
 """
 
 from __future__ import annotations

@@ -37,8 +37,8 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     bench
         Bench whose limits the test respects on every axis of the a-priori intervals.
     request
-        Requested precision of the breakaway. If it has a duration, the result is the most precise
-        test of this duration.
+        Requested precision of the breakaway. If the request has a duration, the result is the most
+        precise test of this duration.
 
     Returns
     -------

@@ -58,7 +58,7 @@ class PrecisionRequest:
     factors: Mapping[str, float] = field(default_factory=dict)
 
     def factor(self, name: str) -> float:
-        """Return the factor of a parameter."""
+        """Return the factor of a parameter in `factors`, by default EXPECTED_FACTOR."""
         return self.factors.get(name, EXPECTED_FACTOR)
 
     def only(self, names: tuple[str, ...]) -> dict[str, float]:

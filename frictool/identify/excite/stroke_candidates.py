@@ -44,7 +44,7 @@ DRIVE_POINTS = 400  # points of a stroke at which the drive is computed
 class StrokeCandidate:
     """Stroke that a test may repeat, forward and backward.
 
-    - stroke: mean stroke; its reversal positions vary by SPREAD of its reach
+    - stroke: mean stroke; the reversal positions vary by the share SPREAD of `reach`
     - reach: largest distance between two reversals, rad | m
     - information: information matrix of both directions, (p, p)
     - mean_square: mean square of (drive/its limit) on the worst axis

@@ -52,7 +52,7 @@ class Information(ResultView):
 
     @property
     def warnings(self) -> list[str]:
-        """Return the warnings of the reader that `facts` does not contain."""
+        """Return those warnings of the reader that `facts` does not contain."""
         return [text for text in self.assembly.warnings if text not in self.facts["odd"]]
 
 

@@ -130,7 +130,7 @@ def _preisach(fit: EverettTable, inertia: float, bench: Bench) -> Preisach:
 
 
 class PreslidingLaw(NamedTuple):
-    """Presliding law with its key in the document.
+    """Presliding law: functions that fit it and write it into the document.
 
     predicts: True if its fit has an error on unseen branches; the law with the smallest error is
     chosen.

@@ -52,7 +52,7 @@ def sniff(head: bytes, path: Path) -> bool:
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return a table for each channel group with samples and numeric channels.
 
-    Raises LogError if there is none, or if the file is damaged.
+    Raises LogError if there is no such group, or if the file is damaged.
     """
     open_log(path).close()
     return open_guarded(path, _open)

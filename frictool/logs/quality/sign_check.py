@@ -39,8 +39,8 @@ WINDOWS = 400
 class SignCheck:
     """Result of the check.
 
-    work: net over absolute work, -1 to 1; None if it is undetermined.
-    reversed: names of the signals with the wrong sign; both candidates if it is undecided.
+    work: net work divided by absolute work, -1 to 1; None if undetermined.
+    reversed: names of the signals with the wrong sign; both candidates if the check cannot decide.
     """
 
     work: float | None

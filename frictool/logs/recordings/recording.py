@@ -54,7 +54,7 @@ class Decoder(Protocol):
     """Decoder of the messages of one topic."""
 
     def names(self, data: bytes) -> list[str]:
-        """Return the paths of the numbers of one message; raise ValueError if it cannot be read."""
+        """Return the paths of the numbers of a message; raise ValueError for a damaged message."""
         ...
 
     def columns(

@@ -92,7 +92,7 @@ class JsonLinesTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable); a damaged line is an error or a loss."""
+        """Yield the rows (see RawTable); a damaged line is an error, or with `losses` a loss."""
         clock = DayClock()
         first = done = 0
         with open_log(self._path) as stream:
