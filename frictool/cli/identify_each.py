@@ -70,7 +70,7 @@ class IdentifyEachCommand:
 def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
     """Identify each log or folder and return the exit code.
 
-    It is the first of the codes 4, 1, 3 and 0 (`frictool.errors`) that a model gave.
+    The exit code is the first of 4, 1, 3 and 0 (`frictool.errors`) that a model gave.
     """
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest

@@ -1,7 +1,7 @@
 """Judge of controllers: simulation of fixed plants in one scenario, and comparison with limits.
 
-    model, scenario, spec, plants ──ControllerJudge──▶ prepared once controller
-    ──────────────────────▶ called ───────▶ PlayedVerdict: values and reserves per plant
+    model, scenario, spec, plants ──ControllerJudge──▶ prepared once
+    controller ──────────────────────▶ called ───────▶ PlayedVerdict: values and reserves per plant
 
 To play a plant means to simulate it. A search over controllers calls the judge once per candidate.
 Plants, reference, disturbances and noise are the same for all candidates, so that their results can

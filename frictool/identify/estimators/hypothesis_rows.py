@@ -99,7 +99,7 @@ class ReducedRows:
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
         """Return True if the rows separate `tested`, and if the effort of `tested` exceeds noise.
 
-        The encoder's noise resembles a derivative of the acceleration. This noise also attenuates the
+        The encoder's noise resembles a derivative of the acceleration. It also attenuates the
         inertia, and a column that resembles the acceleration explains the missing effort.
         """
         columns = self.columns([*others, tested])

@@ -143,8 +143,8 @@ def fit(
     Residuals are correlated over `window` rows. Parameters in `droppable` that do not improve the
     prediction (`term_selection`) are set to 0, and the others are fitted without them. A load that
     the travel cannot separate is refused, and its possible effect widens the other intervals
-    (`omitted_parameters`). If the motion has one direction only, Coulomb friction and offset are
-    refused, or only the offset if the bench states it.
+    (`omitted_parameters`). If the motion has one direction only, the offset is refused; Coulomb
+    friction is refused, too, unless the bench states the offset.
 
     Raises UnusableLogs if there are too few rows, or if the regressors are dependent.
     """

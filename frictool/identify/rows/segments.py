@@ -68,7 +68,7 @@ class RecordSegment:
 
 
 def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return every piece of the records without gaps that is long enough."""
+    """Return every unbroken piece of the records that is long enough."""
     segments = []
     for record in records:
         edges = np.concatenate(

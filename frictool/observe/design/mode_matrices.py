@@ -5,8 +5,8 @@
     stuck                   A = [1 T 0; 0 h 0; 0 0 1]
                             B = 0             Q = 0               C = [1 0 0; 0 0 1]
 
-    multiplicative   friction alpha f, so that c = f_m(i) and d = Delta_f(i)       (6.13)-(6.18)
-    additive         friction f + alpha, so that c = 1 and d = 1                   (6.20)-(6.26)
+    multiplicative   friction alpha f, so that c = f_m(i) and d = Delta_f(i)       (thesis 6.13)
+    additive         friction f + alpha, so that c = 1 and d = 1                   (thesis 6.20)
 
 T is the period, J the inertia, f_m(i) and Delta_f(i) the mean and the deviation of the friction in
 interval i. The model is discretised by Euler's method. With h = 1 the estimated speed is held in

@@ -25,7 +25,7 @@ class SwitchedObserverSettings:
     - intervals: number of position intervals of each direction, if friction varies with position
     - switch_speed: Sigma, speed below which the axis counts as stuck [rad/s | m/s]
     - weights: weights of the errors of position, speed and alpha, the diagonal of C-bar
-    - decay: lambda; in each sample the error falls at least to this fraction
+    - decay: lambda; each sample multiplies the error by at most this factor
     - inertia: value in place of the model's [kg m2 | kg]
     - transitions: `neighbours`: an interval is followed by the next one in the direction of motion;
       `direction`: by any interval of the same direction

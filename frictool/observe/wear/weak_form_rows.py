@@ -43,7 +43,7 @@ MOVE_SIZE = 5
 def attached(state: Vector, step: float, gap: float) -> float:
     """Move the play operator of the backlash by a motor `step` [rad | m].
 
-    Return 1 or -1 if the motor certainly carries the load in that direction, else 0.
+    Return 1 or -1 if the motor certainly carries the load forward or backward, else 0.
     """
     if gap == 0.0:
         return 1.0 if step > 0.0 else -1.0 if step < 0.0 else 0.0
