@@ -11,7 +11,7 @@ from frictool.control.program import ProgramNode
 
 
 class ObserverNodes(NamedTuple):
-    """Nodes of an observer's estimates at a sample, which are independent of its drive.
+    """Nodes of an observer's estimates at a sample; they do not depend on that sample's drive.
 
     position [rad | m], velocity [rad/s | m/s]. friction [N m | N]: dry friction with the sign of
     the velocity; 0 while the estimated mode is stuck, because friction is then not observable.

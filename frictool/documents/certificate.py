@@ -148,8 +148,8 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `disturbance`: Largest sum of disturbance and offset at which a resting axis stays at rest [N
       m | N].
     - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` hold [N m | N].
-    - `speed`: Largest speed at the target, with the drive decayed, from which the axis stops inside
-      the band [rad/s | m/s]; 0 if the release of the drive depends on the speed.
+    - `speed`: Largest speed at the target from which the axis stops inside the band after the drive
+      has decayed [rad/s | m/s]; 0 if the release of the drive depends on the speed.
     - `stop_time_s`: Time after which the axis stands still.
     - `checks`: Hypotheses with their figures.
     """

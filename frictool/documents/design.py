@@ -93,12 +93,12 @@ class Design(
     - `prewarp_rad_s`: Frequency at which the discretisation of domain `continuous` is exact. By
       default 0.
     - `schedule`: Parameters that span the polytope. By default `regime` for a method with an
-      uncertainty channel, and the other four for a method without one. The remaining parameters
+      uncertainty channel, and all but `regime` for other methods. Parameters that are not listed
       have their centre values, or are in the channel.
     - `vertices`: `exact`: exact vertices of the polytope. `inertia`: linearised in the inertia.
       `first_order`: linearised in all parameters.
-    - `frozen_at`: Plant whose controller runs: at the centre of the intervals or at the identified
-      values.
+    - `frozen_at`: Plant whose controller runs. `centre`: middle of the intervals. `identified`:
+      identified values.
     - `scheduled`: True to store the vertices' controllers too. A target that knows the parameters
       at run time can then interpolate between them.
     - `grid`: Settings of a synthesis on a grid of parameters.
@@ -110,8 +110,8 @@ class Design(
     - `pole_bound_rad_s`: Largest magnitude of the controller's poles.
     - `integrator`: True for a controller with an integrator. A method that solves matrix
       inequalities moves the slow pole of the reduced controller to 0.
-    - `relax`: `auto` finds the strictest trade between disturbance rejection and effort that
-      reaches gamma = 1; `synth --plot` draws it.
+    - `relax`: `auto` relaxes the weights on disturbance and effort only as far as gamma = 1
+      requires; `synth --plot` draws this trade.
     - `prefilter`: Low-pass filter of the position reference.
     - `profile`: Profile with bounded jerk from the present position to the reference, in place of a
       prefilter.
@@ -122,10 +122,10 @@ class Design(
     - `pid`: Gains that the design provides.
     - `form`: Realisation of the difference equation on the target: matrices or second-order
       sections.
-    - `recentring`: The inequalities are solved at this multiple of the smallest gamma, which keeps
-      X and Y small.
-    - `ease`: The controller is computed at this multiple of the recentred gamma. A larger multiple
-      gives lower gains and more margin.
+    - `recentring`: The inequalities are solved at this multiple of the smallest gamma, because the
+      Lyapunov matrices X and Y grow near it.
+    - `ease`: The controller is computed at this multiple of the gamma of `recentring`. A larger
+      multiple gives lower gains and more margin.
     - `measurement_hold_samples`: Number of samples in a row for which an invalid input is replaced
       by its last valid value. Then the drive becomes 0 and the fault is set.
     """

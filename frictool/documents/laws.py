@@ -79,8 +79,8 @@ class FrictionOverPosition(
 ):
     """Position-dependent friction over a travel, constant beyond its ends.
 
-    Each polynomial is divided by its mean over the travel; the model's parameter is that mean, and
-    its interval scales the whole curve.
+    Each polynomial, divided by its mean over the travel, is a factor on the model's parameter of
+    the same name, whose interval scales the whole curve.
 
     - `over`: Travel on which the polynomials hold.
     - `coulomb`: Polynomials of the Coulomb friction.

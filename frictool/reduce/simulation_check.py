@@ -36,9 +36,9 @@ TOLERANCE = 0.05  # relative to the distance; "response time within 5 %"
 class SimulationCheck:
     """Result of the check of a reduction.
 
-    reports: reports of all steps with measured errors; the last step is that to one inertia. play:
-    backlash at the sensor [rad | m]. runs: number of runs. unit: unit of positions at the sensor.
-    refused: message on the first error above the allowed one; None if the check passed.
+    reports: reports of all steps with measured errors; the last one is the step to one inertia.
+    play: backlash at the sensor [rad | m]. runs: number of runs. unit: unit of positions at the
+    sensor. refused: message on the first error above the allowed one; None if the check passed.
     """
 
     reports: tuple[StepReport, ...]

@@ -68,7 +68,7 @@ def part_folder(target: Path) -> Iterator[Path]:
 
 
 def stale_parts(folder: Path) -> list[Path]:
-    """Return the part files and folders in `folder` of this user that no process is writing."""
+    """Return this user's part files and folders in `folder` that no process is writing."""
     with suppress(OSError), os.scandir(folder) as entries:
         return sorted(
             Path(entry.path)
@@ -79,7 +79,7 @@ def stale_parts(folder: Path) -> list[Path]:
 
 
 def remove_stale_parts(folder: Path) -> list[Path]:
-    """Remove the stale part files and folders in `folder`; return those removed."""
+    """Remove the `stale_parts` of a folder; return those removed."""
     gone = []
     for part in stale_parts(folder):
         handle = _lock(part)
