@@ -1,4 +1,4 @@
-"""Shortest step response that a bench's drive allows, from the best to the worst plant."""
+"""Shortest step response that a bench's drive allows, for the best and the worst plant."""
 
 from __future__ import annotations
 

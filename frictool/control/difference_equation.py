@@ -86,7 +86,7 @@ def coefficients(
 def output(
     program: Program, k: CoefficientNodes, entering: ProgramNode, bounds: Matrix
 ) -> ProgramNode:
-    """Write u = d e + c x and return its node; `bounds` (n,) are the bounds of the states."""
+    """Write u = d e + c x and return its node; entering: e, bounds (n,): bounds of the states."""
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
     terms = _present([k.d, *k.c], [entering, *x])

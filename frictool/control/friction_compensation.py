@@ -45,8 +45,8 @@ def curve_compensation(
 ) -> ProgramNode:
     """Return the drive [A | V] for the friction at a speed, by a table.
 
-    The table is a sum of one ramp for each of its pieces. The first and the last piece continue
-    beyond the table.
+    The curve is a sum of ramps, one for each interval of the table, and is extrapolated linearly
+    beyond it.
 
     Parameters
     ----------

@@ -109,11 +109,11 @@ class Friction(
     - `stribeck_exponent`: Exponent of the Stribeck curve.
     - `plastic_from`: Deflection, relative to z_max, at which an elasto-plastic contact begins to
       slip.
-    - `leuven_exponent`: Exponent of the Leuven law's hysteresis; a small one lets the law drift as
-      LuGre does.
+    - `leuven_exponent`: Exponent of the Leuven law's hysteresis; with a small exponent the law
+      drifts as LuGre does.
     - `bristle_stiffness`, `bristle_damping`: Stiffness and damping of the bristles. By default they
       follow from the presliding, the breakaway and the inertia.
-    - `dead_band`: Speed below which Karnopp's law and the saturated law treat the velocity as zero.
+    - `dead_band`: Speed below which the laws `karnopp` and `svc_band` treat the velocity as zero.
     - `backward`: Levels of the negative direction, where they differ.
     - `position`: Position-dependent friction.
     - `regimes`: Viscous friction above knee speeds.

@@ -422,7 +422,7 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `constant`: Effort per ampere or volt.
     - `limit`: Largest magnitude of the drive. By default none.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for none.
-    - `winding`: Winding of a current drive, whose voltage limits the current at speed.
+    - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
     - `effort`: Constant effort of `drive: effort`, such as a weight; a scenario adds to it.
     """
 

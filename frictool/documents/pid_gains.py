@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Gains of method pid: K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)), as effort, not as drive.
+    """Gains of method pid: effort/error = K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)).
 
     - `gain`: K of a position loop.
     - `speed_gain`: K of a speed loop, which has no T_d.

@@ -1,4 +1,4 @@
-"""`presliding` of `model.yaml`: the contact before breakaway, from slow loops."""
+"""`presliding` of `model.yaml`: the contact before breakaway, from slow hysteresis loops."""
 
 from __future__ import annotations
 

@@ -61,9 +61,10 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return the breakaway after a long rest at x [N m | N], and its fraction just after a stop.
+    """Return the breakaway after a long rest at x [N m | N], and its fresh fraction.
 
-    The axis must have friction laws. The fraction keeps the breakaway at or above F_c.
+    The breakaway just after a stop is this fraction of the first value, and at least F_c. The axis
+    must have friction laws.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -152,7 +153,7 @@ def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
 
 @kernel
 def speed_band(p: Vector, w: float) -> tuple[float, float]:
-    """Return the lowest and highest speed of the piece of the friction law that contains w."""
+    """Return the lowest and highest speed of the piece of the friction law at speed w."""
     lower = 0.0
     upper = math.inf
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):

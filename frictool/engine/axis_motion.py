@@ -307,9 +307,9 @@ def _is_held(state: Vector, command: float, p: Vector, laws: Laws) -> bool:
 def is_held(state: Vector, command: float, p: Vector) -> bool:
     """Return True if the axis rests and stays at rest as long as `command` [A | V] acts.
 
-    The drive tends monotonically to the command, and the breakaway does not fall at rest. The
-    result is False for an axis with a winding, because its drive limit changes in each part of a
-    period.
+    The test is exact, because the drive tends monotonically to the command and the breakaway does
+    not fall at rest. The result is False for an axis with a winding, because its drive limit
+    changes in each part of a period.
     """
     if state[ax.VELOCITY] != 0.0 or p[ax.RESISTANCE] > 0.0:
         return False

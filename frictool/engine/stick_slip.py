@@ -71,7 +71,7 @@ Extension = ExtendedLaws | None
 
 @kernel
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
-    """Return a limit for the number of pieces that only an endless cycle exceeds.
+    """Return a limit for the number of pieces of motion that only an endless cycle exceeds.
 
     It grows with `events`, with the fastest rate of the loop and, in an unbounded Stribeck layer,
     with the rate of the law.

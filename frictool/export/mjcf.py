@@ -100,7 +100,7 @@ def mjcf_files(
 ) -> tuple[Mapping[str, str | bytes], list[str]]:
     """Return the MJCF file and the ranges of its attributes by file name, and notes.
 
-    Raises NoSolutionError as `exported_model`.
+    Raises NoSolutionError as `exported_model` does.
     """
     model, notes = exported_model(model, without)
     name = c_identifier(model.name)

@@ -100,7 +100,7 @@ def masing_table(values: Values) -> Vector:
 
 
 def cell_count(size: int) -> int:
-    """Return the number of cells of a triangle whose table has `size` nodes."""
+    """Return the number of cells of the triangle whose Everett table has `size` values."""
     cells = math.isqrt(size) - 1
     return cells * (cells + 1) // 2
 

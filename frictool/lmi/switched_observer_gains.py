@@ -134,9 +134,9 @@ def proved_gamma(
     t: Matrix,
     decay: float,
 ) -> float:
-    """Return the smallest gamma for which thesis (6.9) holds with `decay`; inf if there is none.
+    """Return the smallest gamma for which inequality (6.9) of the thesis holds; inf if none does.
 
-    `p` is in states x = t x_p.
+    decay: factor on the error per sample. p: P_i of each mode, for states x_p with x = t x_p.
     """
     if any(
         not np.all(np.isfinite(each)) or np.linalg.eigvalsh(each)[0] <= 0.0 for each in p.values()

@@ -51,7 +51,7 @@ LOOSE = 2.0  # moving inside the backlash; -2 in the negative direction
 class AxisParameters(NamedTuple):
     """Parameters of an axis, SI, rotary | linear.
 
-    A breakaway may be below its Coulomb friction; `checked` then raises it to the Coulomb friction.
+    A breakaway may be below the Coulomb friction; `checked` then raises it to that friction.
     """
 
     inertia: float  # kg m^2 | kg
@@ -71,7 +71,7 @@ class AxisParameters(NamedTuple):
     laws: AxisLaws = AxisLaws()
 
     def checked(self) -> AxisParameters:
-        """Return the axis; a breakaway below its Coulomb friction is raised to it.
+        """Return the axis; a breakaway below the Coulomb friction is raised to that friction.
 
         Raises ValueError with the name of a parameter that is out of range.
         """

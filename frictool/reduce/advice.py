@@ -27,9 +27,9 @@ WORTH = 0.1  # least useful part, relative to the travel
 
 
 def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
-    """Return the largest bandwidth [rad/s] up to which rigid links are accurate; None without one.
+    """Return the largest bandwidth [rad/s] up to which all links may be made rigid, or None.
 
-    The bandwidth is below every resonance and rounded down. Up to this bandwidth, rigid links
+    The bandwidth is below every resonance and rounded down. Up to this bandwidth, links made rigid
     change the gain by at most `tolerance`. Raises ElementError and NoSolutionError as the steps of
     the reduction do.
     """
@@ -82,7 +82,7 @@ def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
 
 
 def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
-    """Return the widest parts at the two ends of x (n,) on which `holds` (n,) is true.
+    """Return the widest parts at the two ends of x (n,) for whose slice of x `holds` is true.
 
     Their ends are rounded inwards. Parts narrower than the fraction WORTH of the travel are left
     out.

@@ -55,7 +55,7 @@ class MechanismView:
     axis: Axis
 
     def frame(self, block: str) -> CoordinateFrame:
-        """Return the frame of a block relative to the root; ground does not move."""
+        """Return the frame of a block relative to the root; that of the ground has the ratio 0."""
         axis = self.axis
         if block == GROUND:
             return CoordinateFrame(0.0, 0.0, axis, axis)

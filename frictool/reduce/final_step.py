@@ -1,4 +1,4 @@
-"""Report of the last step of a reduction, to one inertia."""
+"""Report of a reduction's last step, which results in one inertia."""
 
 from __future__ import annotations
 

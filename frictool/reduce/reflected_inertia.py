@@ -1,4 +1,4 @@
-"""Inertia reflected through lossy links: an interval that contains J + r^2 m."""
+"""Interval of the inertia that is reflected through lossy links."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def picture(chain: ReductionChain, model: Model) -> str:
 
 
 def figure(chain: ReductionChain, model: Model) -> Figure:
-    """Return the figure: C_r(theta, sign) (thesis 2.29) and the load above, the fit error below."""
+    """Return a figure of C_r(theta, sign) and the load, and of the fit error in lower axes."""
     one = chain.one
     unit = si_unit("position", model.axis)
     effort = si_unit("effort", model.axis)

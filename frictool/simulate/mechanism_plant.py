@@ -210,7 +210,7 @@ def scenario_inputs(
     period: float,
     driven: int | None,
 ) -> MechanismInputs:
-    """Return the inputs from the scenario.
+    """Return the source signals and block efforts of a scenario.
 
     Disturbances without a block act on the block `driven`.
     """

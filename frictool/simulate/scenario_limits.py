@@ -71,7 +71,7 @@ def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> N
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
-    """Raise DocumentError for events outside `seconds`, too short faults, and too fast sines."""
+    """Raise DocumentError for an event outside `seconds`, a too short fault, or a too fast sine."""
     limit = seconds * (1.0 + SAME_INSTANT)
     for key, begin, end in _spans(scenario):
         if begin[1] >= seconds:

@@ -99,7 +99,7 @@ class SynthesisProblem:
 
     @property
     def bandwidth(self) -> float:
-        """Return z2 of W2 [rad/s]."""
+        """Return the bandwidth z2 of the error weight W2 [rad/s]."""
         return self.weights.error.zero
 
     def posed_with_constant_input(self) -> SynthesisProblem:

@@ -1,4 +1,4 @@
-"""Closed loop of a certificate: the generalised plant of generalised_plant.py in stored numbers.
+"""Closed loop of a certificate: generalised_plant.py with the coefficients of the document.
 
 The sampled axis is that of linear_axis.py, with the computational delay at its input.
 """

@@ -171,8 +171,8 @@ def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
 def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[FeedbackLoop, ...]:
     """Return the loops with a limiter's virtual friction near standstill.
 
-    There is one loop, or one for each mode of an observer that estimates the speed. slope:
-    F_cv/(v_r K) [A | V per rad/s | m/s].
+    There is one loop, or one for each mode of an observer that estimates the speed. slope: drive
+    per speed near standstill, F_cv/(v_r K) [A | V per rad/s | m/s].
     """
     if velocity.observer is not None:
         law = gain(slope, period)
@@ -193,7 +193,7 @@ def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[F
 
 
 def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
-    """Return F(z) of the velocity block, first order or thesis (5.70), with rounded coefficients.
+    """Return F(z) of the velocity block, of order 1 or 2, with rounded coefficients.
 
     F is 1 without a filter. Raises ValueError for an observer, because its input is not only the
     position.

@@ -89,7 +89,7 @@ class VertexTransfers:
 
 
 def sensitivities(controller: Controller) -> VertexTransfers | str:
-    """Return the transfer functions at every vertex of a document, or a reason as text."""
+    """Return the transfer functions at every vertex of a document, or why there are none."""
     stable = tuple(vertex for vertex in controller.verified.vertices if vertex.stable)
     if not stable:
         return "the controller names no vertex at which its loop is stable"

@@ -32,7 +32,7 @@ def split_tasks(jobs: Iterable[Any], batch: int) -> Iterator[Task]:
 
 
 def run_task(function: Callable[[Any], Any], task: Task) -> list[Any]:
-    """Return the results, in the order of the task."""
+    """Return the results of a task's jobs, in order; a failed job has a JobFailure."""
     return [_one(function, job) for _, job in task]
 
 

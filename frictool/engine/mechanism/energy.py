@@ -33,7 +33,7 @@ class EnergyBalance(NamedTuple):
 
     @property
     def total(self) -> float:
-        """Return the sum of the energies that is constant over a run [J]."""
+        """Return kinetic + stored + lost - put_in [J], which is constant over a run."""
         return self.kinetic + self.stored + self.lost - self.put_in
 
 

@@ -16,7 +16,7 @@ DIGITS = 4  # significant digits of every value of a design, so that its file is
 
 @dataclass(frozen=True)
 class SearchedParameter:
-    """Dimensionless parameter with a range, which is searched on a logarithmic scale.
+    """Dimensionless parameter whose range is searched on a logarithmic scale.
 
     starts: initial values of the search, one for each start of the family.
     """

@@ -45,7 +45,7 @@ class JudgedRuns(Protocol):
 
     @property
     def failed(self) -> Mapping[int, str]:
-        """Return the plants that could not be simulated, with the reason."""
+        """Return the reason for each plant that could not be simulated, by its index."""
 
 
 class CandidateJudge(Protocol):
