@@ -1,4 +1,4 @@
-"""Scheduled coefficients: a weighted sum of the matrices at the corners, (5.46), (5.64).
+"""Scheduled coefficients: a weighted sum of the matrices at the corners (thesis 5.46, 5.64).
 
     alpha_i = product over the parameters of (distance to the end opposite to corner i)/(width)
 

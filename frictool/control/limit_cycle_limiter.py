@@ -1,4 +1,4 @@
-"""Limit-cycle limiter of a position loop (5.7), which releases the drive near the target.
+"""Limit-cycle limiter of a position loop (thesis 5.7), which releases the drive near the target.
 
     energy   | |e| - J v^2/(2 F') | < delta_e,  F' = F_c + F_cv (5.40)
     error    |e| < delta_e, the cut-off that 5.2.1 argues against

@@ -1,4 +1,4 @@
-"""Prefilter of the position reference (5.69), H = 1/(s^2/w0^2 + 2 m s/w0 + 1), by Tustin.
+"""Prefilter of the position reference (thesis 5.69), H = 1/(s^2/w0^2 + 2 m s/w0 + 1), by Tustin.
 
     f' = v,   v' = w0^2 (r - f) - 2 m w0 v        f filtered reference, v its speed, r reference
 

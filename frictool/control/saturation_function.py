@@ -1,4 +1,4 @@
-"""The saturating function that replaces tanh in (5.41): odd, smooth and monotone.
+"""The saturating function that replaces tanh in thesis (5.41): odd, smooth and monotone.
 
     s(x) = t - 4/27 t^3,   t = x limited to +-3/2        slope 1 at 0; s = 1 and slope 0 from 3/2 on
 

@@ -1,4 +1,4 @@
-"""The measured speed: difference quotient of the encoder through a low-pass filter (5.70).
+"""The measured speed: difference quotient of the encoder through a low-pass filter (thesis 5.70).
 
     order 1   v = w u/(s + w)                              u = (y[k] - y[k-1])/T
     order 2   v = u/(s^2/w^2 + 2 s/w + 1), two equal poles      (5.70) is s y through this filter

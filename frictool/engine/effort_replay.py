@@ -1,4 +1,4 @@
-"""Simulation of an axis under a measured effort (4.17), optionally corrected by measured positions.
+"""Simulation of an axis under a measured effort, optionally corrected by measured positions.
 
     effort[k] --> axis --> position[k+1], velocity[k+1]
 

@@ -1,4 +1,4 @@
-"""Laws with a fixed time step: hybrid A, B, C (3.28)-(3.39), and banded laws (2.32), (2.35).
+"""Laws with a fixed time step: hybrid A, B, C, and banded laws (thesis 3.28-3.39, 2.32, 2.35).
 
 The step T_e is a parameter of these laws, not a tolerance: (3.11) limits T_e by the switching
 velocity. Each step is a midpoint rule with a constant mode, which is determined at its start. x'

@@ -1,4 +1,4 @@
-"""One piece of the motion of a body: at rest, in the Stribeck layer (2.34), or on the straight law.
+"""One piece of the motion of a body: at rest, in the Stribeck layer, or on the straight law.
 
 A piece consists of polynomials of the time since its start, in the rows x, v, q (and u at rest),
 and of its length.
@@ -158,7 +158,7 @@ def _acceleration(driven: DrivenBody, state: Vector, t: float) -> float:
 
 @bare_kernel
 def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
-    """Set the next step length in `pace` after a step of length h; error: in tolerances."""
+    """Set the next step length in `pace` after a step of length h; error/tolerance = `error`."""
     size = math.log(max(error, LEAST_ERROR))
     pace[0] = max(least, h * min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size)))
     pace[1] = size

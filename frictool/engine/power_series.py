@@ -1,4 +1,4 @@
-"""Power series of the motion under friction of fixed sign (2.31) and at rest, exact to rounding.
+"""Power series of the motion under friction of fixed sign and at rest, exact to rounding.
 
     m v' = u(t, x, v, q) - friction - viscous v        x' = v        q' = x - r
 

@@ -1,4 +1,4 @@
-"""Equations of free bodies (2.1)-(2.2), and of trees of rigid links without constraint forces.
+"""Equations of free bodies (thesis 2.1-2.2), and of trees of rigid links without constraint forces.
 
 The constraint forces lambda are eliminated from the leaves of a tree to its root. A child with M
 q'' = f at the second end of its link, q_b = ratio q_a, needs lambda = M q'' - f, and -p lambda acts

@@ -1,4 +1,4 @@
-"""Equations of transmitting links: constraints, compliance and backlash (2.3)-(2.20)."""
+"""Equations of transmitting links: constraints, compliance and backlash (thesis 2.3-2.20)."""
 
 from __future__ import annotations
 

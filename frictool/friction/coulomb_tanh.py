@@ -1,4 +1,4 @@
-"""Coulomb friction with sign(v) smoothed to tanh(v/v_r) (2.4.2.1).
+"""Coulomb friction with sign(v) smoothed to tanh(v/v_r) (thesis 2.4.2.1).
 
 With this approximation a body creeps under any effort.
 """

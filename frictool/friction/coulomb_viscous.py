@@ -1,4 +1,4 @@
-"""Coulomb and viscous friction with a breakaway at rest (2.30), (4.17).
+"""Coulomb and viscous friction with a breakaway at rest (thesis 2.30, 4.17).
 
     slipping   F = coulomb d + viscous v      d = +-1, direction of the motion
     at rest    F = effort                     as long as |effort| <= breakaway

@@ -1,4 +1,4 @@
-"""Dahl's law with any exponent i > 0, (2.37)-(2.38).
+"""Dahl's law with any exponent i > 0 (thesis 2.37-2.38).
 
     F = sigma z        z' = v |a|^i sign(a),   a = 1 - sigma z sign(v)/F_c
 

@@ -1,4 +1,4 @@
-"""The elasto-plastic law (2.43)-(2.48): LuGre with purely elastic presliding below z_ba.
+"""The elasto-plastic law (thesis 2.43-2.48): LuGre with purely elastic presliding below z_ba.
 
     z' = v (1 - alpha(z, v) sigma_0 sign(v) z/g(v))        F = sigma_0 z + sigma_1 z' + sigma_v v
     alpha = 0 if |z| < z_ba or z opposes v; half a sine up to 1 at z_max = F_s/sigma_0,

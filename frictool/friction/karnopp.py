@@ -1,4 +1,4 @@
-"""Karnopp's law (2.35)-(2.36): a velocity band in which the position stands still.
+"""Karnopp's law (thesis 2.35-2.36): a velocity band in which the position stands still.
 
 The friction is that of friction/svc.py: static, viscous and Coulomb. Inside the band m v' = u -
 sticking_force(u): the velocity v is still integrated, but the rate v_m of the position is 0, so

@@ -1,4 +1,4 @@
-"""The Leuven law (2.49)-(2.51) with a bank of Maxwell-slip elements as its hysteresis force F_h.
+"""The Leuven law with a bank of Maxwell-slip elements as its hysteresis force (thesis 2.49-2.51).
 
     z' = v (1 - sign(a) |a|^i),  a = F_h(z) sign(v)/g(v)        F = F_h(z) + sigma_1 z' + sigma_v v
 

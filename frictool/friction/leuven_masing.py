@@ -1,4 +1,4 @@
-"""The Leuven law (2.49)-(2.51) with Masing's hysteresis as its force F_h.
+"""The Leuven law (thesis 2.49-2.51) with Masing's hysteresis as its force F_h.
 
 The equations are those of friction/leuven.py. The state is
 [z, memory of friction/reversal_memory.py].

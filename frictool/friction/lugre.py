@@ -1,4 +1,4 @@
-"""The LuGre law (2.40)-(2.42).
+"""The LuGre law (thesis 2.40-2.42).
 
     z' = v - sigma_0 |v| z/g(v)        F = sigma_0 z + sigma_1 z' + sigma_v v
 

@@ -1,10 +1,11 @@
-"""Friction as a polynomial of position, one per direction (4.44), (4.41).
+"""Friction as a polynomial of position, one per direction (thesis 4.44, 4.41).
 
     C_s(x, direction) = b_n x^n + .. + b_0          C_r = (mean C_r/mean C_s) C_s
 
-The parameters F_c and F_s of a law are means over the travel; the polynomial divided by its mean is
-their factor. Outside the travel the factor keeps its value at the nearer end, since a polynomial
-fitted within the travel is not valid beyond. Coefficients are in order of rising powers.
+C_s is the breakaway, C_r the Coulomb friction. The parameters F_s and F_c of a law are their means
+over the travel; the polynomial divided by its mean is a factor on both. Outside the travel the
+factor keeps its value at the nearer end, since a polynomial fitted within the travel is not valid
+beyond. Coefficients are in order of rising powers.
 """
 
 from __future__ import annotations

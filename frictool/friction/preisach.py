@@ -1,4 +1,4 @@
-"""The Preisach operator in Everett form (3.18), on a triangle of n x n cells (3.4.3, 3.7.1).
+"""The Preisach operator in Everett form (thesis 3.18), on a triangle of n x n cells (3.4.3, 3.7.1).
 
     F = int_S+ mu - int_S- mu          S+, S-: sets of relays (alpha, beta), alpha >= beta, that
                                        are up and down

@@ -1,7 +1,7 @@
 """Kernels that static laws share: force at rest, breakaway, and velocity band of rest.
 
 At rest F is the effort u limited to [-F_s(-), F_s(+)], the breakaway of each direction, as in the
-first lines of (2.30)-(2.35).
+first lines of thesis (2.30)-(2.35).
 """
 
 from __future__ import annotations

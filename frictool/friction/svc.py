@@ -1,4 +1,4 @@
-"""Static, viscous and Coulomb friction (2.31).
+"""Static, viscous and Coulomb friction (thesis 2.31).
 
 In slip F = F_c sign(v) + sigma_v v, at rest F = u up to F_s.
 """

@@ -1,8 +1,8 @@
 """Projected bounded-real inequalities of a set of plants with common Lyapunov blocks R and S.
 
-R and S are the two blocks of the Lyapunov matrix (X and Y in (5.61)). gamma bounds the norm from w
-to z. N_R and N_S are bases of the null spaces of [B2' D12'] and [C2 D21]. A controller exists for
-every plant if and only if (Gahinet and Apkarian, 1994)
+R and S are the two blocks of the Lyapunov matrix (X and Y in thesis 5.61). gamma bounds the norm
+from w to z. N_R and N_S are bases of the null spaces of [B2' D12'] and [C2 D21]. A controller
+exists for every plant if and only if (Gahinet and Apkarian, 1994)
 
     [N_R 0]' [ L(R)   M(R)'            B1       ] [N_R 0]
     [0   I]  [ M(R)   Q(R) - gamma I   D11      ] [0   I] < 0

@@ -1,4 +1,4 @@
-"""Upper bound of the worst norm (5.53) of loops whose parameters vary at any speed.
+"""Upper bound of the worst norm (thesis 5.53) of loops whose parameters vary at any speed.
 
     x' = A x + B w,  z = C x + D w    (A, B, C, D) in the convex hull of the loops
 

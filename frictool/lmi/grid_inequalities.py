@@ -1,4 +1,4 @@
-"""Projected inequalities of (5.62) at grid points, with parameter-dependent X and Y.
+"""Projected inequalities of thesis (5.62) at grid points, with parameter-dependent X and Y.
 
     N_X' [ A X + X A' - X'   X C1'      B1       ]
          [ C1 X              -gamma I   D11      ] N_X < 0

@@ -1,9 +1,9 @@
 """Explicit controller of a plant for given (R, S), by Parrott's lemma.
 
-It replaces the optimisation of the controller in (5.62)-(5.63). With P = [S, -G; -G, G], G = S -
-R^-1, the bounded-real lemma in discrete time becomes |Phi + U K V| < 1, in which K contains the
-controller's matrices. That is Parrott's problem, whose central solution is explicit (Davis, Kahan
-and Weinberger, 1982).
+The lemma replaces the optimisation of the controller in thesis (5.62)-(5.63). With P = [S, -G; -G,
+G], G = S - R^-1, the bounded-real lemma in discrete time becomes |Phi + U K V| < 1, in which K
+contains the controller's matrices. That is Parrott's problem, whose central solution is explicit
+(Davis, Kahan and Weinberger, 1982).
 
 A continuous plant is first mapped to the unit disc (Cayley transform): the same P solves both
 bounded-real inequalities. D12 = 0 and D21 = 0 are allowed; the formula fails only for a singular [R

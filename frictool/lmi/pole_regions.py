@@ -84,7 +84,7 @@ class TransformVariable:
 def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> TransformVariable:
     """Return the variable p in which the region of poles is the unit disc or a half-plane.
 
-    Without `region` the poles must only be stable. Raises ValueError if the region contains
+    Without `region`, the poles need only be stable. Raises ValueError if the region contains
     unstable poles.
     """
     sampled = plants[0].period > 0.0

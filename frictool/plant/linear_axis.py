@@ -1,4 +1,4 @@
-"""Axis (5.48) as a linear system of drive lag, inertia and viscous friction.
+"""Axis (thesis 5.48) as a linear system of drive lag, inertia and viscous friction.
 
     tau i' = u - i          v' = k i - s v - f w + p w_D          x' = v          eta' = v_c - v
 

@@ -1,4 +1,4 @@
-"""Loads and Coulomb friction of a block as one curve per direction, C_+(x) and C_-(x) (2.28).
+"""Loads and Coulomb friction of a block as one curve per direction, C_+(x) and C_-(x).
 
 In a mechanism two elements represent the pair of curves: a spring with their mean, and a cam of
 angle 0 with half their difference as friction. Speed-dependent friction remains separate; the loss

@@ -1,4 +1,4 @@
-"""Springs, cams (2.23) and friction of each block as one curve C_r(theta, sign), (2.28)-(2.29).
+"""Springs, cams and friction of each block as one curve C_r(theta, sign), thesis (2.28)-(2.29).
 
 The step also checks at all positions whether the block is irreversible (2.27): C_+ >= 0 >= C_-, so
 that friction holds the load. If so, the load becomes part of the friction, with a separate level

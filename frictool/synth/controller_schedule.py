@@ -1,7 +1,7 @@
 """Scheduled controller: interpolation of the controllers at the corners over the parameters.
 
-The weights of the corners are those of (5.46), (5.64). If the plants are affine in the parameters
-(vertices: first_order, continuous time), the inequalities also hold for the interpolated
+The weights of the corners are those of thesis (5.46), (5.64). If the plants are affine in the
+parameters (vertices: first_order, continuous time), the inequalities also hold for the interpolated
 controller. With exact vertices or sampled plants they hold only approximately. The interpolated
 controller is therefore verified as it runs on the target, at the corners and at plants between
 them.

@@ -1,4 +1,4 @@
-"""Search for a limit cycle of a controller without a band, by simulation (5.2.1)."""
+"""Search for a limit cycle of a controller without a band, by simulation (thesis 5.2.1)."""
 
 from __future__ import annotations
 

@@ -1,10 +1,11 @@
-"""Method `lpv_grid`: X and Y of (5.62) as polynomials of the scheduled parameters, on a grid.
+"""Method `lpv_grid`: Lyapunov matrices X and Y as polynomials of the scheduled parameters.
 
-The inequalities are also checked between the grid points. Method `lpv` has one X and one Y, and
-therefore holds for parameters that jump. Method `lpv_grid` assumes constant or slowly varying
-parameters and reaches a lower gamma. All plants on the grid are exact; no plant is linearised.
-Coulomb friction only scales an input: if it is scheduled, its largest value is used everywhere. The
-controller is frozen at one plant (5.3.4), and its loop is verified at every vertex.
+The inequalities of thesis (5.62) are solved on a grid, and also checked between its points. Method
+`lpv` has one X and one Y, and therefore holds for parameters that jump. Method `lpv_grid` assumes
+constant or slowly varying parameters and reaches a lower gamma. All plants on the grid are exact;
+no plant is linearised. Coulomb friction only scales an input: if it is scheduled, its largest value
+is used everywhere. The controller is frozen at one plant (5.3.4), and its loop is verified at every
+vertex.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ SENSITIVITY = CertifiedWeights(
 class SpeedFeedback:
     """Feedback of the speed: drive = C(z) (F(z) m + position_gain eta), with eta = -position.
 
-    velocity: filter F and source of the speed -m, the difference of positions or a sensor.
+    velocity: filter F, and source of the speed -m: difference of positions, or a sensor.
     position_gain: gain [1/s] of a proportional law around the speed loop, or 0.
     """
 

@@ -1,4 +1,4 @@
-"""Loop of a scheduled controller: weighted sum of the corners' matrices (5.46), (5.64)."""
+"""Loop of a scheduled controller: weighted sum of the corners' matrices (thesis 5.46, 5.64)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Laws with a fixed time step T_e: hybrid A, B, C (3.28)-(3.39), and banded laws (2.32), (2.35).
+"""Laws with a fixed time step T_e: hybrid A, B, C, and banded laws (thesis 3.28-3.39, 2.32, 2.35).
 
 The input of such a law is the effort u on its block: the effort of all other elements of the tree
 that moves with the block, reflected to the block by the joints. The mode is updated at the

@@ -1,4 +1,4 @@
-"""Speeds after impacts of flanks, which close the backlash of (2.18), and after end-stop impacts.
+"""Speeds after impacts of the flanks of a backlash, and after end-stop impacts.
 
 An impact is between two groups of rigidly joined blocks, or between a group and the frame, by
 Newton's law with the restitution of the contact. If groups touch in a row, the impact passes from

@@ -7,7 +7,7 @@ class ElementError(ValueError):
     """Error: an element cannot be part of the mechanism.
 
     key: path of the element in the document, for example `links.rack.radius`. The command that read
-    the file adds its name and the line.
+    the file adds the file's name and the line.
     """
 
     def __init__(self, key: str, message: str) -> None:
