@@ -53,11 +53,11 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
 
 
 def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]:
-    """Return the interval [low, high] of a parameter, widened by that of the actuator's constant.
+    """Return a parameter's interval [low, high], widened by that of the actuator's constant.
 
-    A model's parameters are proportional to the value of the constant, and their intervals hold for
-    this value. The returned interval holds for every constant in its interval: it contains the
-    products of all parameters in [low, high] and all ratios of the constant to its value.
+    A model's parameters are proportional to the constant; [low, high] holds for its nominal value.
+    The result contains every value in [low, high] times every ratio of the constant to its nominal
+    value.
     """
     ratios = [end / constant.value for end in constant.interval]
     products = [ratio * end for ratio in ratios for end in (low, high)]

@@ -364,9 +364,9 @@ class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Worst norm of the sampled loop inside the box of parameters.
 
-    For a loop without weights, it is the largest sensitivity. The block is absent if a certificate
-    proves a bound. A missing key was not computed. `parameter_dependent` and `common` hold for
-    interpolations of the vertices' sampled models.
+    For a loop without weights, the largest sensitivity replaces the norm. The block is absent if a
+    certificate proves a bound. A missing key was not computed. `parameter_dependent` and `common`
+    hold for interpolations of the vertices' sampled models.
 
     - `interior_points`: Number of plants at which the norm was computed.
     - `interior`: Largest norm at these plants and in a local search from the worst vertex; a lower

@@ -68,7 +68,7 @@ def starting_documents(start: StartingRig) -> dict[str, str]:
 
 
 def example_keys(start: StartingRig) -> dict[str, list[str]]:
-    """Return the keys with example values of each file, by file name; a nested key follows a dot.
+    """Return the keys with example values of each file, by file name; dots separate nested keys.
 
     The files mark them `# example: replace`.
     """

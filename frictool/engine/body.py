@@ -151,7 +151,7 @@ def at_rest(position: float = 0.0) -> Vector:
 def moving(position: float, velocity: float) -> Vector:
     """Return the state (5,) of a body that slips at `velocity` [m/s | rad/s].
 
-    The first step sets the region of the friction law.
+    The first step determines the region of the friction law.
     """
     if velocity == 0.0:
         return at_rest(position)

@@ -48,7 +48,7 @@ class ObjectView:
 class ResultView(ObjectView):
     """Text, HTML and comparison of a result.
 
-    Its dataclass has `eq=False, repr=False`, so that these methods are not replaced.
+    A subclass is a dataclass with `eq=False, repr=False`, so that it keeps these methods.
     """
 
     __slots__ = ()

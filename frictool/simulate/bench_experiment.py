@@ -66,7 +66,7 @@ def is_ramps(excitation: Log) -> bool:
 class BenchPlant(Protocol):
     """Plant that can run a test.
 
-    Both methods return a status of engine/status_codes.py and write the measured values into
+    `follow` and `ramp` return a status of engine/status_codes.py and write the measured values into
     `position` and `drive` (n,).
     """
 
