@@ -1,7 +1,7 @@
 """Input of a speed controller: eta = integral(omega_c) - position, omega_c the speed reference.
 
-Both integrals advance by their differences, so that no number grows with the distance travelled. If
-the last drive was limited and eta would move further into that limit, eta is held
+Both terms are updated by their changes over a sample, so that no number grows with the distance
+travelled. If the last drive was limited and eta would move further into that limit, eta is held
 (conditional integration). A positive eta requests a positive drive: the sign convention of
 `controller.yaml`.
 """

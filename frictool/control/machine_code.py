@@ -42,9 +42,9 @@ _serial = itertools.count()
 class MachineCode(NamedTuple):
     """Compiled function of one sample.
 
-    `address`: address of the function, for kernels. Its arguments are the address of `real` of the
-    program (int64), reference, position and velocity; it returns the drive or another value.
-    `library`: the compiled code, which exists as long as this object.
+    `address`: address of the function, for kernels. The function's arguments are the address of
+    `real` of the program (int64), reference, position and velocity; it returns the drive or another
+    value. `library`: the compiled code, which exists as long as this object.
     """
 
     address: int

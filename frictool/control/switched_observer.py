@@ -11,7 +11,8 @@
 
 y is the measured position; theta, omega and alpha are the estimates of position, speed and wear at
 one sample, which determine the mode. F has the sign of omega, which is definite in every mode
-except 0. While stuck, alpha is frozen, since (6.14) treats its estimate as a measurement.
+except 0. While stuck, alpha is frozen, since thesis (6.14) treats the estimate of alpha as a
+measurement.
 
 Limit: the certificate of (6.6) takes the mode as known. It does not cover the samples in which
 plant and observer are in different modes. Rule: Sigma some encoder steps per sample period. With a

@@ -1,4 +1,4 @@
-"""The band of position around the target, in which the drive is released (5.2.2, 5.2.3).
+"""The band of position around the target, in which the drive is released (thesis 5.2.2, 5.2.3).
 
 ====  =====  ==================================================================
 code  mode   action

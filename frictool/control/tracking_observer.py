@@ -11,8 +11,7 @@ Within the cell the encoder shows no error, so that nothing is corrected: betwee
 model determines the speed, which is 0 at rest. The dry friction is that of the friction map at x^;
 while the backlash is open, it is that of the motor without load. The backlash follows thesis
 (4.45). The disturbance d [N m | N] is the effort that the model lacks, added to the drive. At rest,
-d is between 0 and the value that compensates the part of the drive above the breakaway, which just
-keeps the axis at rest.
+d is between 0 and the value that reduces the drive's effort to the breakaway.
 
 Property: in slip, while m is outside the cell, the error is linear with three poles at exp(-w T)
 (observe/design/tracking.py). With cell = 0 the observer is linear. A cell of one encoder step is

@@ -301,7 +301,7 @@ class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     `export --lang c` compiles the code for the core and refuses code that is above the budget.
 
-    - `core`: `cortex-m4f`: with a floating-point unit. `cortex-m4`: without.
+    - `core`: `cortex-m4f` has a floating-point unit, `cortex-m4` has none.
     - `instructions`: Largest number of instructions of a step.
     - `code_bytes`: Largest number of bytes of code and constants, without library functions.
     - `state_bytes`: Largest number of bytes of the state of one axis.

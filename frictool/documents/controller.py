@@ -458,8 +458,8 @@ class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Gain schedule for parameters that are known at run time.
 
-    The sum of the corners' matrices, each with the weight of its corner at the present plant, is
-    the controller.
+    The controller's matrices are those of the corners, weighted for the present parameters and
+    added.
 
     - `parameters`: Scheduled parameters.
     - `corners`: Controllers at the corners.
@@ -485,7 +485,7 @@ class Controller(
     - `structure`: `position` closes one loop on the position; `speed_cascade` closes a speed loop
       inside a position law.
     - `method`: Synthesis method, or `own` for a controller that was designed with another tool.
-    - `domain`: Domain of the synthesis.
+    - `domain`: Time domain of the synthesis.
     - `drive_limit`: Largest magnitude of the drive [A | V].
     - `sign_convention`: Text that explains the signs of error and drive.
     - `linear`: Linear controller.

@@ -1,7 +1,7 @@
 """Strict reading of a YAML document into its type.
 
-The nodes are read along the type, so that every error names the key, the value found and the
-allowed values.
+The nodes are matched with the fields of the type, so that every error names the key, the value
+found and the allowed values.
 """
 
 from __future__ import annotations

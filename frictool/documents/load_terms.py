@@ -59,7 +59,7 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
     - `terms`: Terms to estimate. The terms from `drift` on are removed from the effort, so that the
       other parameters do not absorb them; the model does not contain them.
-    - `ripple`: Period of the term `ripple`, which needs it.
+    - `ripple`: Period of the ripple; required with the term `ripple`.
     - `most`: Largest sum of spring, gravity and ripple efforts anywhere on the travel, for the
       planning of tests.
     """

@@ -2,8 +2,8 @@
 
 Each block has one coordinate q: an angle [rad] if it has an `inertia`, a distance [m] if it has a
 `mass`. A link has a name and a kind. `between` names its ends, the driving end first; `ground` is
-the frame. Positions of blocks count from `start`. At the start, every rigid link is consistent,
-every backlash is centred and no compliance is strained.
+the frame. Blocks are initially at `start`; there, every rigid link is consistent, every backlash is
+centred and no compliance is strained.
 
 If a link has a rotary and a linear end, the unit of a quantity determines its end: a backlash of 3
 rad is at the pinion, one of 0.6 mm at the rack. The links' compatibility is checked when the
@@ -174,7 +174,7 @@ class Belt(
 ):
     """Belt: radius_b omega_b = radius_a omega_a.
 
-    - `radius_a`, `radius_b`: Radius of the pulley at this end.
+    - `radius_a`, `radius_b`: Radius of the pulley at the first and at the second end.
     - `crossed`: True for a crossed belt, which reverses the direction.
     """
 
@@ -265,7 +265,7 @@ class Hydraulic(
 
     Inertia and friction of the fluid are neglected.
 
-    - `area_a`, `area_b`: Area of the piston at this end.
+    - `area_a`, `area_b`: Area of the piston at the first and at the second end.
     """
 
     # (2.16)

@@ -77,7 +77,7 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
       j at the next sample.
     - `gamma`: Bound of ||z||/||Delta||, evaluated with the stored gains; Delta is the error of the
       assumed friction.
-    - `decay`: Factor on the error per sample; 1 if none was imposed.
+    - `decay`: Largest factor of the error per sample; 1 if no decay was required.
     - `stuck_speed`: Factor of the velocity in mode 0: 0 keeps the velocity at 0, 1 lets a gain
       change the velocity.
     - `switching_radius`: Largest spectral radius of the products of two modes that may alternate.

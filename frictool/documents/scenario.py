@@ -132,7 +132,8 @@ class Scenario(
     - `disturbances`: External efforts.
     - `drifts`: Time-varying factors on the plant's parameters.
     - `sensor_faults`: Faults of encoder and drive sensor.
-    - `commands`: Commands of a supervisor to the controller of an axis, as in its exported code.
+    - `commands`: Commands of a supervisor to the controller of an axis; the exported code has the
+      same commands.
     - `sources`: Commands of a mechanism's sources, by source name. With a controller, only sources
       that the controller does not command.
     - `duration_s`: Duration of a test without controller.

@@ -1,4 +1,4 @@
-"""One piece of the motion of a body: at rest, in the Stribeck layer, or on the straight law.
+"""One piece of the motion of a body: at rest, in the Stribeck layer, or above it.
 
 A piece consists of polynomials of the time since its start, in the rows x, v, q (and u at rest),
 and of its length.

@@ -127,7 +127,7 @@ class FmiVariable:
     kind : {"Float64", "Boolean", "Int64", "Enumeration"}
         Type of the variable.
     attributes : mapping of str to str
-        Further attributes of its element.
+        Further attributes of its XML element.
     depends_on : tuple of int
         Value references of the inputs and parameters that determine its initial value.
     """

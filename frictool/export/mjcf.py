@@ -50,7 +50,7 @@ class MjcfAttribute:
     Attributes
     ----------
     element, attribute : str
-        Place in the file.
+        Element of the file and its attribute.
     field : str
         Array of mjModel and, after a dot, the index in its row.
     value : Quantity

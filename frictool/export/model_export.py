@@ -85,7 +85,7 @@ def export_model(
     Returns
     -------
     ModelExport
-        The files and what they contain.
+        The files, and notes on their contents.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The distribution of a Preisach operator from centred cycles (3.4.3, 3.7.1, figure 3.8).
+"""The distribution of a Preisach operator from centred cycles (thesis 3.4.3, 3.7.1, figure 3.8).
 
 A centred cycle of amplitude a runs from a down to -a and back. Its descending branch gives
 E(a, beta) = (F(a) - F(beta))/2 for every beta in [-a, a]. Since the hysteresis is odd,

@@ -1,4 +1,4 @@
-"""Rising static friction: the breakaway grows with the time at rest (2.3.2.1, 3.4.2.3).
+"""Rising static friction: the breakaway grows with the time at rest (thesis 2.3.2.1, 3.4.2.3).
 
     F_s(t) = F_s (1 - (1 - fresh) tau/(tau + t))
 

@@ -1,4 +1,4 @@
-"""Polytope of plants (5.51), (5.68), spanned by the intervals of the scheduled parameters.
+"""Polytope of plants (thesis 5.51, 5.68), spanned by the intervals of the scheduled parameters.
 
     p0 = (J, viscous, coulomb, K)   centre: the middle of each interval, also for a parameter that
                                     is not scheduled

@@ -22,8 +22,10 @@ CSV = ".csv"
 def read_test(path: Path, bench: Bench) -> Log:
     """Return the test at `path`: MCAP of `frictool excite`, or a CSV with a reference.
 
-    Raises ------ LogError If the file is no test, or a CSV of ramps, because a CSV cannot state
-    when a ramp ends.
+    Raises
+    ------
+    LogError
+        If the file is no test, or a CSV of ramps, because a CSV cannot state when a ramp ends.
     """
     if path.suffix.lower() != CSV:
         return read_excitation(path)

@@ -41,10 +41,10 @@ class ReducedController:
 def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[ReducedController]:
     """Return checked controllers with falling order, from the order of `k` less 1 to `order`.
 
-    kept: the response that does not change at all, at infinite (high) or at zero (low) frequency.
-    `check` is called with each reduced controller and raises NoSolutionError for a bad one; the
-    order is added to the message. Also raises NoSolutionError if `k` without its integrator is
-    unstable, or if `order` is 0 and `k` has an integrator.
+    kept: `high` leaves the direct gain unchanged, `low` the steady state. `check` is called with
+    each reduced controller and raises NoSolutionError for a bad one; the order is added to the
+    message. Also raises NoSolutionError if `k` without its integrator is unstable, or if `order` is
+    0 and `k` has an integrator.
     """
     integrator, rest = split_integrator(k)
     integrators = 0 if integrator is None else 1

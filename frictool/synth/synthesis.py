@@ -37,7 +37,7 @@ def synthesise(
     design : Design
         Structure, method and weights.
     vertices_only : bool
-        Skip the search inside the box and the certificate.
+        Verify the vertices only, without certificate.
     varying : bool
         Also compute a bound for parameters that vary arbitrarily fast. The certificate holds for
         constant parameters only.

@@ -35,7 +35,7 @@ SHOWN, MOVED, DRIVEN = "shown", "motion", "u"
 
 @dataclass(frozen=True)
 class ObserverSpeed:
-    """Linear observer with inputs m [rad/s | m/s] and u [A | V]; its output is minus the speed.
+    """Linear observer with inputs m [rad/s | m/s] and u [A | V]; its output is minus the estimate.
 
     `mode` is the name of the mode in messages, empty if the observer has only one mode.
     """

@@ -1,7 +1,7 @@
 """Proof that an axis inside the band of its controller comes to rest and stays there.
 
 While the drive is released, the forces on the axis are friction, the decaying drive i and a
-disturbance. F is the smallest friction of the box. For |disturbance| <= d < F,
+disturbance. F is the smallest friction of all plants of the box. For |disturbance| <= d < F,
 
     J v' = K i(t) - friction + disturbance    =>    the axis moves by at most D = J w^2/(2 (F - d))
 

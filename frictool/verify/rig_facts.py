@@ -48,7 +48,7 @@ FACTS = {
 def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
     """Return the facts of a bench and, with a model, the stiffness of its load.
 
-    Without a winding, its resistance is 0 ohm and its voltage infinite.
+    Without a winding, the resistance is 0 ohm and the voltage infinite.
     """
     actuator = bench.actuator
     load = None if model is None or model.laws is None else model.laws.load

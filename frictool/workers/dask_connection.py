@@ -4,8 +4,8 @@
                 certificates missing         refused, other certificates, no answer,
                 or not for the key           or no scheduler
 
-A greeting comes before the creation of a client, because it fails at once and gives the reason. On
-TLS, see https://distributed.dask.org/en/latest/tls.html.
+The greeting comes before the creation of a client, because a refused greeting fails at once and
+gives the reason. On TLS, see https://distributed.dask.org/en/latest/tls.html.
 """
 
 from __future__ import annotations

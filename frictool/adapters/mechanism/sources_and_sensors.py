@@ -72,7 +72,7 @@ def check_sensor(name: str, sensor: Sensor, blocks: BlockNames) -> None:
 
 
 def controlled_names(document: Mechanism) -> tuple[str, str]:
-    """Return the controller's source and sensor, named by `control` or the only ones.
+    """Return the source and sensor that `control` names, or the only ones.
 
     A source with a constant effort counts only if there is no other. Raises ElementError if the
     choice is ambiguous.

@@ -6,7 +6,7 @@ The record of a law in friction/law_registry.py names its kernels. The treatment
 kind  name     treatment in the engine
 ====  =======  ==================================================================================
 0     EXACT    static, without a band: sticks up to its breakaway, slips in the direction of the
-               phase
+               mode
 1     SMOOTH   regularised static law: a force that depends on the velocity
 2     DYNAMIC  its state is integrated, its memory is updated after accepted steps
 3     HYBRID   has a fixed time step, at whose beginning the mode is updated
