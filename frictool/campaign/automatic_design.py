@@ -3,9 +3,8 @@
     DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
 
 The families of candidates are searched in the order of simplicity, until one meets the
-specification. If none does but a family comes near, that family is searched with a longer response
-time. The search then continues from the design for this easier specification towards the requested
-one.
+specification. If none meets it but a family comes near, that family is searched with a longer
+response time. From the resulting design, the search continues towards the requested response time.
 """
 
 from __future__ import annotations

@@ -235,7 +235,7 @@ def conduct(
 def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobSharing]:
     """Return a function that maps the expected duration of work [s] to a JobSharing.
 
-    If `cores` is None, several processes are used only if that saves time.
+    With `cores` None, several processes are used only if that saves time.
     """
 
     def of(seconds: float) -> JobSharing:

@@ -55,7 +55,7 @@ class ObserveRequest:
 
 
 def checked_pattern(option: str, text: str | None) -> str | None:
-    """Return the text. Raises UsageError if it is no regular expression."""
+    """Return `text`; raise UsageError unless `text` is a regular expression."""
     import re
 
     try:

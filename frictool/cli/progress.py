@@ -71,9 +71,9 @@ def show_count(verb: str, done: int, total: int) -> None:
 
 
 def note_compiling(everywhere: bool = False) -> None:
-    """Print once that a kernel is being compiled, on a terminal or with `everywhere` on any stderr.
+    """Print once, on a terminal, that a kernel is being compiled.
 
-    `everywhere` is for compilations that take long enough to puzzle the reader of a log.
+    `everywhere`: print on any stderr, because the compilation takes long.
     """
     if shows_progress() or (everywhere and not Verbosity.quiet):
         _note_once()

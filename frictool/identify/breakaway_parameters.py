@@ -1,4 +1,4 @@
-"""Breakaway from logs of ramps, and friction over position if the friction varies with it."""
+"""Breakaway from logs of ramps, and friction over position if it varies."""
 
 from __future__ import annotations
 

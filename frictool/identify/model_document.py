@@ -1,7 +1,7 @@
 """Model document of an identification.
 
-A parameter that is not identified has the bench's interval or an assumed one; its `source` states
-which.
+A parameter that is not identified has the bench's interval or an assumed one. Its `source` states
+the origin.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def any_negative(fit: SlidingFit | None) -> bool:
 def with_force_error(
     fit: SlidingFit, logs: AxisLogs, identified: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the force error of the `identified` and otherwise the bench's values.
+    """Return the fit with the force error of the model, from `identified` and the bench's values.
 
     Motion with the drive off has no force error.
     """

@@ -96,7 +96,7 @@ class WidenedFit:
     ratios: Mapping[str, float] = field(default_factory=dict)
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return a warning that names the effect, if identified intervals were widened by it.
+        """Return a warning that names the effect, if it widened identified intervals.
 
         Intervals from ramps are not widened.
         """

@@ -28,7 +28,7 @@ class LossList(list[DataLoss]):
         ] = {}  # (channels, reason) -> count, index of the last
 
     def append(self, loss: DataLoss) -> None:
-        """Append a loss; above the limits, add it to the last loss of its kind."""
+        """Append a loss, or extend the last loss of its kind if the list is full."""
         kind = (loss.channels, loss.reason if len(self) < MOST else "")
         count, last = self._kinds.get(kind, (0, 0))
         if count >= MOST_OF_A_KIND or (count and len(self) >= MOST):

@@ -158,7 +158,7 @@ SALVAGE = "`ingest --salvage` keeps the readable part"
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:
-    """Return an error that names the line of a row, or its number if the file has no lines."""
+    """Return an error that names the line of a row, or the row itself in a file without lines."""
     line = table.line(row)
     return LogError(
         table.source, message if line is not None else f"sample {row + 1}, {message}", line=line

@@ -47,7 +47,7 @@ def judge(
     ratio: EstimateRange | None = None,
     doubts: Sequence[str] = (),
 ) -> WearVerdict:
-    """Return the verdict about the wear, or about its ratio to commissioning.
+    """Return the verdict on the `ratio` of the wear to commissioning, or else on the wear.
 
     doubts: reasons why the log may be of another rig (rig_plausibility.py). With doubts, a pass
     becomes undecided, but an alarm remains an alarm.

@@ -98,7 +98,7 @@ def panels(
 def render(figure: Figure, label: str) -> str:
     """Return the text of the `<svg>` element; call it within `drawing`.
 
-    The element contains the data of the charts that a page shows in its place (chart_data.py).
+    The element contains the data of the charts with which a page replaces it (chart_data.py).
 
     label: any text, read out by screen readers.
     """

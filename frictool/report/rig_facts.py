@@ -28,7 +28,7 @@ class RigFacts:
 
     @staticmethod
     def of(bench: Bench | None) -> RigFacts:
-        """Return the data of a bench; unknown values if it is None."""
+        """Return the data of a bench; all are unknown without a bench."""
         if bench is None:
             return RigFacts()
         backlash = bench.mechanics.backlash

@@ -105,7 +105,7 @@ def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Require
 
 
 def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
-    """Yield each reason why streams or holds lack a metric, with its first location."""
+    """Yield each reason why streams or holds lack a metric, with the first stream concerned."""
     needed = ("position", "reference", "step" if "step" in HOLD_METRICS[metric].needs else "hold")
     said: set[str] = set()
     for item, holds in evidence:

@@ -7,8 +7,9 @@ among all shares that satisfy both conditions:
 
     min sum (s_i - S_i)^2 / e_i^2,    s_i >= 0, sum s_i <= 1
 
-The projection changes the least certain shares most. These shares form a convex set, so that in
-this norm the true shares are at least as near to the projection as to the estimates.
+The projection changes the least certain shares most. The shares that satisfy both conditions
+form a convex set, so that in this norm the true shares are at least as near to the projection as to
+the estimates.
 """
 
 from __future__ import annotations

@@ -167,7 +167,7 @@ class OnsetData:
     ) -> Vector:
         """Return the friction |effort - offset| (n,) at the onsets [N m | N].
 
-        The rest position is its mean plus `deviations` standard deviations.
+        It is computed for the mean rest position plus `deviations` standard deviations.
         """
         offset = axis["offset"] if self.offset is None else self.offset
         mean, deviation = self.rest(axis, shape)

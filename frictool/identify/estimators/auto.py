@@ -155,9 +155,9 @@ def _speeds(
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
-    """Return the verdict at the default precision or, if it is negative, at the bench's.
+    """Return the verdict at the default precision, or else at the precision of the bench.
 
-    Without an interval in the bench, the bench's precision is a relative half width of 1.
+    The latter is a relative half width of 1 if the bench has no interval.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))

@@ -257,7 +257,7 @@ def _with_inertia(
 
 
 def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
-    """Return the start of the search: plausible values of the regression, otherwise the bench's."""
+    """Return the start of the search: the regression's values if plausible, or else the bench's."""
     known = load_values(start.laws)
     for name in SLIDING:
         prior = getattr(bench.mechanics, name)

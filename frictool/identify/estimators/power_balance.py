@@ -24,7 +24,7 @@ POWER_BALANCE = "power-balance"
 
 
 def by_speed(samples: RegressionSamples) -> Vector:
-    """Return the weight of each row (n,), which is its speed."""
+    """Return the weights of the rows (n,): the speed of each row."""
     return np.abs(samples.velocity)
 
 

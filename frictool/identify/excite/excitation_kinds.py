@@ -40,7 +40,7 @@ class ExcitationSettings:
     - speed: top speed, rad/s | m/s
     - rate: slope of the ramps, units of the drive per s
     - duration: duration of the test, s
-    - repetitions, speeds, harmonics: numbers
+    - repetitions, speeds, harmonics: number of each
     - seed: seed of the random reversal positions
     - open_loop: True if every ramp is played to its top
     """

@@ -26,7 +26,7 @@ SURE = 3.0  # least distance of the lag from 0, in standard deviations
 def loop_lag(command: Vector, measured: Vector, period: float, confidence: float) -> Interval:
     """Return the time constant [s] from commanded and measured current (n,), A.
 
-    Raises UnusableLogs if the currents do not determine it.
+    Raises UnusableLogs if the currents do not determine the time constant.
     """
     if command.size < 10 * PARTS or float(np.ptp(command)) == 0.0:
         raise UnusableLogs(

@@ -14,7 +14,7 @@ from frictool.typing import Matrix
 def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
     """Fill path (n, p) with the least-squares solution after each row.
 
-    It is NaN until the rows determine all parameters.
+    The solution is NaN until the rows determine all parameters.
 
     - rows: [regressors, target], (n, p + 1)
     - root: square root of the forgetting factor of one row

@@ -156,7 +156,7 @@ def stroke_samples(record: MotionRecord) -> float:
 def shortest_window(records: list[MotionRecord], share: float) -> int:
     """Return the window [samples] with which noise is at most `share` of the acceleration.
 
-    It is the longest of the windows that the records need.
+    The window is long enough for every record.
     """
     return max(choose_window(record, stroke_samples(record), share) for record in records)
 

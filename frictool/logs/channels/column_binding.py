@@ -39,8 +39,8 @@ def bind(
     lost: list for channels whose column lies in the missing part of a truncated file; they are left
         out. None raises LogError for them.
 
-    Raises LogError if the bench maps no channel, a column is missing or in several tables, its unit
-    contradicts the bench, or a table has no time.
+    Raises LogError if the bench maps no channel, a column is missing, is in several tables or has a
+    unit that contradicts the bench, or a table has no time.
     """
     source = tables[0].source
     if not bench.columns.keys() - {TIME}:

@@ -1,8 +1,8 @@
 """Pointer to the first element of an array, for loops that pass it from function to function.
 
 numba counts references to an array in every call, inlined or not, with an atomic addition. This
-addition takes longer than reading a digit. References to a pointer are not counted, and its indices
-are not checked for negative values. The caller has to keep the array alive.
+addition takes longer than reading a digit. References to a pointer are not counted, and
+indices are not checked for negative values. The caller has to keep the array alive.
 """
 
 from __future__ import annotations

@@ -108,8 +108,8 @@ def _window(position: Vector) -> int:
 def net_work(position: Vector, effort: Vector) -> float | None:
     """Return the net work of the effort relative to its absolute work, -1 to 1.
 
-    The work is counted between the first and the last standstill. Returns None if they span too
-    little of the log, if nothing moves, or if noise could give this work.
+    The work is counted between the first and the last standstill. Returns None if this is too short
+    a part of the log, if nothing moves, or if noise could give this work.
 
     position, effort: (n,).
     """

@@ -85,7 +85,7 @@ class TextWindow:
         self._begin += count
 
     def more(self) -> None:
-        """Append the next piece, or set `last` if there is none."""
+        """Append the next piece, or set `last` after the last piece."""
         piece = b""
         while not piece and not self.last:
             taken = next(self._pieces, None)

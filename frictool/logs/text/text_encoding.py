@@ -62,7 +62,7 @@ def encoding_of(head: bytes, requested: str | None = None) -> TextEncoding:
 def is_text(head: bytes) -> bool:
     """Return whether the bytes may begin a text.
 
-    They contain no NUL character, except as every other byte of UTF-16.
+    A text contains no NUL character, except as every other byte of UTF-16.
     """
     return b"\0" not in head or encoding_of(head).is_wide
 

@@ -37,10 +37,10 @@ class ChangeDetector:
         )
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
-        """Return the deviation (k, r) of a step that explains each parameter's change.
+        """Return the deviation (k, r) of a step that explains each parameter's change, or 0.
 
-        It is 0 for a parameter without a change. step, weight: (k, r), h'S^-1 e and h'S^-1 h of the
-        module docstring. The sums of a filter restart when it reports a change.
+        step, weight: (k, r), h'S^-1 e and h'S^-1 h of the module docstring. The sums of a filter
+        restart when the filter reports a change.
         """
         self._steps = MEMORIES * self._steps + step[..., None]
         self._weights = MEMORIES * self._weights + weight[..., None]
