@@ -120,7 +120,10 @@ class ComparisonSetting:
 
 
 def from_friction(document: Friction) -> ComparisonSetting:
-    """Return the setting of a `friction.yaml`; (3.35) gives an absent stiffness or damping."""
+    """Return the setting of a `friction.yaml`.
+
+    An absent stiffness or damping is computed by thesis (3.35).
+    """
     stiffness = (
         document.bristle_stiffness.value
         if document.bristle_stiffness

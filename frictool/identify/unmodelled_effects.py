@@ -74,7 +74,7 @@ class AcceptedEffects:
     - what: names of the effects in the order of acceptance
     - significance: p-value of the last effect
     - shift: change of each sliding parameter
-    - held_out: sum of the squared prediction errors with them, relative to that without them
+    - held_out: sum of the squared prediction errors, relative to the sum without the effects
     """
 
     what: tuple[str, ...]

@@ -47,7 +47,7 @@ def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
 
 
 def heading(metric: Metric, spec: Spec) -> str:
-    """Return the title and unit of a metric, and t_int for the energy."""
+    """Return title and unit of a metric, and for the energy also the time t_int."""
     unit = metric.unit(spec)
     window = energy_window(spec)
     title = (

@@ -20,7 +20,7 @@ from frictool.typing import Vector
 
 
 def within_whole(shares: Vector, errors: Vector) -> Vector:
-    """Return the shares (k,), projected with `errors` (k,) if the positive ones exceed 1 in sum.
+    """Return the shares (k,), projected with `errors` (k,) if the positive shares add up to over 1.
 
     Negative shares are unchanged.
     """

@@ -35,7 +35,7 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     Parameters
     ----------
     bench
-        Bench whose limits the test respects on every axis of the a-priori intervals.
+        Bench whose limits the test respects on every axis within the a-priori intervals.
     request
         Requested precision of the breakaway. If the request has a duration, the result is the most
         precise test of this duration.

@@ -1,7 +1,8 @@
 """Reader of TDMS, the binary files of LabVIEW and DIAdem, with npTDMS (extra `tdms`).
 
 The channels of a group with the same start, increment and number of samples are a table. Their
-waveform properties give the times of the rows; without an increment, a channel of time stamps does.
+waveform properties give the times of the rows; without an increment, a channel of time stamps gives
+them.
 """
 
 from __future__ import annotations
