@@ -14,8 +14,7 @@ from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import DEFAULT
 
-# force error or relative residual above which the effort is noisy or the model incomplete; the
-# intervals do not include either
+# force error or relative residual above which the effort is noisy or the model incomplete
 DOUBTFUL_FORCE_ERROR = 0.2
 # force error with values of the bench, relative to that with the log's own values, above which a
 # warning is issued
@@ -82,6 +81,5 @@ def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
     )
     return [
         f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, "
-        "or the model lacks an effect of the axis; the intervals do not include this; "
-        f"{advice}"
+        f"or the model lacks an effect of the axis; {advice}"
     ]

@@ -9,12 +9,11 @@ from frictool.documents.quantity import Quantity
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.coast_down import coast_down
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
-from frictool.identify.fit_warnings import DOUBTFUL_FORCE_ERROR
 from frictool.identify.fixed_parameter_refit import fixed_parameters, refit
 from frictool.identify.force_error import force_error
 from frictool.identify.interval_checks import NEVER_NEGATIVE
 from frictool.identify.measurement_faults import refuse_self_explained
-from frictool.identify.methods import DEFAULT, METHODS, run
+from frictool.identify.methods import METHODS, run
 from frictool.identify.outcome import Outcome, accept, sliding_intervals
 from frictool.identify.unmodelled_effects import WidenedFit, widened
 
@@ -57,7 +56,7 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
     outcome = replace(outcome, fit=wider.fit, laws=wider.fit.laws)
     fixed = fixed_parameters(wider.fit, outcome.identified, logs.bench)
-    final = METHODS[fit.method or logs.method].whole_curve or any_negative(wider.fit)
+    final = METHODS[fit.method or logs.method].whole_curve
     if final or not outcome.identified.keys() - {"offset"} or not fixed:
         return outcome, wider
     try:
@@ -82,13 +81,9 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    The intervals of a requested method with a doubtful force error are not widened; a warning
-    states this (`fit_warnings`). Motion with the drive off has no effort for this search.
+    Motion with the drive off has no effort for this search.
     """
     if logs.drive_off:
-        return WidenedFit(fit)
-    doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
-    if doubtful and logs.method != DEFAULT:
         return WidenedFit(fit)
     return widened(fit, logs.sliding, logs.bench, logs.settings.confidence)
 

@@ -5,7 +5,9 @@ Such an effect leaves the same residual in every stroke, so that the covariance 
 (docs/theory/identify.md):
 
 1. Residuals that repeat over position and state (velocity, sign of the acceleration) add a variance
-   (`regression/multiway.py`).
+   (`regression/multiway.py`). If only few rows determine viscous friction, as in strokes of one
+   speed, the encoder's noise of the acceleration adds a variance, too; it counts as the same in
+   every stroke, because equal strokes reverse at the same counts.
 2. Hypotheses of `explanation_search` that improve the fit shift the parameters.
 3. Smoothing windows of twice the length shift the parameters.
 4. A delay or a lag, computed exactly, shifts the parameters if the column of the delay is used.
@@ -52,9 +54,12 @@ from frictool.identify.rows.effects import Hypothesis
 from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with_terms, terms_of
 from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE
-from frictool.typing import IntVector, Vector
+from frictool.typing import IntVector, Matrix, Vector
 
 BINS = 24  # bins of positions, and of states (velocity, sign of the acceleration)
+# share of rows that are few; the share is the participation ratio of the squared influence of all
+# rows, a half in a sine
+FEW_ROWS = 0.2
 SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
 MOST_EFFECTS = 4  # largest number of effects that act together
 NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
@@ -250,6 +255,7 @@ class _EffectRegression:
         groups += [] if position is None else [equal_bins(position, BINS)]
         residual = rows.residual(self.used)
         variance = shared_variance(columns, residual, rows.samples.stroke, groups)
+        variance += self._variance_by_noise(columns)
         factor = float(scipy.special.stdtrit(BINS - columns.shape[1], 0.5 + 0.5 * self.confidence))
         names = [rows.names[k] for k in rows.columns(self.used)]
         out = {}
@@ -258,6 +264,26 @@ class _EffectRegression:
             half = float(np.hypot(parameters[name].half_width, more))
             out[name] = Interval.around(parameters[name].value, half)
         return out
+
+    def _variance_by_noise(self, columns: Matrix) -> Vector:
+        """Return the variance (p,) due to noise of the acceleration that repeats in every stroke.
+
+        It is 0 unless few rows determine viscous friction. The rows are far enough apart that their
+        noise is independent within a stroke.
+        """
+        rows = self.rows
+        scale = np.linalg.norm(columns, axis=0)
+        influence = np.linalg.pinv(columns / scale) ** 2 / scale[:, None] ** 2
+        names = [rows.names[k] for k in rows.columns(self.used)]
+        if "viscous" not in names:
+            return np.zeros(scale.size)
+        viscous = influence[names.index("viscous")]
+        if np.sum(viscous) ** 2 > FEW_ROWS * viscous.size * np.sum(viscous**2):
+            return np.zeros(scale.size)
+        fixed = rows.samples.fixed.get("inertia")
+        inertia = float(rows.fitted(rows.columns(self.used))[0]) if fixed is None else fixed.value
+        strokes = np.unique(rows.samples.stroke).size
+        return np.asarray((inertia * rows.noise) ** 2 * strokes * np.sum(influence, axis=1))
 
     def intervals(self) -> dict[str, Interval]:
         """Return the intervals of all parameters of the model, over clusters."""
@@ -362,14 +388,18 @@ class _EffectRegression:
         return dict(zip(names, values.tolist(), strict=True))
 
     def _plausible(self, more: Sequence[Hypothesis], hypotheses: Sequence[Hypothesis]) -> float:
-        """Return the factor that limits the effort of `more` to LARGEST_EFFORT, 1 if it is less."""
+        """Return the factor that limits the effort of `more`, 1 if it is less.
+
+        The limit is LARGEST_EFFORT of the measured effort, or the residual if that is larger.
+        """
         samples = self.rows.samples
         size = float(np.sqrt(np.mean((samples.effort + samples.known_effort) ** 2)))
+        left = float(np.sqrt(np.mean(self.rows.residual(self.used) ** 2)))
         effort = sum(
             self.rows.effort(one, [other for other in hypotheses if other is not one])
             for one in more
         )
-        return min(1.0, LARGEST_EFFORT * size / max(effort, 1e-300))
+        return min(1.0, max(LARGEST_EFFORT * size, left) / max(effort, 1e-300))
 
 
 def _regression(

@@ -42,8 +42,8 @@ from frictool.identify.assess.recorded_motion import recorded_facts
 from frictool.identify.estimators.explanation_search import search_explanations
 from frictool.identify.estimators.power_balance import POWER_BALANCE, by_speed
 from frictool.identify.estimators.stribeck_curve import runs_prevail
-from frictool.identify.fit_result import SlidingFit, UnusableLogs
-from frictool.identify.fixed_parameter_refit import bench_with_inertia
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.fixed_parameter_refit import bench_with_inertia, refit
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import REFERENCE, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
@@ -119,11 +119,28 @@ def _suitable(
         except UnusableLogs:
             pass  # not enough strokes or speeds: least squares average over windows instead
     fit = _differentiated(records, bench, settings, droppable)
-    return (
-        fit
-        if weak is None or "inertia" in fit.parameters
-        else joined(fit, weak, WEAK_FORM, inertia.why)
-    )
+    if weak is None or "inertia" in fit.parameters:
+        return fit
+    friction_fit = _at_inertia(fit, weak.parameters["inertia"], records, bench, settings)
+    return joined(friction_fit, weak, WEAK_FORM, inertia.why)
+
+
+def _at_inertia(
+    fit: SlidingFit,
+    inertia: Interval,
+    records: list[MotionRecord],
+    bench: Bench,
+    settings: IdentificationSettings,
+) -> SlidingFit:
+    """Return the fit of the other parameters with a known inertia.
+
+    The encoder hides the inertia of `fit`, so that noise attenuates it, which shifts the others.
+    """
+    try:
+        known = refit(records, bench, settings, fit, {"inertia": inertia})
+    except UnusableLogs:
+        return fit
+    return replace(known, refused=fit.refused | known.refused, details=fit.details, fixed=fit.fixed)
 
 
 def _more_precise(

@@ -17,6 +17,7 @@ from frictool.identify.fit_result import (
     UnusableLogs,
     intervals_around,
 )
+from frictool.identify.interval_checks import NEVER_NEGATIVE
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import least, residual_norm, solve_triangles
 from frictool.identify.regression.term_selection import halved, held_out_norm, needless
@@ -141,8 +142,9 @@ def fit(
     """Return a weighted least-squares fit of the samples; weight (n,).
 
     Residuals are correlated over `window` rows. Parameters in `droppable` that do not improve the
-    prediction (`term_selection`) are set to 0, and the others are fitted without them. A load that
-    the travel cannot separate is refused, and its possible effect widens the other intervals
+    prediction (`term_selection`) are set to 0, and the others are fitted without them; their
+    intervals allow for every value in the interval of a dropped parameter. A load that the travel
+    cannot separate is refused, and its possible effect widens the other intervals
     (`omitted_parameters`). If the motion has one direction only, the offset is refused; Coulomb
     friction is refused, too, unless the bench states the offset.
 
@@ -151,6 +153,7 @@ def fit(
     names, refused = parameters_of(samples)
     plain, weighted, cluster, order = reduced(samples, weight, len(names), window)
     names = (*names, *samples.loads)
+    whole = names, weighted
     free, free_plain, _ = _without(names, list(samples.fixed), plain, weighted)
     unknown = indistinct_terms(free_plain, free, samples.velocity.size)
     refused |= unknown
@@ -174,6 +177,10 @@ def fit(
         name: Interval(0.0, float(low[names.index(name)]), float(high[names.index(name)]))
         for name in dropped
     }
+    if dropped:
+        fixed = {**samples.fixed, **{name: _possible(name, estimates[name]) for name in dropped}}
+        outside = OmittedParameters(*whole, fixed, tuple(unknown))
+        outside.add_loads(samples.loads, samples.most, cluster, confidence)
     kept, plain, weighted = _without(names, dropped, plain, weighted)
     dropped_or_split = bool(dropped)
     if ("viscous_backward" in kept and "viscous" in kept) or samples.split_coulomb:
@@ -213,6 +220,11 @@ def fit(
         {**details, "strokes": int(order.max()) + 1, "clusters": int(cluster.max()) + 1},
         dropped=tuple(dropped),
     )
+
+
+def _possible(name: str, interval: Interval) -> Interval:
+    """Return the interval without negative values if the parameter cannot be negative."""
+    return replace(interval, low=max(interval.low, 0.0)) if name in NEVER_NEGATIVE else interval
 
 
 def shifted(interval: Interval, by: float) -> Interval:

@@ -4,6 +4,10 @@ An inertia that cannot be identified remains in the regression as a nuisance par
 strokes, acceleration is nearly orthogonal to velocity and its sign, so that this parameter hardly
 widens the other intervals. An a-priori inertia would add the effect of its error.
 
+Noise attenuates this parameter. If all strokes have one speed, only the reversals separate viscous
+from Coulomb friction, and the attenuation shifts both. The other intervals therefore include every
+inertia between the fitted one and the one without attenuation (`_with_attenuation`).
+
 The window is chosen twice. The first window is long enough for an inertia of any precision. The
 second window is the shortest one with which encoder noise attenuates the inertia by less than a
 fifth of its standard deviation. A short window loses fewer samples near reversals.
@@ -28,7 +32,12 @@ from frictool.identify.rows.load_terms import HARMONICS, SPRING, TERMS, with_law
 from frictool.identify.rows.quantisation_limit import refuse_hidden_inertia
 from frictool.identify.rows.regression_samples import RegressionSamples, fit, joined, with_fixed
 from frictool.identify.rows.slip_mask import keep_rows, slip_mask
-from frictool.identify.rows.smoothing import acceleration_response, choose_window, smoothed
+from frictool.identify.rows.smoothing import (
+    acceleration_response,
+    choose_window,
+    measurement_noise,
+    smoothed,
+)
 from frictool.identify.rows.strokes import Strokes, find_strokes
 from frictool.typing import Vector
 
@@ -107,7 +116,44 @@ def slipping_fit(
                 "inertia": f"{checked.refused['inertia']}; {WITH_BENCH_INERTIA}",
             },
         )
+    elif "inertia" in result.parameters and "inertia" not in checked.parameters:
+        noise = measurement_noise(records[0]) * float(np.linalg.norm(response))
+        fixed = {**settings.fixed, "inertia": _unattenuated(result, samples, noise, bench)}
+        checked = _widened_to(checked, fitting(with_fixed(samples, fixed), used))
     return with_laws(checked, bench)
+
+
+def _unattenuated(
+    result: SlidingFit, samples: RegressionSamples, noise: float, bench: Bench
+) -> Interval:
+    """Return the fitted inertia; its interval includes the inertia without attenuation by noise.
+
+    Noise with the rms `noise` multiplies the inertia by 1 - noise^2/s^2, where s is the rms of the
+    acceleration that the other columns do not explain. The upper end is at most the bench's, unless
+    the fit is above it.
+    """
+    fitted = result.parameters["inertia"]
+    left = max(1.0 - noise**2 / _own_acceleration(samples) ** 2, 0.0)
+    most = max(known_inertia(bench).high, fitted.high)
+    full = min(fitted.value / left, most) if left > 0.0 else most
+    return Interval(fitted.value, fitted.low, max(fitted.high, full))
+
+
+def _widened_to(fit: SlidingFit, other: SlidingFit) -> SlidingFit:
+    """Return `fit` with each interval at least as wide as that of `other`."""
+    wider = {
+        name: Interval.around(one.value, other.parameters[name].half_width)
+        for name, one in fit.parameters.items()
+        if name in other.parameters and other.parameters[name].half_width > one.half_width
+    }
+    return replace(fit, parameters={**fit.parameters, **wider})
+
+
+def _own_acceleration(samples: RegressionSamples) -> float:
+    """Return the rms acceleration that the other columns do not explain, rad/s^2 | m/s^2."""
+    others = np.column_stack((*samples.columns[1:], *samples.loads.values()))
+    values = np.linalg.lstsq(others, samples.acceleration, rcond=None)[0]
+    return float(np.sqrt(np.mean((samples.acceleration - others @ values) ** 2)))
 
 
 def _own_share(samples: RegressionSamples) -> float:
@@ -119,11 +165,7 @@ def _own_share(samples: RegressionSamples) -> float:
     """
     if not any(name in samples.loads for term in (SPRING, *HARMONICS) for name in TERMS[term]):
         return 1.0
-    others = np.column_stack((*samples.columns[1:], *samples.loads.values()))
-    left = (
-        samples.acceleration - others @ np.linalg.lstsq(others, samples.acceleration, rcond=None)[0]
-    )
-    return float(np.linalg.norm(left) / np.linalg.norm(samples.acceleration))
+    return _own_acceleration(samples) / float(np.sqrt(np.mean(samples.acceleration**2)))
 
 
 def known_inertia(bench: Bench) -> Interval:
