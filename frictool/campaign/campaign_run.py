@@ -4,7 +4,7 @@
     UnitDraws ──trial_player.py, trial_sharing.py──▶ Trials ──findings.py──▶ Findings
     Trials ──worst_case_search.py──▶ WorstCase ──▶ Findings
 
-The command also writes a file of completed trials, so that it can resume a killed campaign.
+The command also stores completed trials, to resume a killed campaign.
 """
 
 from __future__ import annotations

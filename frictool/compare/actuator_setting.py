@@ -1,9 +1,9 @@
 """Parameters of a law comparison for an identified actuator, from its model and bench.
 
-A comparison has parameters that neither document contains. They are taken from thesis table 3.1 and
-scaled to the actuator's units of length and time. m is the inertia, T_s the sample period, delta_x
-the encoder's step, and T_e the simulation's step. `fall` is (F_s - F_c)/F_c divided by its value in
-table 3.1. The numbers at the ends of lines are equations of the thesis.
+Parameters that neither document contains are taken from thesis table 3.1 and scaled to the
+actuator's units of length and time. m is the inertia, T_s the sample period, delta_x the encoder's
+step, and T_e the simulation's step. `fall` is (F_s - F_c)/F_c divided by its value in table 3.1.
+The numbers at the ends of lines are equations of the thesis.
 
 unit of time   (m/sigma_v)/2.5, or less to stay within the bench's travel and top speed
 v_s            1e-3 fall (unit of length)/(unit of time); at most delta_x p0/5

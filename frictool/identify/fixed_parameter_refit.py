@@ -1,9 +1,8 @@
 """Second fit, with the refused parameters fixed at the bench's values.
 
 A model contains the bench's value of each refused parameter. The first fit had another value of
-this parameter, so that its other parameters do not explain the log together with the bench's value.
-The other parameters are therefore fitted again with the bench's value fixed. The bench's interval
-of the fixed parameter widens the intervals of the others.
+this parameter. The other parameters are therefore fitted again with the bench's value fixed, and
+the bench's interval widens theirs.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Detection of a logged effort that changes far less often than the position is logged.
 
 A current that was read too rarely is late by half of the time between two updates on average, which
-falsifies inertia and viscous friction. But a drive with a slow controller may also hold its true
-effort. Only the motion distinguishes the two cases. Let y be the effort that the motion needs, and
+falsifies inertia and viscous friction. A drive with a slow controller, however, holds its true
+effort. Let y be the effort that the motion needs, and
 y_held its value at the last update:
 
     logged effort = inertia a + viscous v + coulomb sign(v) + offset + declared loads

@@ -11,8 +11,7 @@ sign.
 
 Some logs allow no such fit, for example breakaway ramps or slow motion with a coarse encoder. Their
 strokes are tested instead: the mean effort from the first to the last count of a stroke is friction
-plus offset. The work of single samples is not used: a controller's derivative action brakes in each
-sample with a new count, so that the work can be negative although the mean effort is positive.
+plus offset.
 """
 
 from __future__ import annotations

@@ -142,7 +142,7 @@ def presliding_lines(model: Model) -> list[str]:
 def force_line(error: float | None) -> str:
     """Return the line on the force error."""
     return (
-        "force error unknown: no sample is certain to slip, or the drive was off"
+        "force error unknown: no sample certainly slips, or the drive was off"
         if error is None
         else f"force error {100 * error:.3g} %"
     )

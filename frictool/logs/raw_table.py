@@ -2,7 +2,7 @@
 
 A file holds one table for each of its time bases: the rows of a CSV, a channel group of an MDF
 file, a topic of a recording. Tables are read block after block, so that a log of several hours
-needs little memory. Mapping (mapping.py) and the canonical writer work block by block, too.
+needs little memory.
 
     RawTable ──blocks──▶ RowBlock, RowBlock, ... ──mapping──▶ samples in SI ──▶ canonical log
        └─ damage raises LogError; with `--salvage`, each loss is a DataLoss

@@ -3,9 +3,9 @@
 |motor - load| <= backlash/2, and while the backlash is open the load stays at rest (thesis 4.45).
 The load position is therefore the play operator of the motor position. The operator increases with
 the motor position and with the unknown initial position in the backlash. The ends of the intervals
-of both positions therefore give bounds of the load position. A stroke longer than the backlash
-moves the load. After such a stroke, the distance of the bounds comes only from the sensor's step
-and the interval of the backlash.
+of both positions therefore give bounds of the load position. After a stroke longer than the
+backlash, the distance of the bounds comes only from the sensor's step and the interval of the
+backlash.
 """
 
 from __future__ import annotations

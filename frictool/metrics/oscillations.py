@@ -1,7 +1,6 @@
 """Number of oscillations before the axis stands still; thesis 5.4.1 allows one.
 
-Two reversals are one oscillation; an odd number is rounded up. An overshoot (one reversal) with or
-without a following undershoot (a second reversal) is therefore one oscillation.
+Two reversals are one oscillation; an odd number is rounded up.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ starts at the first sample at which the reference has left the previous hold.
 
 The record may begin with a step. Its first hold is then a step from the initial position, if the
 axis moves at least half of the distance to the reference. A jump of at most one sensor step is not
-a step: a reference replayed from an encoder contains such jumps during slow motion, and the sensor
-could not show a response. A smooth reference has neither holds nor steps.
+a step: a reference replayed from an encoder contains such jumps during slow motion. A smooth
+reference has neither holds nor steps.
 """
 
 from __future__ import annotations

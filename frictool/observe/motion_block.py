@@ -2,9 +2,8 @@
 
     log ──sample_stream.py──▶ MotionBlock, MotionBlock, ... ──▶ velocity, wear
 
-A log is processed block by block and is never held in memory. The block after a gap or a jump of
-the clock has `follows` False. Estimators then forget the position and the motion of the axis, and
-keep the parameters that they have estimated.
+The block after a gap or a jump of the clock has `follows` False. Estimators then forget the
+position and the motion of the axis, and keep the parameters that they have estimated.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Run of an observer along a log, block by block.
 
-The run executes the same program as the simulation and the exported C code. After a gap the
-observer forgets the position and the speed of the axis, and keeps its estimate of the wear.
+After a gap the observer forgets the position and the speed of the axis, and keeps its estimate of
+the wear.
 """
 
 from __future__ import annotations

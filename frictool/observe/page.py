@@ -1,7 +1,4 @@
-"""HTML page with plot, verdict and results of one log or of a fleet.
-
-The template escapes every text that comes from a file.
-"""
+"""HTML page with plot, verdict and results of one log or of a fleet."""
 
 from __future__ import annotations
 

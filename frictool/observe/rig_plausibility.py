@@ -1,9 +1,9 @@
 """Check whether the estimates of a log are plausible for the model's rig.
 
-The estimates of a log from another rig are useless. The check uses the inertia, which does not
-change with wear. The estimated inertia must be in the bench's range, widened by the uncertainty of
-the actuator constant and by the spread between units. Otherwise the log is from another rig, its
-clock or drive is not that of the bench, or its drive signal saturates.
+The check uses the inertia, which does not change with wear. The estimated inertia must be in the
+bench's range, widened by the uncertainty of the actuator constant and by the spread between units.
+Otherwise the log is from another rig, its clock or drive is not that of the bench, or its drive
+signal saturates.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
              ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)──▶ best low-pass
 
 The reference is the zero-phase velocity. It needs later samples, and is computed in blocks with
-margins as long as the filter's memory. The best cut-off of a log is not known in advance, so that
-the comparison favours the low-pass over the observer.
+margins as long as the filter's memory. The comparison favours the low-pass, whose best cut-off is
+not known in advance.
 """
 
 from __future__ import annotations

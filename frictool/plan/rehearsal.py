@@ -1,9 +1,9 @@
 """Rehearsals of a test: simulated axes play it, and `identify` reads the logs.
 
 The half width that `identify` reports depends on the encoder, on the speed and on the chosen
-method; no formula covers all of them. Each rehearsal therefore draws an axis within the a-priori
-intervals, simulates the test with encoder counts, delay and noise, and records the half widths. The
-promised half width is the upper bound of a lognormal distribution, fitted to the rehearsals.
+method. Each rehearsal draws an axis within the a-priori intervals, simulates the test with encoder
+counts, delay and noise, and records the half widths. The promised half width is the upper bound of
+a lognormal distribution, fitted to the rehearsals.
 """
 
 from __future__ import annotations

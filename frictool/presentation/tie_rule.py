@@ -1,8 +1,7 @@
 """Rule for ties: among values that agree within a relative tolerance, the first one is named.
 
-Vertices often have the same value: two vertices that differ only in friction have the same modulus
-margin. The last digits of such values differ between processors, so that the strict maximum would
-name different vertices.
+Vertices that differ only in friction have the same modulus margin. The last digits of such values
+differ between processors, so that the strict maximum would name different vertices.
 """
 
 from __future__ import annotations

@@ -33,8 +33,7 @@ def page(
 ) -> str:
     """Return the HTML text; the same inputs give the same bytes.
 
-    The template escapes every text from a file. `transfers`: transfers of the controller's
-    vertices, or the reason why there are none.
+    `transfers`: transfers of the controller's vertices, or the reason why there are none.
     """
     spec, logs, controller = verdict.request.spec, verdict.request.logs, verdict.request.controller
     streams = select_streams(verdict)

@@ -1,7 +1,5 @@
 """Space of a campaign's factors, each with a range; a draw is a point of the unit cube.
 
-All factors are independent in the unit cube.
-
 u in [0, 1]^d ──FactorSpace.values──▶ factor values ──drawn_scenario.py──▶ scenario
 """
 

@@ -8,9 +8,7 @@ has at most the variance of its mean over n - 1 independent draws (Owen, Annals 
 1997). The bounds for a hypercube are therefore the Clopper-Pearson bounds for n - 1 draws with the
 same rate, where the count is first reduced by a half for the lower bound and increased by a half
 for the upper bound. The half count is needed because the count may change in steps of two if
-factors act only jointly. If factors act separately, the bounds are wide. A test checks them for the
-worst function that is known: a trial passes if two factors both lie in the upper, or both in the
-lower half of their ranges (tests/campaign/test_binomial.py).
+factors act only jointly. If factors act separately, the bounds are wide.
 """
 
 from __future__ import annotations

@@ -3,8 +3,7 @@
 All statistics are order statistics, which assume no form of the distribution. With confidence
 gamma, at least the share beta of all plants is below the r-th of n sorted values if P(Binomial(n,
 beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941). This share is the
-Clopper-Pearson lower bound for the count r (clopper_pearson.py). For example, the maximum of 59
-draws is an upper bound for 95 % of the plants with 95 % confidence.
+Clopper-Pearson lower bound for the count r (clopper_pearson.py).
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Projection of estimated variance shares onto shares that add up to at most 1.
 
 The factors are independent, so that first-order shares satisfy S_i >= 0 and sum S_i <= 1. Their
-estimates have errors and can violate this: with a hundred trials, 80 % +- 6 % and 23 % +- 9 % can
-occur together. The projection is the nearest point to the estimates, in units of their errors e_i,
-among all shares that satisfy both conditions:
+estimates have errors and can violate this. The projection is the nearest point to the
+estimates, in units of their errors e_i, among all shares that satisfy both conditions:
 
     min sum (s_i - S_i)^2 / e_i^2,    s_i >= 0, sum s_i <= 1
 

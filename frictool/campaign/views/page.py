@@ -40,10 +40,7 @@ class ShareCell:
 
 
 def page(findings: Findings, provenance: Provenance) -> str:
-    """Return the HTML text; the same inputs give the same bytes.
-
-    The template escapes every text from a file.
-    """
+    """Return the HTML text; the same inputs give the same bytes."""
     metrics = [
         picture for one in findings.distributions if (picture := metric(findings, one)) is not None
     ]

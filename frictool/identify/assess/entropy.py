@@ -1,7 +1,7 @@
 """Metric entropy of the sensor (thesis, annex B).
 
 A position sensor with n equal counts over the travel has the entropy ln n nats, or log2 n bits.
-Doubling the resolution adds ln 2 nats for any n. Doubling the entropy needs n^2 counts.
+Doubling the resolution adds ln 2 nats.
 """
 
 from __future__ import annotations

@@ -7,9 +7,9 @@ difference. Convolved (*) with g, the equation of motion contains no derivative 
     n = g*e_u - (inertia c + viscous g*d) * e_x
 
 e_u and e_x are the errors of effort and position. Ordinary least squares with the regressors G has
-the covariance N^-1 C N^-1, with N = G'G and the covariance C of G'n. C includes the overlap of
-windows exactly. The encoder's noise also enters the regressor c*x. This noise attenuates the
-inertia by its share of the regressor's power, so that a window that is too short has a large error.
+the covariance N^-1 C N^-1, with N = G'G and the covariance C of G'n. The encoder's noise also
+enters the regressor c*x. This noise attenuates the inertia by its share of the regressor's power,
+so that a window that is too short has a large error.
 
 The result exceeds the Cramér-Rao bound, because all rows have equal weight. It is a standard
 deviation, whereas thesis (4.3) and (4.8) are worst-case bounds: the errors of counts are nearly

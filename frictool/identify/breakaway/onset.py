@@ -8,10 +8,10 @@ after t0 by
     phi2(x) = (e^x - 1 - x)/x^2
     phi3(x) = (phi2(x) - 1/2)/x
 
-Even a coarse encoder shows the times of its changes well. Half a sample before the log shows a
-change, the travel is s = start + (distance between the first and this change). `start` is the
-unknown distance, at most one count, from the rest position to the first change. t0 minimises the
-squared differences in s, with `start` eliminated. The ramp gives the excess at t0.
+Half a sample before the log shows a change, the travel is s = start + (distance between the first
+and this change). `start` is the unknown distance, at most one count, from the rest position to the
+first change. t0 minimises the squared differences in s, with `start` eliminated. The ramp gives the
+excess at t0.
 
 If the changes do not determine `start`, a prior decides: a term with the weight `timing` prefers
 the `expected` start. `timing` is the variance of s at a change due to sampling, divided by the

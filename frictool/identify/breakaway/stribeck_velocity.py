@@ -2,7 +2,7 @@
 
 Friction falls from the breakaway to Coulomb friction with increasing speed (thesis 2.34). With a
 slow fall, the encoder shows the motion later. The breakaway is then too high if an immediate fall
-is assumed. A fine encoder determines the fall better than a coarse one.
+is assumed.
 
 `allowed_fall` keeps each pair of Stribeck velocity and exponent whose misfit exceeds the least
 misfit of the preferred exponent by at most the chi-square quantile with one degree of freedom. The

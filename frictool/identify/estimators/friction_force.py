@@ -1,7 +1,5 @@
 """Friction force with a known inertia, and its curve over speed (K. Mnich's scripts).
 
-The procedure was published for a rack-and-pinion stage:
-
     filter     same causal low-pass for velocity and effort, so that their delays are equal
     force      effort - inertia (v[k] - v[k-1])/T, with the bench's inertia
     curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)

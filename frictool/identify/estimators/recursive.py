@@ -1,7 +1,6 @@
 """Recursive least squares in square-root form, by Givens rotations of the QR triangle.
 
-Thesis (4.16) updates a gain F, which becomes indefinite on long logs because of rounding. The start
-at F = 1000 I causes an error that hardly decays. Here the triangle starts at zero. In the duration
+Thesis (4.16) updates a gain instead, which rounding makes indefinite on long logs. In the duration
 of a median stroke, the weights of earlier squared residuals are multiplied by `forgetting`, so that
 the end of the log has the largest weight.
 

@@ -4,8 +4,7 @@
 - closed loop: the bench's controller (its gains, `PositionServo`) drives the model along the
   measured reference; the residual is the error of the effort
 
-The search is a Gauss-Newton method in a trust region. The Jacobian is computed by differences,
-because a simulation is fast.
+The search is a Gauss-Newton method in a trust region. The Jacobian is computed by differences.
 """
 
 from __future__ import annotations

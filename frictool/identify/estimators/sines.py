@@ -6,9 +6,8 @@ stroke, where the speed is above half of the stroke's largest speed (|sin| > 1/2
     <u> = inertia <a> + viscous <v> + coulomb s + offset
     <a> = (v at the end - v at the beginning)/duration, nearly 0
 
-The thesis averages over whole periods. Stick at the reversals then biases both parameters. The
-middle of a stroke excludes stick. <v> is a distance divided by a duration, so that even a coarse
-encoder is sufficient if a stroke has many counts.
+Averages over whole periods, as in the thesis, include stick at the reversals. <v> is a distance
+divided by a duration, so that even a coarse encoder is sufficient if a stroke has many counts.
 
 The inertia is not estimated. The effort of the bench's inertia is subtracted, and the range of this
 inertia widens the intervals slightly. Knees between speed regimes are estimated

@@ -1,7 +1,7 @@
 """Least squares on differences of the samples faster than a threshold (thesis 4.18).
 
-The default of the threshold is a tenth of the top speed. Most axes have no Stribeck effect above
-this speed. `least_squares` derives a threshold from encoder and motion.
+The default of the threshold is a tenth of the top speed. `least_squares` derives a threshold from
+encoder and motion.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
     inertia int(phi'' x) + viscous int(phi x') + coulomb int(phi sign v) + offset int(phi)
         = int(phi u)
 
-Only the test function phi is differentiated, by its exact second difference; the analytic second
-derivative would bias the inertia. Successive windows start a sixth of their length apart.
+Only the test function phi is differentiated, by its exact second difference. Successive windows
+start a sixth of their length apart.
 
 Friction over position, and knees over speed, have additional columns if these improve the
 prediction of unseen strokes (`weak_structure`). Coulomb friction and offset are then means over the

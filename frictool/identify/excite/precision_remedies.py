@@ -34,7 +34,7 @@ def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> l
                 break
     if not shown:
         return ["even a factor of 16 in encoder, travel or drive limit would not suffice"]
-    return ["any of these would do: " + "; ".join(shown)]
+    return ["each of these suffices: " + "; ".join(shown)]
 
 
 def _duration(bench: Bench, request: PrecisionRequest) -> float:

@@ -5,7 +5,7 @@
 The sum is over the rows whose samples are in one branch (`loops`). Parameters are positive; the
 search variables are their logarithms. The intervals come from a jackknife over branches
 (`regression`). They include the range of the breakaway, and half a count at the ends of the path
-(`combined_interval`). The error on unseen branches measures how well a law fits.
+(`combined_interval`).
 """
 
 from __future__ import annotations

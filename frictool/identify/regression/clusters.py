@@ -1,9 +1,7 @@
 """Clusters of rows, the independent units of the intervals; usually a cluster is a stroke.
 
 Strokes with identical counts have identical encoder errors and form one cluster. A servo on a sine
-of constant amplitude produces such strokes; if each counted as independent, the interval would be
-half as wide. If there are few strokes, each is cut into equal parts, so that a spread can be
-computed.
+of constant amplitude produces such strokes. If there are few strokes, each is cut into equal parts.
 """
 
 from __future__ import annotations

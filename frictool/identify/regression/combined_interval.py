@@ -1,8 +1,7 @@
 """Interval of the sum X of a normal variable and of uniform variables with known ranges.
 
-If one range +-r dominates, the half width is `confidence` times r. A normal distribution of equal
-variance would give 1.96/sqrt(3) r = 1.13 r, which is wider than the whole range. The distribution
-of X follows from its characteristic function (Gil-Pelaez):
+If one range +-r dominates, the half width is `confidence` times r. The distribution of X follows
+from its characteristic function (Gil-Pelaez):
 
     P(|X| < h) = 2/pi int_0^inf sin(h t)/t  e^(-deviation^2 t^2/2)  prod_k sinc(r_k t) dt
 """

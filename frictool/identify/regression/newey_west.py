@@ -1,8 +1,7 @@
 """Standard deviations for correlated residuals of one short record (Newey and West 1987).
 
-If there are many strokes, the strokes are the independent units (`regression`). In a single stroke,
-a few rows may determine a parameter alone, so that a jackknife is impossible. Here the products of
-residuals up to `reach` rows apart are summed with linearly decreasing weights.
+In a single stroke, a few rows may determine a parameter alone, so that a jackknife is impossible.
+Here the products of residuals up to `reach` rows apart are summed with linearly decreasing weights.
 """
 
 from __future__ import annotations

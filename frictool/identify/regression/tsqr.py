@@ -2,7 +2,7 @@
 
 Each run of successive rows is reduced to a triangular matrix R with R^T R = rows^T rows. R contains
 all information for least squares with full precision. Stacked matrices R are reduced again by QR,
-as if they were rows. To leave out a run, its R is left out. The samples are read once.
+as if they were rows. To leave out a run, its R is left out.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 All signals of a row refer to the same time. The acceleration is the second difference, the velocity
 is the central difference, and the effort is averaged with the triangular weights of the second
 difference. The backward difference of thesis (4.2) would be late by half a sample, and a held
-effort early by half a sample. This causes an error of viscous T/2 in the inertia.
+effort early by half a sample.
 """
 
 from __future__ import annotations

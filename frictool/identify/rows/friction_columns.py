@@ -9,8 +9,7 @@
 
 xi is the position scaled to [-1, 1] over the records, and P_k is a Legendre polynomial, so that
 Coulomb friction and offset remain means over the range. Each column is averaged with the test
-function of the weak form. The speed in `bend_j` is the slope of a Savitzky-Golay cubic: the test
-function would lower the top speed of a stroke, and differences of counts would smooth the knee.
+function of the weak form. The speed in `bend_j` is the slope of a Savitzky-Golay cubic.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 An inertia that cannot be identified remains in the regression as a nuisance parameter. Over whole
 strokes, acceleration is nearly orthogonal to velocity and its sign, so that this parameter hardly
-widens the other intervals. An a-priori inertia would add the effect of its error.
+widens the other intervals.
 
 Noise attenuates this parameter. If all strokes have one speed, only the reversals separate viscous
 from Coulomb friction, and the attenuation shifts both. The other intervals therefore include every

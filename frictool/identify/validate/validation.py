@@ -125,7 +125,7 @@ class Validation(ResultView):
 
 def _shown(error: float | None) -> str:
     return (
-        "unknown: no sample is certain to slip"
+        "unknown: no sample certainly slips"
         if error is None
         else f"{100.0 * error:.4g} % of the measured signal"
     )

@@ -1,8 +1,8 @@
 """Writer of streams as a MATLAB file of version 5, as MATLAB saves with -v6.
 
 The variables are `time`, `position`, ... and a structure `units`. Several streams become structures
-in `streams`: `streams.axis.position`, `streams.axis.units.position`. The elements are
-described in mat_elements.py. The file does not contain the date or the computer of its creation.
+in `streams`: `streams.axis.position`, `streams.axis.units.position`. The file does not contain the
+date or the computer of its creation.
 """
 
 from __future__ import annotations

@@ -7,8 +7,7 @@ On a damaged file HDF5, Arrow and asammdf may crash, hang, or use all memory.
     blocks(...)   ── open ──▶ the library's blocks ──▶ block, block, ... loss, ... end
 
 The child is killed if it uses more processor time for an answer than a file of this size can need.
-Processor time, unlike elapsed time, does not depend on the load of the computer. Any crash becomes
-a message of one line.
+Any crash becomes a message of one line.
 """
 
 from __future__ import annotations

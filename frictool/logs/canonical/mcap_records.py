@@ -3,8 +3,7 @@
     file ──▶ FileRecord, FileRecord, DamagedBytes, FileRecord, LooseMessages, ...
 
 The reader yields `DamagedBytes` if bytes cannot be records, a CRC is wrong, or the file ends too
-early. Reading resumes at the next plausible record. Callers that salvage a file continue after
-`DamagedBytes`; other callers raise an error.
+early. Reading resumes at the next plausible record. Only a salvage continues after `DamagedBytes`.
 """
 
 from __future__ import annotations

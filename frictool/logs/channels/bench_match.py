@@ -1,6 +1,6 @@
 """Check that a canonical log fits a bench, which may have changed since the log was made.
 
-A raw file is mapped with the bench in use and therefore fits it. A canonical log contains units, a
+A canonical log contains units, a
 clock and often an effort that was computed with the constant of an earlier bench. The units and the
 clock are compared with the bench in use, and a computed effort is recomputed from the drive.
 """

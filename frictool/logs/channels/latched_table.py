@@ -1,7 +1,7 @@
 """Table sampled at the bench's period: each column holds its last value, as input registers do.
 
-An oscilloscope samples far faster than the bench, and a logic analyser writes changes only. In both
-cases, the log keeps the values that a controller with the bench's period would have read.
+An oscilloscope samples far faster than the bench, and a logic analyser writes changes only. The log
+keeps the values that a controller with the bench's period would have read.
 """
 
 from __future__ import annotations

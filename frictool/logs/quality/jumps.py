@@ -1,9 +1,9 @@
 """Jumps of a position that no motion explains: lost counts, a wrapping counter, an index reset.
 
 A step is a jump if it exceeds two counts plus twice the distance that an axis at top speed covers
-between the two samples. The factor two is needed because a servo may be faster than its
-specification. If no top speed is known, a step is a jump if it is ten times as long as its
-neighbours and three times as long as the 99 % quantile of the steps in the block.
+between the two samples. The factor two allows for a servo that is faster than specified. If no top
+speed is known, a step is a jump if it is ten times as long as its neighbours and three times as
+long as the 99 % quantile of the steps in the block.
 """
 
 from __future__ import annotations

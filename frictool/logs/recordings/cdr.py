@@ -3,7 +3,7 @@
 The offset of a number in a message depends only on the lengths of the strings and sequences before
 it. One message is therefore parsed field by field. All other messages of its size with the same
 lengths at the same offsets (`MessageLayout.guards`) have the same layout, and their numbers are
-extracted from all of them at once. A recording of one publisher has one layout, or a few.
+extracted together.
 
 In CDR, the first 4 bytes give the byte order. Counted from the end of these 4 bytes, each number is
 aligned to its own size (in version 2 to at most 4 bytes). The length of a text, with the closing

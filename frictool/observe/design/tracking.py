@@ -9,8 +9,7 @@
 The observer is for coarse encoders. An error delta_a of the acceleration causes a speed error of
 about delta_a/w, until the disturbance estimate compensates it. An innovation of one encoder step
 causes a speed error of about step w. Both errors are equal at w = sqrt(delta_a/step), and their sum
-has a flat minimum there. docs/theory/velocity.md shows the sweep from which RATE and CELL were
-chosen.
+has a flat minimum there. RATE and CELL are from a sweep (docs/theory/velocity.md).
 """
 
 from __future__ import annotations

@@ -15,8 +15,8 @@
     r          peak of the observed misfit, which decays with the observer's error. Impacts
                and friction with a delayed onset cause such peaks
 
-The predicted and the observed misfit estimate the same error; the larger one is used.
-docs/theory/velocity.md describes the choice of ROUNDED and of the factor 1.2.
+The predicted and the observed misfit estimate the same error; the larger one is used. ROUNDED and
+the factor 1.2 are explained in docs/theory/velocity.md.
 """
 
 from __future__ import annotations
