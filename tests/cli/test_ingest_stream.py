@@ -7,6 +7,7 @@ import json
 import os
 import pty
 import resource
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ import pytest
 
 from frictool.cli import progress
 from frictool.logs.canonical.mcap_format import read_mcap
+from frictool.runtime.kernels import FOLDER
 from studies.command_line import CommandResult, run
 from tests.support.command_line import refused
 from tests.support.example_logs import ROOT, as_bytes, golden_log
@@ -177,12 +179,16 @@ def test_a_wait_for_the_compiler_is_told_once_on_a_terminal(raw: Path, tmp_path:
     """Whichever command meets it, here `info`: no command asks for it."""
     line = [*map(str, COMMAND[:-1]), "info", str(raw), "--bench", str(CLUTCH)]
     told = []
+    assert run(*line[3:]).code == 0  # compiles all kernels that are not kept yet
+    assert FOLDER is not None
     cache = tmp_path / "cache"
+    shutil.copytree(FOLDER, cache / FOLDER.name)
     environment = os.environ | {"NUMBA_CACHE_DIR": str(cache)}
-    for terminal in (True, True, False):
-        if not terminal:  # one kernel has to be compiled again
-            (index,) = cache.rglob("read_rows-*.nbi")
-            index.unlink()
+    for terminal, is_kept in ((True, False), (True, True), (False, False)):
+        if not is_kept:  # one kernel has to be compiled again
+            indices = list(cache.rglob("read_rows-*.nbi"))
+            for index in indices:
+                index.unlink()
         ours, theirs = pty.openpty()
         stderr = theirs if terminal else subprocess.PIPE
         done = subprocess.run(
@@ -193,7 +199,7 @@ def test_a_wait_for_the_compiler_is_told_once_on_a_terminal(raw: Path, tmp_path:
         os.close(theirs)
         os.close(ours)
     assert told == [1, 0, 0]
-    assert index.exists()
+    assert any(index.exists() for index in indices)
 
 
 def test_the_engine_tells_of_its_compiler_in_a_log_too(capsys: pytest.CaptureFixture[str]):

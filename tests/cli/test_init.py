@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import scipy.io
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.documents.bench import Bench
@@ -333,6 +333,7 @@ def test_a_bad_log_leaves_no_folder(content: bytes, words: str, tmp_path: Path) 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["log.csv"]
 
 
+@settings(max_examples=40)
 @given(
     st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=30),
     st.text(min_size=1, max_size=10),

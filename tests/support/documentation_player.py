@@ -109,20 +109,28 @@ def run_notebook(text: str, folder: Path) -> str:
 
 def _run(line: str, patch: pytest.MonkeyPatch) -> str:
     expected = int(match[1]) if (match := EXIT.search(line)) else 0
-    line = COMMENT.sub("", line)
-    if line.startswith("cd "):
-        patch.chdir(line[3:].strip())
+    *first, last = COMMENT.sub("", line).split(" && ")
+    return "".join([*(_ended(one, 0, patch) for one in first), _ended(last, expected, patch)])
+
+
+def _ended(command: str, expected: int, patch: pytest.MonkeyPatch) -> str:
+    """Run a command, assert its exit code, and return what it printed."""
+    if command.startswith("cd "):
+        patch.chdir(command[3:].strip())
         return ""
-    if line.startswith("frictool ") and not re.search(r"[|;&<>*]", line):
-        result = run(*map(os.path.expandvars, shlex.split(line)[1:]))
+    if command.startswith("frictool ") and not re.search(r"[|;&<>*]", command):
+        result = run(*map(os.path.expandvars, shlex.split(command)[1:]))
         code, out = result.code, result.stdout + result.stderr
     else:
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
         done = subprocess.run(
-            ["bash", "-c", line], capture_output=True, text=True, env={**os.environ, "PATH": path}
+            ["bash", "-c", command],
+            capture_output=True,
+            text=True,
+            env={**os.environ, "PATH": path},
         )
         code, out = done.returncode, done.stdout + done.stderr
-    assert code == expected, f"{line}\nended with {code}, not {expected}\n{out}"
+    assert code == expected, f"{command}\nended with {code}, not {expected}\n{out}"
     return out
 
 
