@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import yaml
 
 from frictool.documents.quantity import Axis, drive_dimension, si_unit
+
+if TYPE_CHECKING:
+    import jinja2
 
 FILES = {
     "bench.yaml": "bench.yaml.jinja",
@@ -109,18 +113,23 @@ def _example_keys(text: str) -> list[str]:
 
 def _rendered(start: StartingRig) -> dict[str, str]:
     """Return the text of each file, with NOTE in front of each note."""
+    context = _context(start)
+    environment = _environment()
+    return {
+        name: environment.get_template(template).render(context) for name, template in FILES.items()
+    }
+
+
+@cache
+def _environment() -> jinja2.Environment:
     import jinja2
 
-    environment = jinja2.Environment(
+    return jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
         undefined=jinja2.StrictUndefined,
         keep_trailing_newline=True,
         autoescape=False,
     )
-    context = _context(start)
-    return {
-        name: environment.get_template(template).render(context) for name, template in FILES.items()
-    }
 
 
 def _context(start: StartingRig) -> dict[str, Any]:

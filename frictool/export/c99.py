@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -66,13 +67,6 @@ def c_sources(
     verified properties with rounded coefficients. Raises NoSolutionError if a coefficient is beyond
     the range of the format, and FixedPointOverflow if fixed point cannot be scaled.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(FOLDER),
-        undefined=jinja2.StrictUndefined,
-        keep_trailing_newline=True,
-        autoescape=False,
-    )
-    environment.globals["comment"] = comment_text
     numbers = FixedNumbers(fixed_program(program)) if number == "q31" else RealNumbers(number)
     names = CNames(program)
     context = (
@@ -80,10 +74,25 @@ def c_sources(
     )
     context |= _format(controller, names, numbers) | {"number": number, "loop": loop}
     return {
-        file.format(context["id"]): environment.get_template(template).render(context).rstrip("\n")
+        file.format(context["id"]): _environment()
+        .get_template(template)
+        .render(context)
+        .rstrip("\n")
         + "\n"
         for file, template in FILES.items()
     }
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(FOLDER),
+        undefined=jinja2.StrictUndefined,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    environment.globals["comment"] = comment_text
+    return environment
 
 
 def _about(controller: Controller, origin: ExportOrigin) -> dict[str, Any]:

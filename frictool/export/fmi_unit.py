@@ -14,6 +14,7 @@ import re
 import zipfile
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 from xml.sax.saxutils import quoteattr
@@ -251,20 +252,33 @@ def functions_text(
     **values
         Values of the template.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined, autoescape=False
-    )
-    environment.globals["comment"] = comment_text
-    environment.globals["c"] = environment.filters["c"] = _c_number
     absent = [
         (function, parameters, [LAST_WORD.search(one)[1] for one in parameters.split(",") if one])  # type: ignore[index]
         for function, parameters in ABSENT.items()
         if function not in provided
     ]
-    text = environment.get_template(template).render(
-        command=origin.command, version=__version__, token=origin.sha256, absent=absent, **values
+    text = (
+        _environment()
+        .get_template(template)
+        .render(
+            command=origin.command,
+            version=__version__,
+            token=origin.sha256,
+            absent=absent,
+            **values,
+        )
     )
     return text.rstrip("\n") + "\n"
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined, autoescape=False
+    )
+    environment.globals["comment"] = comment_text
+    environment.globals["c"] = environment.filters["c"] = _c_number
+    return environment
 
 
 def _c_number(value: float) -> str:

@@ -28,6 +28,11 @@ def render_page(folder: Path, provenance: Provenance, **texts: Any) -> str:
     All texts are escaped, except values of type `Markup`. Raises jinja2.UndefinedError if the
     template uses a name that is not passed.
     """
+    return _page_template(folder).render(provenance=provenance, **chart_resources(), **texts)
+
+
+@cache
+def _page_template(folder: Path) -> jinja2.Template:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([folder, FRAME]),
         autoescape=True,
@@ -36,9 +41,7 @@ def render_page(folder: Path, provenance: Provenance, **texts: Any) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    return environment.get_template("page.html.jinja").render(
-        provenance=provenance, **chart_resources(), **texts
-    )
+    return environment.get_template("page.html.jinja")
 
 
 def chart_resources() -> dict[str, Any]:

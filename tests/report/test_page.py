@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 
 import msgspec
@@ -31,6 +32,18 @@ def made(*logs: Log, controlled: Controller | None = None) -> str:
     spec = clutch_spec()
     transfers = None if controlled is None else sensitivities(controlled)
     return page(judge(spec, list(logs), controlled), MADE, transfers)
+
+
+@functools.cache
+def plain_page() -> str:
+    """The page of a log without variants."""
+    return made(clutch_log())
+
+
+@functools.cache
+def controlled_page() -> str:
+    """The page of this log with its controller."""
+    return made(clutch_log(), controlled=controller())
 
 
 @pytest.fixture(name="full", scope="module")
@@ -147,8 +160,8 @@ def test_a_log_with_next_to_nothing_still_has_a_page() -> None:
 
 
 def test_a_pass_with_something_undecided_is_not_shown_as_a_plain_pass() -> None:
-    assert '<p class="banner open">UNDECIDED: 6 of 7' in made(clutch_log())
-    assert '<p class="banner met">PASS: 7 of 7' in made(clutch_log(), controlled=controller())
+    assert '<p class="banner open">UNDECIDED: 6 of 7' in plain_page()
+    assert '<p class="banner met">PASS: 7 of 7' in controlled_page()
 
 
 @pytest.mark.parametrize("samples", [1, 2, 30])
@@ -185,11 +198,11 @@ def test_the_templates_of_a_controller_with_weights_are_drawn_and_their_shares_s
     assert html.count("Dashed: the template γ/") == 3
     assert html.count("no template") == 0
     assert "ω<sub>c</sub>" in html
-    assert made(clutch_log(), controlled=controller()).count("no template") == 3
+    assert controlled_page().count("no template") == 3
 
 
 def test_every_metric_that_is_shown_is_defined() -> None:
-    text = Page(made(clutch_log(), controlled=controller())).text
+    text = Page(controlled_page()).text
     for metric in HOLD_METRICS.values():
         assert (metric.title in text) == (metric.definition in text)
     assert text.count("of a sustained oscillation over its last period") == 1
