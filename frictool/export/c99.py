@@ -73,11 +73,9 @@ def c_sources(
         _about(controller, origin) | _code(names, numbers) | _vectors(program, vectors, numbers)
     )
     context |= _format(controller, names, numbers) | {"number": number, "loop": loop}
+    environment = _environment()
     return {
-        file.format(context["id"]): _environment()
-        .get_template(template)
-        .render(context)
-        .rstrip("\n")
+        file.format(context["id"]): environment.get_template(template).render(context).rstrip("\n")
         + "\n"
         for file, template in FILES.items()
     }

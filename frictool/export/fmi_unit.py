@@ -257,18 +257,8 @@ def functions_text(
         for function, parameters in ABSENT.items()
         if function not in provided
     ]
-    text = (
-        _environment()
-        .get_template(template)
-        .render(
-            command=origin.command,
-            version=__version__,
-            token=origin.sha256,
-            absent=absent,
-            **values,
-        )
-    )
-    return text.rstrip("\n") + "\n"
+    values |= {"command": origin.command, "version": __version__, "token": origin.sha256}
+    return _environment().get_template(template).render(absent=absent, **values).rstrip("\n") + "\n"
 
 
 @cache

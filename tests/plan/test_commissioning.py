@@ -65,21 +65,26 @@ def played(step: PlanStep, number: int) -> Log:
 
 
 @pytest.fixture(scope="module")
-def logs() -> tuple[Log, Log]:
+def steps(few_rehearsals: None) -> tuple[tuple[PlanStep, Log], tuple[PlanStep, Log]]:
+    """The first two steps, each with the log of its test."""
     first = next_step(BELT, [], refusing)
     ramps = played(first, 1)
     second = next_step(BELT, [ramps], refusing)
-    return ramps, played(second, 2)
+    return (first, ramps), (second, played(second, 2))
+
+
+@pytest.fixture(scope="module")
+def logs(steps: tuple[tuple[PlanStep, Log], tuple[PlanStep, Log]]) -> tuple[Log, Log]:
+    return steps[0][1], steps[1][1]
 
 
 def test_an_empty_bench_begins_with_ramps_and_continues_with_strokes(
-    logs: tuple[Log, Log],
+    steps: tuple[tuple[PlanStep, Log], tuple[PlanStep, Log]],
 ) -> None:
-    first = next_step(BELT, [], refusing)
+    first, second = (step for step, _ in steps)
     assert first.name == "breakaway"
     assert first.test is not None
     assert set(first.test.half_widths) == {"breakaway"}
-    second = next_step(BELT, logs[:1], refusing)
     assert second.name == "friction and inertia"
     assert second.test is not None
     assert set(second.test.half_widths) == {"inertia", "viscous", "coulomb"}
@@ -118,13 +123,15 @@ def exact_only(model: Model) -> str | None:
     return None if low == high else "too slow"
 
 
+def precise(*arguments: Any) -> dict[str, HalfWidthSample]:
+    """Return half widths below their limits, in place of rehearsals."""
+    limits = arguments[2]
+    return {name: HalfWidthSample((0.9 * half,), ()) for name, half in limits.items()}
+
+
 def test_intervals_that_are_too_wide_are_halved(
     logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def precise(*arguments: Any) -> dict[str, HalfWidthSample]:
-        limits = arguments[2]
-        return {name: HalfWidthSample((0.9 * half,), ()) for name, half in limits.items()}
-
     monkeypatch.setattr(rehearsed_test, "rehearse", precise)
     step = next_step(BELT, logs, exact_only)
     assert step.name == "finer"
@@ -173,7 +180,9 @@ def test_a_narrowed_bench_has_the_intervals_of_the_logs(logs: tuple[Log, Log]) -
     assert structs.asdict(narrowed_bench(BELT, model).encoder) == structs.asdict(BELT.encoder)
 
 
-def test_commands_from_an_empty_bench_to_enough(tmp_path: Path) -> None:
+def test_commands_from_an_empty_bench_to_enough(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     bench, spec, model = (tmp_path / name for name in ("bench.yaml", "spec.yaml", "truth.yaml"))
     bench.write_text(to_yaml(BELT))
     spec.write_text(SPEC)
@@ -190,6 +199,7 @@ def test_commands_from_an_empty_bench_to_enough(tmp_path: Path) -> None:
         run_checked("simulate", "--as-bench", model, test, "-o", log, "--seed", number)
         recorded.append(log)
     assert names == ["breakaway", "friction and inertia", "validation"]
+    monkeypatch.setattr(rehearsed_test, "rehearse", precise)
     text = run("plan", bench, "--spec", spec)
     assert text.code == 0
     assert "next: breakaway: slow ramps" in text.stdout
