@@ -51,6 +51,21 @@ def few_rehearsals() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="module")
+def no_rehearsals() -> Iterator[None]:
+    """Take each test as it is designed, where its promise is not the subject."""
+    from frictool.plan import rehearsed_test
+    from frictool.plan.rehearsal import HalfWidthSample
+
+    def within_limits(*arguments: Any, **named: Any) -> dict[str, HalfWidthSample]:
+        limits = arguments[2]
+        return {name: HalfWidthSample((0.9 * half,), ()) for name, half in limits.items()}
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rehearsed_test, "rehearse", within_limits)
+        yield
+
+
 COST = "processor seconds"
 LEAST_S = 1.0  # a package that takes less is not listed
 

@@ -183,6 +183,7 @@ def test_a_narrowed_bench_has_the_intervals_of_the_logs(logs: tuple[Log, Log]) -
 def test_commands_from_an_empty_bench_to_enough(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(rehearsed_test, "rehearse", precise)
     bench, spec, model = (tmp_path / name for name in ("bench.yaml", "spec.yaml", "truth.yaml"))
     bench.write_text(to_yaml(BELT))
     spec.write_text(SPEC)
@@ -199,7 +200,6 @@ def test_commands_from_an_empty_bench_to_enough(
         run_checked("simulate", "--as-bench", model, test, "-o", log, "--seed", number)
         recorded.append(log)
     assert names == ["breakaway", "friction and inertia", "validation"]
-    monkeypatch.setattr(rehearsed_test, "rehearse", precise)
     text = run("plan", bench, "--spec", spec)
     assert text.code == 0
     assert "next: breakaway: slow ramps" in text.stdout

@@ -60,9 +60,10 @@ def test_a_rehearsed_test_keeps_its_promise_on_other_axes(belt: tuple[Bench, Pre
 
 
 def test_the_best_test_of_a_duration_promises_what_its_rehearsals_reach(
-    belt: tuple[Bench, PreciseTest],
+    belt: tuple[Bench, PreciseTest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench, _ = belt
+    monkeypatch.setattr("frictool.plan.rehearsal.REHEARSALS", 2)
     test = rehearsed_strokes(bench, PrecisionRequest(WANTED, duration=4.0))
     assert test.sequence.duration == pytest.approx(4.0, rel=0.05)
     first, second = (

@@ -15,7 +15,7 @@ from studies.command_line import run, run_checked
 from studies.promises.rigs import benches, truth
 from tests.support.command_line import refused
 
-pytestmark = pytest.mark.usefixtures("few_rehearsals")
+pytestmark = pytest.mark.usefixtures("no_rehearsals")
 
 RIGS = {bench.name: bench for bench in benches()}
 
