@@ -37,7 +37,7 @@ EULER_STEP, EULER_SPEED, EULER_FORCE = 1e-4, 1e-2, 0.5  # units of time, speed a
 
 
 def _noticeable(setting: ComparisonSetting) -> float:
-    """Return the smallest difference [N | N m] that counts as an effect of F_s > F_c."""
+    """Return the smallest difference [N | N m] that is treated as an effect of F_s > F_c."""
     return NOTICEABLE * setting.scales.fall * setting.coulomb
 
 
@@ -103,7 +103,7 @@ def settles(law: Callable[[float, float], tuple[float, float]], setting: Compari
     """Return True if a sliding mass comes to rest in a simulation with a fixed step.
 
     The effort is half the Coulomb friction; the mass must not move in the second half. `law(v, u)`
-    is the law as printed; it returns the friction and the speed that counts as motion. Euler's
+    is the law as printed; it returns the friction and the speed that is treated as motion. Euler's
     method never hits v = 0 exactly, so that a law that sticks only at v = 0 does not come to rest.
     """
     scales = setting.scales

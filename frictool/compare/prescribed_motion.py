@@ -21,7 +21,8 @@ def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vect
     """Return the friction (n,) [N | N m] at the end of each step, from a fresh contact.
 
     `velocity` (n,) in m/s | rad/s, `steps` (n,) in s. The driving effort is unlimited: a hybrid law
-    gets an infinite effort in the direction of motion. Raises NoSolutionError if the law fails.
+    gets an infinite effort in the direction of motion. Raises NoSolutionError if a kernel reports
+    an error.
     """
     if isinstance(law.kernels, StaticKernels):
         slip = law.kernels.slip_force
@@ -49,7 +50,8 @@ def _dynamic(
         failed += kernels.commit(z, v, p) + kernels.rate(z, v, p, out)
         if failed:
             raise NoSolutionError(
-                f"{name}: the law fails at {v:g} along a prescribed velocity; check the parameters"
+                f"{name}: no friction can be computed at a velocity of {v:g} m/s (rad/s); "
+                "check the parameters"
             )
         friction[k] = kernels.force(z, out, v, p)
     return friction
@@ -73,7 +75,8 @@ def _hybrid(
         failed += kernels.commit(mode, z, p)
         if failed:
             raise NoSolutionError(
-                f"{name}: the law fails at {v:g} along a prescribed velocity; check the parameters"
+                f"{name}: no friction can be computed at a velocity of {v:g} m/s (rad/s); "
+                "check the parameters"
             )
         friction[k] = kernels.force(mode, v, u, z, p)
     return friction
@@ -82,7 +85,8 @@ def _hybrid(
 def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
     """Return a static law as printed in the thesis.
 
-    The law maps velocity and effort (v, u) to the friction and the velocity that counts as motion.
+    The law maps velocity and effort (v, u) to the friction and the velocity that is treated as
+    motion.
     """
     kernels = law.kernels
     assert isinstance(kernels, StaticKernels)

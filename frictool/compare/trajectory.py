@@ -37,8 +37,8 @@ class LawTrajectory:
 def slow_phases(time: Vector, velocity: Vector, threshold: float, shortest: float) -> Phases:
     """Return phases of at least `shortest` [s] with |v| < threshold.
 
-    They count as the stick phases of a law that never stands exactly still. `shortest` excludes
-    zero crossings of the velocity.
+    They are treated as the stick phases of a law that never stands exactly still. `shortest`
+    excludes zero crossings of the velocity.
     """
     slow = np.abs(velocity) < threshold
     edges = np.flatnonzero(np.diff(np.concatenate(([False], slow, [False])).astype(np.int8)))

@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 from frictool.control.program import Program, ProgramNode
 
-END = 1.0 / 256.0  # part of a T and a T^2 below which a speed and a distance count as 0
+END = 1.0 / 256.0  # part of a T and a T^2 below which a speed and a distance are treated as 0
 
 
 class ProfileLimits(NamedTuple):

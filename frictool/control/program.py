@@ -217,6 +217,6 @@ class Program:
         if not coefficients or len(coefficients) != len(values):
             raise ValueError(
                 f"dot of {len(coefficients)} coefficients and {len(values)} values; allowed: "
-                "as many of each, at least one"
+                "equal numbers, at least one"
             )
         return self.node("dot", *coefficients, *values)

@@ -10,9 +10,9 @@ code  mode   action
 
 A limit cycle cannot start while the drive is 0. The band acts if |e| <= band and the prefilter has
 settled, |f'| < settled_speed. Without the second condition, the drive would be cut during a move
-whenever the axis follows the filtered reference closely. `cut` enters REST at once; `brake` first
-brings the measured speed below `rest_speed`. The mode is RUN again when the error leaves the band
-or the prefilter moves.
+whenever the axis follows the filtered reference closely. `cut` enters REST immediately; `brake`
+first brings the measured speed below `rest_speed`. The mode is RUN again when the error leaves the
+band or the prefilter moves.
 
 Property: the motion is bounded and ends at rest. This is no proof of stability, because the
 derivative (5.12) has no definite sign. Rule: a band above two encoder steps and above the distance

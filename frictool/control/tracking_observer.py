@@ -30,7 +30,7 @@ STATES = ("tracked_position", "tracked_velocity", "disturbance", "tracked_gap")
 # speed in counts per sample below which the axis is at rest: a decaying correction would end in
 # rounding errors
 LEAST_SPEED = 1e-6
-# least distance to the end of the gap that counts as contact, in backlashes
+# least distance to the end of the gap that is treated as contact, in backlashes
 LEAST_EDGE = 1e-3
 
 

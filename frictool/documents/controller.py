@@ -240,7 +240,7 @@ class FrictionCompensation(
         if len(self.speeds) != len(self.efforts) or len(self.speeds) == 1:
             raise ValueError(
                 f"speeds and efforts: found {len(self.speeds)} and {len(self.efforts)} values; "
-                "allowed: as many of both, at least 2"
+                "allowed: equal numbers, at least 2"
             )
         if any(low >= high for low, high in itertools.pairwise(self.speeds)):
             raise ValueError("speeds: not in rising order; sort the table")

@@ -17,7 +17,10 @@ def examples_of(document: Any) -> tuple[str, ...]:
 
 
 def examples_words(groups: Mapping[str, Iterable[str]]) -> str:
-    """Return a message on the remaining example values, by document; empty if there are none."""
+    """Return a message on the example values that are not replaced yet; empty if there are none.
+
+    groups: document -> keys of its example values.
+    """
     described = [
         f"{name}: {', '.join(keys)}"
         for name, keys in ((name, tuple(keys)) for name, keys in groups.items())

@@ -180,7 +180,7 @@ METRICS = (
         "overshoot",
         "percent",
         "largest excess beyond the reference in the direction of the step, relative to the "
-        "amplitude. An excess of at most one sensor step counts as 0, because a counter may "
+        "amplitude. An excess of at most one sensor step is treated as 0, because a counter may "
         "round by one step to one side",
         compute="overshoot.overshoot_percent",
         needs=("step",),

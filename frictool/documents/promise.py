@@ -43,8 +43,7 @@ class Promise(
     - `method`: Method of `identify` that the promise belongs to.
     - `duration`: Duration of the test.
     - `drive_noise`: Standard deviation of the measured drive that the promise assumes.
-    - `half_widths`: Promised half widths of the intervals, for the noisiest axis that the bench's
-      intervals allow.
+    - `half_widths`: Promised half width of the confidence interval of each parameter.
     - `bounds`: Half widths by the Cramér-Rao bound, the least of any unbiased estimator.
     """
 

@@ -58,7 +58,7 @@ from frictool.plant.position_load import is_loaded, opposing_effort
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
-ROUNDING = 2.0**-50  # largest effort that counts as zero, relative to the sum of its terms
+ROUNDING = 2.0**-50  # largest effort that is treated as zero, relative to the sum of its terms
 MAX_EVENTS = 100  # events per call; a held command causes only a few, since its effort is monotone
 MAX_REBOUNDS = 10_000  # events per call of an axis with end stops, which may rebound
 SHORTEST_FLIGHT = 1e-6  # s, shortest flight of a rebound; a shorter one ends at rest at the stop

@@ -1,4 +1,4 @@
-"""Drive with a first-order lag under a held command, and when it exceeds a rising breakaway."""
+"""Drive with a first-order lag under a held command, and its time to reach a rising breakaway."""
 
 from __future__ import annotations
 

@@ -271,7 +271,7 @@ def run_band(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate like `run_hybrid`, for a law in which velocities up to `band` count as rest.
+    """Simulate like `run_hybrid`, for a law in which velocities up to `band` are treated as rest.
 
     The laws are those of thesis (2.32) and (2.35)-(2.36).
     """

@@ -19,7 +19,7 @@ from frictool.engine.status_codes import NOT_FINITE, OK, STEP_TOO_SMALL
 from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import Vector
 
-ROUNDING = 2.0**-48  # largest effort that counts as zero, relative to its terms
+ROUNDING = 2.0**-48  # largest effort that is treated as zero, relative to its terms
 TRACE = 2.0**-40  # excess over a refused breakaway, relative to the effort's terms
 SHORTEST_STEP = 2.0**-50  # shortest step, relative to the time or to the run
 # first step, relative to the time in which the largest force would cross the layer

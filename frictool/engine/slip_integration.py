@@ -43,7 +43,7 @@ HELD, SLOWER, FASTER, PLACE, FAILED, CONTACT = 0, 1, 2, 3, 4, 5
 TOLERANCE = 1e-12  # tolerance of the speed, relative to the speed or its change within a step
 FLOOR = 2.0**-5  # least reference speed of the tolerance inside the layer, relative to v_s
 FIRST_STEP = 2.0  # first step, relative to the time in which all efforts together would reach v_s
-# largest effort that counts as zero at the start of a slip, relative to its terms
+# largest effort that is treated as zero at the start of a slip, relative to its terms
 ROUNDING = 2.0**-46
 GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
 SHORTEST_STEP = 2.0**-50  # shortest step, relative to the remaining time

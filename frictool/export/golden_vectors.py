@@ -287,7 +287,7 @@ class _VectorSequence:
 
 
 def _speeds(controller: Controller, band: float) -> tuple[float, float]:
-    """Return the speed of a settled prefilter, and the measured speed that counts as decayed."""
+    """Return the speed of a settled prefilter, and the measured speed treated as decayed."""
     law, limiter = controller.position_law, controller.limiter
     stated = (
         law.settled_speed

@@ -19,7 +19,7 @@ class ExportLanguage:
     document : {"controller", "model"}
         Kind of document that is exported.
     text : str
-        Files that are written, for the help.
+        Description of the written files, which the help shows.
     options : tuple of str
         Options of the command that this language reads, besides `--lang` and `--output`.
     """

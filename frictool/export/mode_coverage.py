@@ -1,4 +1,4 @@
-"""Modes and limits of a program that golden vectors must visit."""
+"""Conditions for golden vectors: they must visit every mode and limit of a program."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ The state is z = [z], the presliding displacement. The code corrects three point
 - (3.13) and (3.32) print x = x_{1->0} + z. Here x_{1->0} is x - z at the switch, so that x is
   continuous at the capture. A driver that integrates x' = v has the same result.
 - (3.34) has no condition on v. A body that moves back while u rises past F_s would then start to
-  slip at the wrong limit and be captured at once (3.27).
+  slip at the wrong limit and be captured immediately (3.27).
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ class HybridBench:
     encoder_step: float  # delta_x [m | rad]
     inertia: float  # m [kg | kg m^2]
     effort_limit: float  # u_max [N | N m]
-    stribeck_velocity: float = 0.0  # v_s [m/s | rad/s]; 0 if the friction drops at once
+    stribeck_velocity: float = 0.0  # v_s [m/s | rad/s]; 0 if the friction drops immediately
 
 
 @dataclass(frozen=True)

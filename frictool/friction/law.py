@@ -49,8 +49,8 @@ class StaticKernels(NamedTuple):
 
     slip_force: Kernel  # (v, direction, p) -> force [N | N m]
     breakaway: Kernel  # (direction, p) -> largest friction on a body at rest, in that direction
-    band: Kernel  # (p) -> half width of the velocities that count as rest; 0 for exact laws
-    seen_velocity: Kernel  # (v, p) -> rate of the position: v, or v_m of (2.35)
+    band: Kernel  # (p) -> half width of the velocities that are treated as rest; 0 for exact laws
+    seen_velocity: Kernel  # (v, p) -> rate of the position: v; 0 in the band of Karnopp's law
 
 
 class DynamicKernels(NamedTuple):

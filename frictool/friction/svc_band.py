@@ -1,4 +1,4 @@
-"""Static, viscous and Coulomb friction in which speeds up to dv count as rest (thesis 2.32).
+"""Static, viscous and Coulomb friction in which speeds up to dv are treated as rest (thesis 2.32).
 
 Within the band the body sticks, but its position still drifts at up to dv.
 """

@@ -11,7 +11,7 @@ effort is valid data only
 A stroke is proved constant if two conditions hold. For most of the motion, the effort stays within
 a band. Over this part, the change of acceleration times the least inertia of the bench is several
 times as large as the band. If the proved strokes of a direction have the same level, every stroke
-of that direction at this level counts as constant.
+of that direction at this level is treated as constant.
 """
 
 from __future__ import annotations

@@ -178,7 +178,7 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
     """Return a mask (size,) of the samples at which the effort was read.
 
     If a value stays for longer than `hold` samples, it was read again without a change. The sample
-    `hold` samples before the next change counts as such a reading.
+    `hold` samples before the next change is treated as such a reading.
     """
     out = np.zeros(size, dtype=np.bool_)
     out[[0, *updates.tolist()]] = True

@@ -32,7 +32,7 @@ from frictool.typing import IntVector, Vector
 
 JITTER = 0.1  # relative deviation of an interval from the period above which the record is split
 SMALLEST_COUNT = 1e-9  # least count relative to the range of a velocity; finer ones are rounding
-# share of broken intervals above which the clock does not count as uniform: the record is resampled
+# share of broken intervals above which the clock is not treated as uniform: the record is resampled
 MOST_BROKEN = 0.02
 # a record is refused if more than half of its intervals differ from the median by more than this
 # share of it

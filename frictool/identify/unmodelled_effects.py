@@ -6,7 +6,7 @@ Such an effect leaves the same residual in every stroke, so that the covariance 
 
 1. Residuals that repeat over position and state (velocity, sign of the acceleration) add a variance
    (`regression/multiway.py`). If only few rows determine viscous friction, as in strokes of one
-   speed, the encoder's noise of the acceleration adds a variance, too; it counts as the same in
+   speed, the encoder's noise of the acceleration adds a variance, too; it is treated as the same in
    every stroke, because equal strokes reverse at the same counts.
 2. Hypotheses of `explanation_search` that improve the fit shift the parameters.
 3. Smoothing windows of twice the length shift the parameters.

@@ -185,10 +185,10 @@ class BoundedRealInequalities:
         return [*inequalities, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
-        """Return the inequalities for a given gamma, and [R bI; bI S] >= 0.
+        """Return the inequalities for a given gamma, among them [R bI; bI S] >= 0.
 
-        Every smallest eigenvalue must be at least `margin`. The decision vector is (R', S'). If b
-        is None, b is unknown, and the decision vector is (R', S', b/gamma).
+        The matrix of each projected inequality must have no eigenvalue below `margin`. The decision
+        vector is (R', S'); if b is None, b is unknown and b/gamma is the last entry.
         """
         count = 2 * self.half + (b is None)
         inequalities = [self._coupling(count, None if b is None else b / gamma)]

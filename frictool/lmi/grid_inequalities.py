@@ -146,10 +146,10 @@ class GridInequalities:
         return [*inequalities, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
-        """Return the inequalities for a given gamma, and [X bI; bI Y] >= 0.
+        """Return the inequalities for a given gamma, among them [X bI; bI Y] >= 0.
 
-        Every smallest eigenvalue must be at least `margin`. The decision vector is (X/gamma,
-        Y/gamma). If b is None, b is unknown, and the vector is (X/gamma, Y/gamma, b/gamma).
+        The matrix of each projected inequality must have no eigenvalue below `margin`. The decision
+        vector is (X/gamma, Y/gamma); if b is None, b is unknown and b/gamma is the last entry.
         """
         count = self.unknowns + (b is None)
         inequalities = self.coupling(count, None if b is None else b / gamma)

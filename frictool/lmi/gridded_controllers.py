@@ -35,7 +35,7 @@ WEIGHTS = (
     0.0,
     *np.geomspace(1.0, 1e-10, 21).tolist(),
 )  # e in balanced coordinates; zero if both ranks are full
-FULL = 1e-6  # smallest singular value of D12 and D21, relative to gamma, that counts as full rank
+FULL = 1e-6  # smallest singular value of D12 and D21 with full rank, relative to gamma
 
 
 def scheduled_controllers(

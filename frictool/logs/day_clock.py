@@ -1,6 +1,6 @@
 """Times of day without a date, continued over midnight.
 
-A step back by more than half a day counts as the next day.
+A step back by more than half a day is treated as the next day.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ def overshoot_percent(
 ) -> float:
     """Return the overshoot of `position` (n,) in % of the step's amplitude; 0 if there is none.
 
-    An overshoot of at most one sensor step counts as 0, since it may come from the sensor's
+    An overshoot of at most one sensor step is treated as 0, since it may come from the sensor's
     rounding.
     """
     amplitude = target - origin

@@ -40,7 +40,7 @@ from frictool.logs.stream_source import SampleBlock
 from frictool.observe.motion_block import MotionBlock
 from frictool.typing import Vector
 
-JITTER = 0.1  # relative deviation of an interval from the period that counts as a gap
+JITTER = 0.1  # relative deviation of an interval from the period that is treated as a gap
 MOST_BROKEN = 0.2  # largest fraction of gaps among the intervals of a uniform clock
 FEWEST = 3  # samples, shortest stream that is observed
 LARGEST = 1e12  # largest absolute value of a signal, SI

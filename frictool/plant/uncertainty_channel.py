@@ -9,7 +9,7 @@ may have any unit d [N m or N], with w_D = d w_d and z_d = z_D/d. The unit does 
 but it changes the norm of the closed loop. The thesis names no unit; if d is the half width of the
 Coulomb friction, the friction term has the gain 1.
 
-One Delta varies all parameters together: J, sigma_v, F_c and K increase or decrease at once, along
+One Delta varies all parameters together: J, sigma_v, F_c and K increase or decrease together, along
 one diagonal of their box. A bound on this channel proves nothing at the other corners; the loop is
 verified there separately.
 """

@@ -30,9 +30,9 @@ REST_S = 0.1  # s, rest after a move
 LONGEST_S = 4.0  # s, longest push or coasting
 LITTLE = 0.02  # least friction that stops the axis, relative to the push
 STEPS = 101  # points along a move
-SLOWEST = 1e-12  # speed that counts as rest, relative to the largest speed
-# checked distance, relative to that of the step; friction that counts as vanishing, relative to its
-# mean
+SLOWEST = 1e-12  # speed treated as rest, relative to the largest speed
+# checked distance, relative to that of the step; friction that is treated as vanishing, relative to
+# its mean
 BEYOND_END, FAINT = 1.25, 0.25
 FREE = 0.3  # push without friction, relative to the drive's limit
 

@@ -43,7 +43,7 @@ def final(chain: ReductionChain, axis: Axis) -> StepReport:
         if len(one.play.chain) > 1:
             notes.append(
                 f"{len(one.play.chain)} plays in a chain open one after another; "
-                "the model opens them at once"
+                "the model opens them together"
             )
     if chain.kept:
         notes.append(

@@ -58,7 +58,7 @@ def at(node: Any, path: Path, value: float) -> Any:
 
 
 def _together(intervals: Uncertain) -> list[Uncertain]:
-    """Group the quantities that move at once: Coulomb friction and breakaway of one part."""
+    """Group the quantities that change together: Coulomb friction and breakaway of one part."""
     sets: dict[Path, list[tuple[Path, Quantity]]] = {}
     for path, one in intervals:
         joined = path[-2:] in (("parameters", "coulomb"), ("parameters", "breakaway"))

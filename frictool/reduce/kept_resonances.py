@@ -18,7 +18,7 @@ from frictool.plant.mechanism.linearisation import linearise
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.compliance import compliant_links
 
-FAR = 1e4  # zero that counts as infinite, relative to the fastest pole
+FAR = 1e4  # zero that is treated as infinite, relative to the fastest pole
 HIDDEN = 1e-6  # relative distance of a pole and a zero that cancel
 
 

@@ -169,7 +169,7 @@ def _displacements(
 
 
 def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
-    """Return the number of samples within the travel; ROOM beyond an end stop counts as within."""
+    """Return the number of samples within the travel; ROOM beyond an end stop is allowed."""
     if travel is None:
         return len(positions)
     outside = np.flatnonzero((positions < travel[0] - ROOM) | (positions > travel[1] + ROOM))

@@ -25,7 +25,8 @@ def as_json(verdict: Verdict, transfers: VertexTransfers | str | None = None) ->
     `verdict` is `pass`, `fail` or `undecided`; `undecided` lists the undecided requirements. A
     metric without a value is null, with its reason in `missing`. A metric that is known within
     bounds only is null, with the bounds in `bounds`. `sensitivity` is null without a controller.
-    `meets_all` is true for a stream whose values meet every requirement.
+    `meets_all` is true for a stream that meets every requirement; the modulus margin of a recorded
+    stream is not included.
     """
     spec = verdict.request.spec
     return {

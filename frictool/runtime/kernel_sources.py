@@ -3,9 +3,9 @@
 Comments and docstrings are ignored. Imports are read from the syntax tree, including those inside
 functions; imports for type checkers are skipped. Some imports cannot be resolved from the tree: a
 star import, a package used as a whole, a name that a package computes, a module imported by a
-computed name. Each of them counts as an import of every module that it could mean. Sources outside
-the package and outside the folder that a module was imported from (numpy, numba) belong to the
-toolchain.
+computed name. Each of them is treated as an import of every module that it could mean. Sources
+outside the package and outside the folder that a module was imported from (numpy, numba) belong to
+the toolchain.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ DRAWN, STARTS, KEPT, PLACES = (
     4,
 )  # starts drawn, starts improved, controllers extended, frequencies tried for each extension
 ROUNDS, LAST_ROUNDS = 25, 60  # rounds of each descent, and of the last one
-LEVEL = 0.01  # relative difference of norms below which vertices count as equally bad
+LEVEL = 0.01  # relative difference of norms below which vertices are treated as equally bad
 # factor on the specified modulus margin, which leaves a reserve for rounded coefficients
 CLEAR = 1.001
 

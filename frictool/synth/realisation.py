@@ -24,7 +24,7 @@ from frictool.verify.stored_forms import AT_ONE
 
 # share of the largest Hankel singular value below which a state is left out
 NEGLIGIBLE = 1e-8
-INFINITE = 1e8  # zeros of larger modulus count as infinite
+INFINITE = 1e8  # zeros of larger modulus are treated as infinite
 
 
 def stored_forms(k: Lti) -> LinearController:

@@ -27,7 +27,7 @@ from frictool.synth.weights import ChosenWeights
 
 COLUMNS = 6  # values of W3 tried before the best one is refined
 REFINEMENTS = 4
-FLAT = 0.9  # share of the largest W1 above which W1 counts as largest
+FLAT = 0.9  # share of the largest W1 above which W1 is treated as largest
 BUDGET = 48  # largest number of evaluations
 TOLERANCE = 0.01  # gamma between 0.99 and 1 times the requested value is accepted
 DEEPEST = 1e-5  # share of the starting W1 that stands for no disturbance

@@ -16,7 +16,8 @@ from frictool.plant.lti import Lti
 from frictool.typing import Matrix
 
 LEVELS = 100  # largest number of levels of the bisection; a few are usual
-# relative real part below which an eigenvalue counts as imaginary; an extra one costs an evaluation
+# relative real part below which an eigenvalue is treated as imaginary; an extra one costs an
+# evaluation
 ON_AXIS = 1e-8
 
 

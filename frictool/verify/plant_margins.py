@@ -2,7 +2,7 @@
 
 The loop is that of verify/feedback_loops.py at the bench's delay; its margin is 1/max |1/(1 + L)|.
 Compiled kernels assemble the matrices and search the peak with the eigenvectors of the closed loop,
-which give the gain at many frequencies at once.
+which give the gain at many frequencies in one call.
 """
 
 from __future__ import annotations

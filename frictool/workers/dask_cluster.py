@@ -267,8 +267,8 @@ class ClusterRun:
         self._given_up += 1
         if self._given_up >= most and not self._answered:
             raise ClusterError(
-                f"{self._address}: every task ends the workers that receive it; check their "
-                f"memory ({LIMIT})"
+                f"{self._address}: every worker that received a task died; check the memory of the "
+                f"workers ({LIMIT})"
             )
 
     def _results(self, future: Any) -> list[Any] | None:

@@ -4,7 +4,7 @@
                 certificates missing         refused, other certificates, no answer,
                 or not for the key           or no scheduler
 
-The greeting comes before the creation of a client, because a refused greeting fails at once and
+The greeting comes before the creation of a client, because a refused greeting fails immediately and
 gives the reason. On TLS, see https://distributed.dask.org/en/latest/tls.html.
 """
 

@@ -107,7 +107,7 @@ class WorkerProcess:
         )
 
     def end(self) -> None:
-        """End the process at once."""
+        """End the process immediately."""
         self.connection.close()
         self.process.join(PATIENCE_S)
         if self.process.is_alive():

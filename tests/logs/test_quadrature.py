@@ -100,7 +100,7 @@ def test_too_slow_a_sampling_is_told(tmp_path: Path):
     made = assemble([path], RIG)
     assemble_log(made)
     assert len(made.warnings) == 1
-    assert "transitions change both channels at once" in made.warnings[0]
+    assert "transitions change both channels together" in made.warnings[0]
 
 
 @pytest.mark.parametrize("longest", [0.02, 0.0018])  # the latter has the bench's period as its mean

@@ -151,7 +151,7 @@ def test_workers_whose_memory_is_short_are_told_in_time(
         for name in ("HOPELESS", "AHEAD"):
             monkeypatch.setattr(dask_cluster, name, 1)
         monkeypatch.setattr(dask_cluster, "NO_WORKER_S", 60.0)
-        with pytest.raises(ClusterError, match="every task ends the workers that receive it"):
+        with pytest.raises(ClusterError, match="every worker that received a task died"):
             list(share(Deadly(tmp_path, tuple(range(9)), 9), range(9), cluster=made.address))
     finally:
         made.close()

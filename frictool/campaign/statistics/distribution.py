@@ -150,7 +150,7 @@ def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
 
 
 def _bound(values: Vector, upward: bool, method: Method, confidence: float) -> float | None:
-    """Return the tolerance bound; a trial without a value counts as infinitely bad."""
+    """Return the tolerance bound; a trial without a value is treated as infinitely bad."""
     worst_last = np.sort(np.where(np.isnan(values), np.inf, values if upward else -values))
     order = rank(values.size, COVERED, confidence, method)
     if order is None or not np.isfinite(worst_last[order - 1]):

@@ -1,8 +1,8 @@
 """Pass rate of the trials with its confidence interval.
 
-If all vertices were simulated, the counts are exact and have no interval. An undecided trial counts
-as failed in the lower bound and as passed in the upper bound. A trial that could not be simulated
-counts as failed.
+If all vertices were simulated, the counts are exact and have no interval. An undecided trial is
+failed in the lower bound and passed in the upper bound. A trial that could not be simulated
+is treated as failed.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ import scipy
 from frictool.campaign.statistics.slices import Slices
 from frictool.typing import Vector
 
-SLOPE = 0.1  # smallest rank correlation that counts as rising or falling
+SLOPE = 0.1  # smallest rank correlation that is treated as rising or falling
 
 
 @dataclass(frozen=True)

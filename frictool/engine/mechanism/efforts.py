@@ -34,7 +34,7 @@ from frictool.friction.status_codes import OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-STIFF_MARGIN = 1e-10  # distance beyond a flank at which it counts as passed, relative to the gap
+STIFF_MARGIN = 1e-10  # distance beyond a flank at which it is passed, relative to the gap
 
 
 @inset_kernel

@@ -42,7 +42,7 @@ NEAR = 1e-15
 # beyond its end, so that the mode ends
 AT_END, BEYOND = -0.5, -2.0
 FAR = -4.0  # lowest value of a force's guard at the located instant
-NEAREST = 4e-16  # distance below which instants count as one, relative to the time
+NEAREST = 4e-16  # distance below which instants are treated as one, relative to the time
 
 
 @inset_kernel

@@ -19,7 +19,7 @@ ROUNDING = 1e-15  # rounding error of a position, relative to its terms
 
 @inset_kernel
 def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
-    """Return the tolerance of forces at a block [N | N m]; a smaller force counts as zero."""
+    """Return the tolerance of forces at a block [N | N m]; a smaller force is treated as zero."""
     least = 1e-300  # N | N m, for a block without mass and without efforts
     return float(
         SLACK * w[GROSS, block]

@@ -94,7 +94,7 @@ def _meet(
     for _ in range(MAX_PIECES):
         x_a = yielding(hit_a, row, -towards, v_a, lossy_a)
         x_b = yielding(hit_b, -1, -towards, v_b, lossy_b)
-        if math.isnan(x_a) or math.isnan(x_b):  # a group that wedges stops at once
+        if math.isnan(x_a) or math.isnan(x_b):  # a group that wedges stops immediately
             v_a, v_b = 0.0 if math.isnan(x_a) else v_a, 0.0 if math.isnan(x_b) else v_b
             s = towards * (along_b * v_b - along_a * v_a)
             if s <= 0.0:
@@ -193,7 +193,7 @@ def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -
 
     Approach speeds are relative to the block's speed scale. The index is that of the joint, or the
     number of joints plus the index of the stop; it is -1 if no contact approaches. If `soft` is
-    True, the separation speed of touching flanks counts as an approach speed.
+    True, the separation speed of touching flanks is treated as an approach speed.
     """
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]

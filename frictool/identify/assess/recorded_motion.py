@@ -1,6 +1,6 @@
 """Inputs of the decision scheme from recorded motion, in place of a proposed test.
 
-A stroke of a record counts as a half sine with the same distance and duration. All strokes are
+A stroke of a record is treated as a half sine with the same distance and duration. All strokes are
 sorted by duration; a few of them, evenly spaced in this order, represent the others.
 """
 

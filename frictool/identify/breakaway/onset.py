@@ -1,7 +1,7 @@
 """Time of the onset of motion, from the encoder's changes after the onset.
 
-Under an effort that grows at a rate r, an axis breaks away at t0 and its friction falls at once to
-Coulomb friction. With l = viscous/J and excess = |effort(t0)| - coulomb, it moves in the time t
+Under an effort that grows at a rate r, an axis breaks away at t0 and its friction falls immediately
+to Coulomb friction. With l = viscous/J and excess = |effort(t0)| - coulomb, it moves in the time t
 after t0 by
 
     s(t) = excess/J t^2 phi2(-l t) + r/J t^3 phi3(-l t)
@@ -155,7 +155,7 @@ def misfit(
     - expected, timing: preferred start, rad | m, and weight of this preference (see the module)
     - resolution: encoder step, rad | m; the start is between 0 and one step
     - table, table_duration: result of `travel_table` and its duration, s; without rows, friction
-      falls at once
+      falls immediately
     """
     excess = ramp[0] + ramp[1] * t0 - axis[2]
     n = time.shape[0]
@@ -250,7 +250,7 @@ def onset_time(
 
     - span: length of the searched interval before time[0], s
     - velocity, exponent: Stribeck velocity, rad/s | m/s, and exponent of the fall. With velocity 0,
-      friction falls at once; with inf, it does not fall.
+      friction falls immediately; with inf, it does not fall.
 
     The other arguments are those of `misfit`.
     """

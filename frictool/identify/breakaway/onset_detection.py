@@ -22,7 +22,7 @@ MOVED_COUNTS = 0.5  # counts, least distance of a motion; a count forward and ba
 CHANGES_USED = 4
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
-# standard deviations below the line at which the effort counts as withdrawn
+# standard deviations below the line at which the effort is treated as withdrawn
 LEFT_THE_RAMP = 5.0
 
 

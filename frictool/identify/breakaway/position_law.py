@@ -20,9 +20,9 @@ from frictool.identify.regression.regression import LeastSquaresSolution, solve
 from frictool.typing import Matrix, Vector
 
 HIGHEST_ORDER = 6
-# successive breakaways that count as one; least number of such groups
+# successive breakaways that are treated as one; least number of such groups
 FOLLOWING, FEWEST_GROUPS = 4, 12
-SURE = 2.0  # standard errors within which an error counts as equal
+SURE = 2.0  # standard errors within which an error is treated as equal
 ROWS_PER_TERM = 6  # breakaways needed for each coefficient
 
 
@@ -100,7 +100,7 @@ def fit_polynomials(
     """Return the least-squares coefficients of friction over position, in the order of `design`.
 
     Successive breakaways are not independent, because the rest position within an encoder count
-    changes slowly. FOLLOWING successive breakaways therefore count as one.
+    changes slowly. FOLLOWING successive breakaways are therefore treated as one.
     """
     together = FOLLOWING if friction.size >= FOLLOWING * FEWEST_GROUPS else 1
     return solve(

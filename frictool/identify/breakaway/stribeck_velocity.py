@@ -7,7 +7,7 @@ is assumed.
 `allowed_fall` keeps each pair of Stribeck velocity and exponent whose misfit exceeds the least
 misfit of the preferred exponent by at most the chi-square quantile with one degree of freedom. The
 other exponents widen the interval only and do not change the value, because they can imitate
-friction that varies with position. The onsets together count as one, with their mean misfit,
+friction that varies with position. The onsets together are treated as one, with their mean misfit,
 because a repetitive test repeats its timing errors.
 """
 
@@ -30,7 +30,7 @@ EXPONENTS = (2.0, 1.0, 0.5)  # exponents of a Stribeck curve that fits try, the 
 class StribeckFall(NamedTuple):
     """Fall of friction over speed v, proportional to 1 - exp(-(v/velocity)^exponent).
 
-    At velocity 0, friction falls at once; at inf, it does not fall. The velocity is in rad/s | m/s.
+    With velocity 0 friction falls immediately, with inf not at all. The velocity is in rad/s | m/s.
     """
 
     velocity: float

@@ -26,12 +26,12 @@ ABOVE_NOISE = 3.0
 class ReducedRows:
     """Rows of all hypotheses, reduced to g triangular matrices (q, q) by QR.
 
-    A run is a group of successive rows. Each run has one matrix of `plain` (g, q, q), with q - 1
-    columns and the effort.
+    Each group of successive rows has one matrix of `plain` (g, q, q), with q - 1 columns and the
+    effort.
 
     - names: names of the columns, (q - 1,)
     - base: names of the columns that are always in the fit
-    - cluster, stroke: cluster and stroke of each run, (g,)
+    - cluster, stroke: cluster and stroke of each group, (g,)
     - noise: rms noise of the acceleration due to the encoder, rad/s^2 | m/s^2
     """
 
@@ -50,7 +50,7 @@ class ReducedRows:
 
     @cached_property
     def half(self) -> IntVector:
-        """Return the half of the data, 0 or 1, to which each run belongs, (g,)."""
+        """Return the half of the data, 0 or 1, to which each group of rows belongs, (g,)."""
         return halved(self.stroke)
 
     @cached_property
@@ -150,7 +150,7 @@ class ReducedRows:
 
 
 def _triangle(parts: Tensor) -> Matrix:
-    """Return the square triangle (q, q) of all runs; zeros fill the rows that a few runs lack."""
+    """Return the square triangle (q, q) of all rows; zeros fill the rows that a few groups lack."""
     q = parts.shape[2]
     out = np.zeros((q, q))
     if parts.shape[0]:

@@ -51,7 +51,7 @@ FALL = ("breakaway", "stribeck_velocity")
 
 @dataclass(frozen=True)
 class ConstantSpeedRuns:
-    """Means of runs at constant speed, one row (m,) per run.
+    """Means of the effort over m runs, the parts of strokes with constant speed.
 
     - speed: |v|, (m,), rad/s | m/s
     - sign: direction, +-1, (m,)
@@ -225,7 +225,7 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
 
 
 def runs_prevail(records: list[MotionRecord]) -> bool:
-    """Return True if more than SPEEDS_SHARE of the moving samples belong to runs."""
+    """Return True if more than SPEEDS_SHARE of the moving samples have constant speed."""
     rows = _rows(records)
     moving = sum(np.count_nonzero(find_strokes(record).sign) for record in records)
     return sum(row[3] + 2.0 * BLOCK for row in rows) > SPEEDS_SHARE * moving
@@ -288,8 +288,8 @@ def _whole_stroke(
 ) -> list[tuple[float, float, float, float]]:
     """Return a list of a stroke without its ends as one run; empty if the speed is not constant.
 
-    The stroke counts as a run if the position keeps within WHOLE_SHARE of the distance from a line.
-    A servo's ripple in speed is then averaged, and the run is as long as the stroke.
+    The stroke is treated as a run if the position keeps within WHOLE_SHARE of the distance from a
+    line. A servo's ripple in speed is then averaged, and the run is as long as the stroke.
     """
     ends = max(BLOCK, int(ENDS_SHARE * (end - start)))
     position = record.position[start + ends : end - ends]

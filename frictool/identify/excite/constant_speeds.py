@@ -1,6 +1,7 @@
 """Runs at constant speeds in both directions, for friction over speed (`stribeck-curve`).
 
-The speed of each run rises from 0 and falls to 0 as a raised cosine. Dry friction and load leave a
+A run is a motion in one direction from rest to rest. Its speed rises and falls as a raised cosine
+and is constant in between. Dry friction and load leave a
 spare effort (`half_sines.spare_effort`). Half of this effort accelerates the axis, and half
 overcomes viscous friction at the top speed. The rise and fall of the fastest run take half of the
 travel.

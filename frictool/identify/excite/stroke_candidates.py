@@ -62,7 +62,7 @@ class StrokeCandidate:
 
 
 def worst_axis(bench: Bench) -> PriorAxis:
-    """Return the a-priori axis with the largest noise."""
+    """Return the a-priori axis with the upper ends of inertia and viscous friction."""
     known = bench.mechanics
     return replace(
         axis_known(bench), inertia=known.inertia.interval[1], viscous=known.viscous.interval[1]

@@ -25,9 +25,9 @@ def joint_probability(parts: Tensor, cluster: IntVector, tested: Sequence[int]) 
     Parameters
     ----------
     parts
-        Triangular matrices (g, p + 1, p + 1) of g runs of successive rows: p regressors, target.
+        Triangular matrices (g, p + 1, p + 1) of g groups of rows: p regressors, target.
     cluster
-        Number (g,) of each run's cluster.
+        Number (g,) of the cluster of each group.
     tested
         Indices of the k tested regressors.
 

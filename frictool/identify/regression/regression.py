@@ -62,10 +62,10 @@ def solve(
 
 
 def solve_triangles(parts: Tensor, cluster: IntVector) -> LeastSquaresSolution:
-    """Return the solution of `solve` from triangular matrices of g runs of successive rows.
+    """Return the solution of `solve` from triangular matrices of g groups of rows.
 
     - parts: QR triangles of the weighted rows [regressors, target], (g, p + 1, p + 1)
-    - cluster: cluster number of each run, (g,)
+    - cluster: cluster number of each group, (g,)
 
     Raises SingularRegressors if the regressors do not determine the parameters.
     """

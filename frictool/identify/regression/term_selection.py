@@ -22,10 +22,10 @@ WORTH = 0.8  # largest held-out error of a richer structure, relative to the sim
 def held_out_squares(
     plain: Tensor, weighted: Tensor, half: IntVector, columns: list[int]
 ) -> Vector | None:
-    """Return the squared prediction error (g,) of each run of rows, by a fit to the other half.
+    """Return the squared prediction error (g,) of each group of rows, by a fit to the other half.
 
-    - plain, weighted: triangles (g, q, q) of g runs of successive rows, without and with weights
-    - half: half to which each run belongs, 0 or 1, (g,)
+    - plain, weighted: triangles (g, q, q) of g groups of successive rows, without and with weights
+    - half: half to which each group belongs, 0 or 1, (g,)
     - columns: indices of the regressors; the last column is the target
 
     Return None if a half does not determine the fit.
@@ -76,7 +76,7 @@ def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: fl
 
 
 def by_stroke(squares: Vector, stroke: IntVector) -> Vector:
-    """Return the sums (s,) of the squares (g,) over the runs of each stroke."""
+    """Return the sums (s,) of the squares (g,) over the groups of rows of each stroke."""
     return np.asarray(np.bincount(stroke, squares), dtype=np.float64)
 
 
@@ -92,8 +92,9 @@ def needless(
 
     The columns are removed one at a time, beginning with the least significant one.
 
+    - plain, weighted: triangles (g, q, q) of g groups of successive rows, without and with weights
+    - stroke: number of the stroke that each group belongs to, (g,)
     - low, high: ends of the intervals of all columns, (p,)
-    - stroke: stroke of each run, (g,)
     """
     half = halved(stroke)
     columns = list(range(low.size))
@@ -113,7 +114,7 @@ def needless(
 
 
 def halved(stroke: IntVector) -> IntVector:
-    """Return the half of each run, 0 or 1, (g,).
+    """Return the half of the data, 0 or 1, that each group of rows belongs to, (g,).
 
     Pairs of strokes stay together, so that each half has both directions.
     """

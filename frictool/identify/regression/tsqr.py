@@ -1,8 +1,8 @@
 """QR by blocks of rows (TSQR of Demmel, Grigori, Hoemmen and Langou 2012).
 
-Each run of successive rows is reduced to a triangular matrix R with R^T R = rows^T rows. R contains
-all information for least squares with full precision. Stacked matrices R are reduced again by QR,
-as if they were rows. To leave out a run, its R is left out.
+Each group of successive rows is reduced to a triangular matrix R with R^T R = rows^T rows. R
+contains all information for least squares with full precision. Stacked matrices R are reduced again
+by QR, as if they were rows. To leave out a group, its R is left out.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ PIECE = 512 * BLOCK
 def reduce_rows(
     columns: NDArray[np.float64], weight: Vector, starts: IntVector, out: Tensor
 ) -> None:
-    """Reduce q weighted columns (q, n) to the triangular matrices `out` (g, q, q) of g runs.
+    """Reduce q weighted columns (q, n) to the triangular matrices `out` (g, q, q) of g groups.
 
-    Run i has the rows starts[i] to starts[i+1] - 1; starts (g + 1,). Householder reflections act on
-    a triangular matrix and the block of rows below it.
+    Group i has the rows starts[i] to starts[i+1] - 1; starts (g + 1,). Householder reflections act
+    on a triangular matrix and the block of rows below it.
     """
     q = columns.shape[0]
     block = np.empty((q, BLOCK))
@@ -66,9 +66,9 @@ def reduce_rows(
 
 
 def triangles(columns: tuple[Vector, ...], weight: Vector, starts: IntVector) -> Tensor:
-    """Return the triangular matrices (g, q, q) of g runs of q columns (n,).
+    """Return the triangular matrices (g, q, q) of g groups of rows, from q columns (n,).
 
-    weight: weight of each row (n,). starts: first row of each run, (g,).
+    weight: weight of each row (n,). starts: first row of each group, (g,).
     """
     out = np.zeros((starts.size, len(columns), len(columns)))
     for run, bounds in _pieces(np.append(starts, weight.size).astype(np.int64)):
@@ -79,7 +79,7 @@ def triangles(columns: tuple[Vector, ...], weight: Vector, starts: IntVector) ->
 
 
 def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
-    """Yield each piece of at most PIECE rows: index of its first run, bounds of its runs."""
+    """Yield each piece of at most PIECE rows: index of its first group, bounds of its groups."""
     run = 0
     row = int(starts[0])
     while run < starts.size - 1:
@@ -95,5 +95,5 @@ def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
 
 
 def merged(parts: Tensor) -> NDArray[np.float64]:
-    """Return the triangular matrix (q, q) of all runs together, from those of g runs (g, q, q)."""
+    """Return the triangular matrix (q, q) of all rows, from those of g groups (g, q, q)."""
     return np.asarray(np.linalg.qr(parts.reshape(-1, parts.shape[2]), mode="r"))

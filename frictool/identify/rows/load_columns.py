@@ -80,8 +80,8 @@ def _smoothed(values: Vector, window: int, period: float) -> Vector:
 def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
     """Return parameter -> reason for harmonics that the travel does not separate from other terms.
 
-    plain: triangular matrices (g, q, q) of g runs, with the columns `names` and the target. rows:
-    number of rows of all runs.
+    plain: triangular matrices (g, q, q) of g groups of rows, with the columns `names` and the
+    target. rows: number of all rows.
     """
     whole = merged(plain)[:, :-1]
     out = {}

@@ -30,7 +30,7 @@ DIRECTIONS = 90  # directions tried in the plane of a harmonic's sine and cosine
 class OmittedParameters:
     """Half widths that the omitted parameters of a regression add to its intervals.
 
-    - weighted: triangular matrices (g, q, q) of g runs of successive rows
+    - weighted: triangular matrices (g, q, q) of g groups of successive rows
     - names: names of the columns of `weighted`
     - fixed: fixed parameters with their intervals
     - hidden: names of the hidden loads
@@ -71,7 +71,7 @@ class OmittedParameters:
 
         - loads: column (n,) of each load
         - most: largest effort of each load, N m | N; None if unknown
-        - cluster: number of the cluster of each run, (g,)
+        - cluster: number of the cluster of each group of rows, (g,)
         """
         if not self._hidden:
             return

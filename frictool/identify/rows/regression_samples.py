@@ -264,9 +264,9 @@ def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
 def reduced(
     samples: RegressionSamples, weight: Vector, parameters: int, window: int
 ) -> tuple[Tensor, Tensor, IntVector, IntVector]:
-    """Reduce each run, the rows of one stroke and cluster, to a triangular matrix by QR.
+    """Reduce the group of rows of each stroke and cluster to a triangular matrix by QR.
 
-    Return the matrices of the g runs without and with weights (g, q, q), and their cluster and
+    Return the matrices of the g groups without and with weights (g, q, q), and their cluster and
     stroke numbers (g,) from 0. The columns are the first `parameters` sliding parameters, the
     loads, and the effort.
     """

@@ -1,6 +1,7 @@
 """Writer of streams as NumPy arrays; `np.load(file)["position"]` returns one of them.
 
-Arrays of several streams are named `axis_force.position`. Units and notes are arrays of text.
+If a log has several streams, the name of each array begins with that of its stream, for example
+`axis_force.position`. Units and notes are arrays of text.
 """
 
 from __future__ import annotations

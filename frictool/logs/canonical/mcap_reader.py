@@ -107,8 +107,8 @@ class CanonicalStream:
 def is_canonical(path: Path) -> bool:
     """Return whether a file is an MCAP log written by frictool, judged by its first channel.
 
-    An MCAP file without channels, or with damage before the first one, counts as canonical, too.
-    Raises LogError if the file cannot be read.
+    An MCAP file without channels, or with damage before the first one, is treated as canonical,
+    too. Raises LogError if the file cannot be read.
     """
     if not head_of(path).startswith(MAGIC[:5]):
         return False

@@ -23,7 +23,7 @@ from frictool.logs.quality.time_base import time_base
 from frictool.logs.quality.wrap_detection import WrapSearch
 from frictool.typing import Vector
 
-# relative deviation from the drive up to which an effort counts as computed from it
+# relative deviation from the drive up to which an effort is treated as computed from it
 ROUNDING = 1e-9
 SAME_CONSTANT = 1e-6  # relative tolerance of an unchanged constant
 
@@ -100,7 +100,7 @@ def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
     """Return whether the effort was measured, and not computed from the drive; True without effort.
 
     The metadata record `columns`, which `ingest` writes, decides. Without this record, the effort
-    counts as measured if it is not a multiple of the drive.
+    is treated as measured if it is not a multiple of the drive.
     """
     if EFFORT not in stream.signals:
         return True

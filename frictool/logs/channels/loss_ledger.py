@@ -1,4 +1,4 @@
-"""Losses of one stream while it is mapped, with their signal paths and the times around them."""
+"""List of the samples of one stream that were lost in reading, with time range and channels."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Rows = NDArray[np.intp]  # indices into a block
 
 
 class DroppedRows(NamedTuple):
-    """Rows of a block that mapping omits from all channels, and the reason."""
+    """Rows of a block that are left out of all channels, and the reason."""
 
     reason: str
     rows: Rows
 
 
 class LossLedger:
-    """Collector of losses into `losses`; a loss is open until the next sample is known.
+    """Collector of losses in the list `losses`; a loss is open until the next sample is read.
 
     named: column -> paths of the channels made from it.
     every: paths of all channels.

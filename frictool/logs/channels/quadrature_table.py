@@ -39,7 +39,7 @@ class QuadratureTable(DerivedTable):
     def findings(self) -> tuple[str, ...]:
         """Return a message for each encoder with illegal transitions."""
         return tuple(
-            f"quadrature {name!r}: {bad} of {moves} transitions change both channels at once; "
+            f"quadrature {name!r}: {bad} of {moves} transitions change both channels together; "
             "check that the sample rate is above four times the line rate, and the threshold "
             "between the levels"
             for name, (bad, moves) in self._illegal.items()

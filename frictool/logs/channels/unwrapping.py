@@ -102,7 +102,7 @@ class Unwrapping:
             ) from None
 
     def check(self, time: Vector, position: Vector) -> None:
-        """Raise LogError if the next samples of the position still wrap.
+        """Raise LogError if the next samples of the position have an undeclared wrap.
 
         time: (n,) in s.
         position: (n,) in rad or m.
@@ -111,7 +111,7 @@ class Unwrapping:
         self._refuse()
 
     def finish(self) -> None:
-        """Raise LogError if the last samples still wrap; to be called after the last block."""
+        """After the last block, raise LogError if the remaining samples have an undeclared wrap."""
         self._wraps.finish()
         self._refuse()
 

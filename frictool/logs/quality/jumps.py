@@ -23,8 +23,8 @@ ALONE = 10.0  # least ratio of an isolated step to its neighbours
 RARE = 3.0  # least ratio of an isolated step to the quantile ORDINARY of all steps
 ORDINARY = 0.99  # quantile level
 JUMPS = "the position jumps"  # first words of a warning about jumps
-FEWEST_WRAPS = 2  # least number of equal jumps that count as wraps; a single one may be lost counts
-FEWEST_RESETS = 3  # least number of jumps to one value that count as index resets
+FEWEST_WRAPS = 2  # least number of equal jumps that are wraps; a single one may be lost counts
+FEWEST_RESETS = 3  # least number of jumps to one value that are index resets
 
 
 def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:

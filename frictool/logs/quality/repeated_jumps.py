@@ -46,7 +46,7 @@ FASTEST = 0.45  # bound of the motion between two samples, relative to the perio
 KNOWN = 0.1  # bound of the mean width of the period intervals, relative to the period
 SLOW = 0.01  # bound of the motion per step of a slow axis, relative to the period
 MOSTLY = 0.9  # least share of wraps among the long steps
-# quantile of the motion around the wraps that counts as the axis's fastest motion
+# quantile of the motion around the wraps that is treated as the axis's fastest motion
 NEARLY_ALL = 0.95
 WILD = 3.0  # steps longer than this multiple of the fastest motion are left out
 MOVING = 0.25  # least share of wraps with forward motion

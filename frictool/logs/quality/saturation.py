@@ -21,7 +21,7 @@ from frictool.typing import Vector
 SHORTEST = 4  # least number of consecutive samples at the extreme
 SHARP = 5.0  # least ratio of the outermost class to the next; a parabola has 2.4
 CLASS = 1e-3  # width of a class relative to the range; a coarser quantisation step takes its place
-# share of repeated values away from the extremes, above which a signal counts as held
+# share of repeated values away from the extremes, above which a signal is treated as held
 REPEATING = 0.5
 
 

@@ -9,8 +9,9 @@ returns its work. Other signals show which sensor is reversed:
                                                            positive: effort is reversed
 
 On a slow axis with a coarse encoder, W alone misleads: a controller's derivative term brakes in
-each sample in which a new count appears. A sign therefore counts as reversed only if the mean
-effort from the first to the last count of the strokes is negative as well.
+each sample in which a new count appears. For a reversed sign the mean effort must therefore be
+opposite to the motion, too. It is the mean within each stroke, from the first to the last change of
+the position.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from frictool.typing import Vector
 
 CLEAR = 0.1  # least net work relative to the absolute work for a decision
 BY_CHANCE = 3.0  # least net work, in standard deviations of the work of a white effort
-STANDS = 0.1  # speed that counts as standstill, relative to the largest speed
+STANDS = 0.1  # speed that is treated as standstill, relative to the largest speed
 LEAST_SPAN = 0.5  # least share of the log between the first and the last standstill
 LEAST_STROKE = 0.05  # least length of a stroke, relative to the position's range
 SURE = 2.0  # standard errors by which the mean effort has to be negative

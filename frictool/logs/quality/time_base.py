@@ -64,7 +64,7 @@ def levels(position: Vector) -> int:
 def _distances(position: Vector) -> Vector:
     """Return the distances of neighbouring distinct values, in the order of the values.
 
-    Values that differ by rounding only count as one.
+    Values that differ by rounding only are treated as one.
     """
     # of equal neighbours one is enough, so that a resting axis costs no sorting
     changed = np.append(True, position[1:] != position[:-1])

@@ -38,7 +38,7 @@ STAMPS = ("header.stamp", "stamp", "timestamp")
 STAMP_PARTS = (("sec", "nanosec"), ("sec", "nsec"), ("seconds", "nanos"))
 FARTHEST_APART = 3600.0  # s, largest difference of two clocks that are meant to show the same time
 SAMPLED = 20  # number of messages of a topic that are read to list its numbers
-PART_BYTES = 8_000_000  # bytes of messages decoded at once
+PART_BYTES = 8_000_000  # bytes of messages decoded together
 # types that describe the software and not the rig
 HOUSEKEEPING = ("rcl_interfaces/", "rosgraph_msgs/", "bond/", "diagnostic_msgs/")
 

@@ -1,4 +1,4 @@
-"""Serialised messages of one topic, many at once."""
+"""Block of serialised messages of one topic."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def name_and_unit(cell: str) -> tuple[str, str | None]:
     """Return name and unit of a header cell: `speed [rpm]`, `speed (rpm)` or `speed/rpm`.
 
     Brackets hold a unit, or a whole number that is an index, `q[0]`. A text in parentheses or after
-    a slash counts as a unit only if the units library contains it.
+    a slash is treated as a unit only if the units library contains it.
 
     >>> name_and_unit("speed (r/min)"), name_and_unit("torque (filtered)"), name_and_unit("U/V")
     (('speed', 'rpm'), ('torque (filtered)', None), ('U', 'V'))

@@ -23,7 +23,7 @@ class SwitchedObserverSettings:
     """Options of `observe design`; an option that is None is derived from the model.
 
     - intervals: number of position intervals of each direction, if friction varies with position
-    - switch_speed: Sigma, speed below which the axis counts as stuck [rad/s | m/s]
+    - switch_speed: Sigma, speed below which the axis is treated as stuck [rad/s | m/s]
     - weights: weights of the errors of position, speed and alpha, the diagonal of C-bar
     - decay: lambda; each sample multiplies the error by at most this factor
     - inertia: value in place of the model's [kg m2 | kg]

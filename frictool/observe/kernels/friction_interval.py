@@ -6,10 +6,10 @@
 
 `added` is additive wear, and F_gap the friction inside the gap (backlash); the numbers are
 equations of the thesis. In slip, the friction is the model's law times the wear; at rest, it
-balances the effort. The axis counts as at rest if the interval of its velocity contains 0. Because
-the axis may still move then, the interval of the friction includes the effort that stops it within
-one count. The position inside the backlash follows from the measured position by a play operator,
-for three widths of the backlash: nominal, least and largest.
+balances the effort. The axis is treated as at rest if the interval of its velocity contains 0.
+Because the axis may still move then, the interval of the friction includes the effort that stops it
+within one count. The position inside the backlash follows from the measured position by a play
+operator, for three widths of the backlash: nominal, least and largest.
 """
 
 from __future__ import annotations

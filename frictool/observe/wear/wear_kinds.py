@@ -118,7 +118,7 @@ class WearClassifier:
             relative_deviation(model),
         )
         self._change = _spread(layout, "directional") / np.outer(self._unit, self._unit)
-        # rows that count as one independent row, because windows overlap
+        # rows that are treated as one independent row, because windows overlap
         self._inflation = 1.0 / (layout.every * float(np.sum(layout.phi**2)))
         self._dry = np.flatnonzero(dry)
         self._inertia = (np.array(layout.names) == "inertia") / model.parameters.inertia.value
