@@ -268,7 +268,7 @@ def _hard(test: DesignTest) -> tuple[int, ...]:
 
 
 def _likeness(plant: PlantValues, plants: Sequence[PlantValues], extreme: PlantValues) -> float:
-    """Return a figure that is largest for the vertex with the ends that `extreme` names."""
+    """Return a figure of a plant; it is largest at the vertex that `extreme` describes by signs."""
     total = 0.0
     for name, sign in extreme.items():
         values = [one[name] for one in plants]

@@ -127,7 +127,7 @@ class DesignTest:
         places: Sequence[float],
         target: float,
     ) -> ControllerJudge:
-        """Return the judge of plants that start at places; targets are moved by part of a count."""
+        """Return the judge of `plants` that start at `places`; targets are moved within a count."""
         moved = structs.replace(
             scenario, steps=tuple(self._moved(step, target) for step in scenario.steps)
         )

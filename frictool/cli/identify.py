@@ -104,7 +104,7 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
     "--loops",
     type=existing,
     multiple=True,
-    help=("Log of slow loops below the breakaway, from a relaxed rest on; repeatable."),
+    help=("Log of slow loops below the breakaway, beginning at a relaxed rest; repeatable."),
 )
 @click.option(
     "--measurement",

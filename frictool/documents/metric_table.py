@@ -55,7 +55,7 @@ class Rest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Energy(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Limit of the drive's mean square over the first seconds of a step.
 
-    - `window_s`: Duration over which the mean is taken, from the step on.
+    - `window_s`: Duration after the step over which the mean is taken.
     - `limit`: Largest mean square of the drive [A^2 | V^2].
     """
 

@@ -64,7 +64,7 @@ class RigidTree:
         return self._gathered(efforts, extra=False)
 
     def _walk(self) -> Iterator[tuple[str, Term, Term]]:
-        """Yield each block from the root on, with the reflection factors of its effort and inertia.
+        """Yield each block, the root first, with the reflection factors of its effort and inertia.
 
         The walk is iterative, because chains may be longer than the recursion limit.
         """

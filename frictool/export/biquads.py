@@ -6,15 +6,15 @@ The functions are arm_biquad_cascade_df1_f32, _q31 and _q15:
            of H = (b0 + ..)/(1 + a1/z + a2/z^2)
     q31    acc = the same sum in the format 2.62 (2 integer bits, 62 fraction bits),
            y = acc >> (31 - postShift); the sum must stay within +-2 and y within +-1,
-           because both wrap on overflow
+           because an overflow changes the sign in both
     q15    acc = the same sum in the format 34.30, y = acc >> (15 - postShift); y saturates
 
 In fixed point every coefficient is stored times 2^-postShift. Each stage's input and output are
-scaled to a quarter of the range by the sum of the absolute impulse response, so that no stage wraps
-for any input. `input_scale` and `output_scale` are the input and the output at full range. Shifts
-round down, which adds a bias of at most one count per stage. The bias passes through 1/A of the
-stage, with A = 1 + a1/z + a2/z^2, and through the stages behind it; `noise` is the bound of the
-amplified bias.
+scaled to a quarter of the range by the sum of the absolute impulse response, so that no stage
+overflows for any input. `input_scale` and `output_scale` are the input and the output at full
+range. Shifts round down, which adds a bias of at most one count per stage. The bias passes through
+1/A of the stage, with A = 1 + a1/z + a2/z^2, and through the stages behind it; `noise` is the bound
+of the amplified bias.
 """
 
 from __future__ import annotations
@@ -71,15 +71,15 @@ def float_biquads(sections: tuple[Row, ...]) -> Biquads:
 def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering: float) -> Biquads:
     """Return stages in fixed point, scaled for |input| <= entering.
 
-    Raises NoSolutionError if a section is unstable by itself, or if the rounded stages might wrap.
+    Raises NoSolutionError if a section is unstable by itself, or if the rounded stages might
+    overflow.
     """
     bits = BITS[number]
     reach = [entering, *(entering * response_sum(sections[: k + 1]) for k in range(len(sections)))]
     if not all(math.isfinite(one) for one in reach):
         raise NoSolutionError(
             f"{name}: the sections are unbounded in {number}: one has a pole on or outside the "
-            "unit circle, and CMSIS-DSP wraps on overflow; use --number float, or --lang c, which "
-            "saturates"
+            "unit circle; use --number float, or --lang c, which saturates"
         )
     scales = [one / REACH if one > 0.0 else 1.0 for one in reach]
     scaled = [
@@ -113,7 +113,7 @@ def response_sum(sections: tuple[Row, ...]) -> float:
 def _noise(name: str, made: Biquads, number: Number) -> float:
     """Return the bound of the rounding error at the output, in full ranges.
 
-    Raises NoSolutionError if a stage might wrap or saturate.
+    Raises NoSolutionError if a stage might overflow or saturate.
     """
     bits = BITS[number]
     unit = math.ldexp(1.0, made.post_shift - bits)

@@ -94,7 +94,7 @@ class GoldenVectors:
 
 
 class _VectorSequence:
-    """Generator of the rows: a controller, and a position that follows it."""
+    """Generator of the rows: a controller, and a position that follows its reference."""
 
     def __init__(self, controller: Controller, program: Program, number: ProgramNumber) -> None:
         self.program = program

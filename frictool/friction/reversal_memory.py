@@ -70,7 +70,7 @@ def surviving(memory: Vector, z: float) -> tuple[int, bool]:
 
 @kernel
 def branch_start(memory: Vector, z: float) -> tuple[bool, float, float]:
-    """Return (virgin, position, force) of the start of the branch on which a movement to z runs.
+    """Return (virgin, position, force) at the start of the branch that a movement to z follows.
 
     virgin: True on the virgin curve, which starts at (0, 0).
     """

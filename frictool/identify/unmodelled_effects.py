@@ -266,10 +266,10 @@ class _EffectRegression:
         return out
 
     def _variance_by_noise(self, columns: Matrix) -> Vector:
-        """Return the variance (p,) due to noise of the acceleration that repeats in every stroke.
+        """Return the variance (p,) due to acceleration noise, which repeats in every stroke.
 
-        It is 0 unless few rows determine viscous friction. The rows are far enough apart that their
-        noise is independent within a stroke.
+        The variance is 0 unless few rows determine viscous friction. The rows are far enough apart
+        that their noise is independent within a stroke.
         """
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)
@@ -337,7 +337,7 @@ class _EffectRegression:
         ]
 
     def _rivals(self) -> list[AcceptedEffects]:
-        """Return the models with another hypothesis in place of one that predict as well."""
+        """Return the models with one hypothesis exchanged that predict as well as this model."""
         least = self.rows.squares(self.used)
         out = []
         for one in self.used:
@@ -452,7 +452,7 @@ def _states(samples: RegressionSamples) -> IntVector:
 
 
 def _without_knees(samples: RegressionSamples, fit: SlidingFit, bench: Bench) -> RegressionSamples:
-    """Return the samples without the effort of the laws of friction that are no columns."""
+    """Return the samples without the effort of knees and Stribeck effect, which have no columns."""
     if fit.laws is None or not (fit.laws.regimes or "stribeck_velocity" in fit.parameters):
         return samples
     intervals = {**sliding_intervals(fit.parameters, bench), **fit.parameters}

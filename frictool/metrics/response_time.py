@@ -22,9 +22,9 @@ def response_time_95(
 ) -> float:
     """Return the time [s] after which `position` stays within 5 % of the step of its final value.
 
-    `time` and `position` (n,) are the samples of the hold, from the step on. The result is infinite
-    if the position leaves this zone in the last tenth of the hold, or moves by less than half of
-    the step.
+    `time` and `position` (n,) are the samples of the hold, which begins with the step. The result
+    is infinite if the position leaves this zone in the last tenth of the hold, or moves by less
+    than half of the step.
     """
     final = final_value(position)
     if abs(target - final) > 0.5 * abs(target - origin):

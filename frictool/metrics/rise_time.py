@@ -17,9 +17,9 @@ def rise_time(time: Vector, position: Vector, origin: float, target: float) -> f
     """Return the time [s] between the first passages through 10 and 90 % of the distance moved.
 
     The distance moved is measured from the position at the step to the final value. `time` and
-    `position` (n,) are the samples of the hold, from the step on; passages are interpolated between
-    samples. The result is infinite if the axis moves by less than half of the step, and 0 if it
-    moves by less than 1 % of the step.
+    `position` (n,) are the samples of the hold, which begins with the step; passages are
+    interpolated between samples. The result is infinite if the axis moves by less than half of the
+    step, and 0 if it moves by less than 1 % of the step.
     """
     final = final_value(position)
     start = float(position[0])

@@ -26,7 +26,7 @@ WEAR, FRICTION, VELOCITY = "#1f5fa8", "#c4620a", "#2f7d4f"
 WIDTH, HEIGHT = 7.0, 6.6  # inches
 MARGINS = FigureMargins(left=0.9, right=0.15, bottom=0.5, top=0.15, label=0.22)
 BAND = 0.25  # opacity of an interval's band
-LONG_S, LONGER_S = 600.0, 7200.0  # s, durations from which on time is drawn in minutes, in hours
+LONG_S, LONGER_S = 600.0, 7200.0  # s, durations above which time is drawn in minutes, in hours
 STYLE: dict[str, Any] = {**PAGE, "lines.linewidth": 1.2}
 
 

@@ -120,7 +120,7 @@ def rows(
 
 
 def _first_logs(fleet: Iterable[FleetResult]) -> dict[str, FleetResult]:
-    """Return the earliest dated log of each unit that has an estimate of the wear."""
+    """Return unit -> its earliest dated log with an estimate of the wear."""
     dated = [
         (one.origin.date, one.member.name.file, one)
         for one in fleet

@@ -82,7 +82,7 @@ def _rehearsed(
     value_of: Callable[[Bench, str], float],
     progress: Progress,
 ) -> PreciseTest:
-    """Return the test of the last round that keeps the precision, the shortest of them."""
+    """Return the shortest of at most ROUNDS tests whose rehearsals reach the precision."""
     kept: PreciseTest | None = None
     attempt = request
     for number in range(1, ROUNDS + 1):
@@ -159,7 +159,7 @@ def _shortfall(
     sample: Mapping[str, HalfWidthSample],
     wanted: Mapping[str, float],
 ) -> str:
-    """Return the refusal of a precision that the rehearsals miss, with what would do."""
+    """Return the message on a precision that the rehearsals miss, with sufficient changes."""
     missed = []
     for name, one in sample.items():
         if one.refusals:

@@ -142,7 +142,7 @@ def _decay(time: float, lag: float) -> RoundedInterval:
 
 
 def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
-    """Return the set after rest, and the time that it lasts; a breakaway ends it."""
+    """Return the set after a rest, and the duration of the rest; a breakaway ends the rest."""
     forward, backward = thresholds(state, p)
     drive = _held_drive(state.drive, command, p, left)
     efforts = _effort(state.drive, p), _effort(drive, p)
@@ -222,7 +222,7 @@ def _shifted(
 
 
 def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
-    """Return the set after a slip, and the time that it lasts; contact or stop ends it."""
+    """Return the set after a slip, and the duration of the slip; contact or stop ends the slip."""
     carries = _carries(state, p, state.direction)
     phase = _phase(state, command, p, carries)
     room = math.inf if carries else _room(state, p)
@@ -420,9 +420,9 @@ def _stopped(
 
 
 def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
-    """Return the set after the contact in the backlash, and the time within which it happens.
+    """Return the set after a contact in the backlash, and a time within which the contact happens.
 
-    The motion lies between that without contact and that with the axis's friction from the start.
+    The motion lies between two motions: without contact, and with the axis's friction all the time.
     """
     sign = state.direction
     half = 0.5 * p.backlash

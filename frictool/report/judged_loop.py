@@ -100,7 +100,7 @@ def _simulated(log: Log) -> bool:
 
 
 def unstated_words(log: Log) -> str:
-    """Return a message on the data of rig and model that a simulated log lacks; '' if it has all.
+    """Return a message on missing data of rig and model in a simulated log; '' if none is missing.
 
     The message names the command that writes the log again.
     """

@@ -75,7 +75,7 @@ def certified_weights(weights: PlantWeights) -> CertifiedWeights:
 
 
 def _proved(loops: Sequence[CertificateLoop], box: Box, of: Quantity) -> ProvedBound | str:
-    """Return a bound of the quantity `of` that is proved, or the reason why there is no proof."""
+    """Return a proved bound of the quantity `of`, or the reason why there is no proof."""
     seen = _worst(loops, corners(_ends(box)))
     proved = None
     slack = SLACK

@@ -124,7 +124,7 @@ def worst_norm(
 def searched(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], box: Box, start: WorstPlant
 ) -> WorstPlant:
-    """Return the worst plant of a coordinate search within the box that starts at `start`."""
+    """Return the worst plant of a coordinate search that starts at `start` and stays in the box."""
     low, high = (np.array([box[name][side] for name in NAMES]) for side in (0, 1))
     width = np.where(high > low, high - low, 1.0)
     at = np.clip((np.array([getattr(start.point, name) for name in NAMES]) - low) / width, 0.0, 1.0)

@@ -187,7 +187,7 @@ def is_here(sent: FileDescription) -> bool:
 
 
 def _names(path: Path) -> list[str]:
-    """Return the names of a file and its journal, or of a folder's files, from the parent on."""
+    """Return the names of a file and its journal, or of a folder's files with the folder's name."""
     if path.is_dir():
         return sorted(
             one.relative_to(path.parent).as_posix() for one in path.rglob("*") if one.is_file()

@@ -60,7 +60,7 @@ class StoredTrials(MutableMapping[int, TrialResult]):
         return self._count
 
     def _reserve(self, draws: int, metrics: int) -> None:
-        """Make room for so many draws, and for the metrics of the first result that has any."""
+        """Enlarge the arrays to `draws` rows or more, and to `metrics` columns if they have 0."""
         rows, columns = self._values.shape[0], self._values.shape[1] or metrics
         if draws <= rows and columns == self._values.shape[1]:
             return

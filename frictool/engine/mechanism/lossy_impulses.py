@@ -1,4 +1,4 @@
-"""Response of a group of rigidly joined blocks to an impulse that its joints transmit with losses.
+"""Response of rigidly joined blocks to an impulse, with losses in their joints.
 
 The loss of a joint is proportional to the transmitted force, so that it takes a fraction of an
 impulse, however short. The impulse grows from zero (Routh 1860), and each increment changes the

@@ -167,7 +167,7 @@ def _force_in_motion(
 
 @inset_kernel
 def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> None:
-    """Set the side of the kink on which a member's joint is; open its flank if it would pull."""
+    """Set the side of the kink on which a member's joint is; open a flank that would pull."""
     k, p, modes, _, _, w = tree
     n = k[ly.BLOCKS]
     j = k[ly.JOINTS]

@@ -137,7 +137,7 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
 def _winner(
     allowed: Sequence[PredictionScore], scores: Sequence[PredictionScore], declared: bool
 ) -> tuple[PredictionScore, SlidingFit, str]:
-    """Return the winner, its fit, and the reason against the best one if that is not the winner.
+    """Return the winner, its fit, and the reason why the winner is not the best one, if it is not.
 
     If an allowed regression of the same structure lies outside the intervals of output error, both
     models lack an effect, for example a breakaway at the reversals. The missing effect shifts the

@@ -243,7 +243,7 @@ def full_backlash(bench: Bench) -> float:
 def slipping_mask(
     record: MotionRecord, strokes: Strokes, bench: Bench, velocity: Vector, window: int, every: int
 ) -> NDArray[np.bool_]:
-    """Return a mask (n,) of every `every`-th sample that certainly slips over `window`.
+    """Return a mask (n,) of the samples that certainly slip over `window`, one in `every` samples.
 
     velocity: velocity (n,), smoothed over the same window.
     """
@@ -260,7 +260,7 @@ def slipping_rows(
     signals: tuple[Vector, Vector, Vector],
     every: int = 1,
 ) -> RegressionSamples:
-    """Return the rows of every `every`-th sample of a record that certainly slips.
+    """Return the rows of the samples that certainly slip, of one in `every` samples of a record.
 
     signals: smoothed acceleration, velocity and effort (n,). They are overwritten to save memory.
     """

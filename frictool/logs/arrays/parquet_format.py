@@ -142,7 +142,7 @@ class ParquetTable(LibraryTable):
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield the rows (see RawTable.blocks).
 
-        A damaged row group is lost from the damage on; reading continues with the next row group.
+        The rest of a row group is lost after damage in it; reading continues with the next group.
         """
         chosen = [*wanted, *([] if self.clock is None else [self.clock])]
         total = self.file.metadata.num_rows

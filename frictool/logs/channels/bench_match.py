@@ -80,7 +80,7 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
 
 
 def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
-    """Return a warning about a jump that may be a wrap; raise LogError if the position wraps."""
+    """Return a warning about a possible wrap (unwrapping.py); raise LogError for a certain one."""
     if "position" not in stream.signals:
         return ()
     wraps = WrapSearch(bench)

@@ -24,7 +24,7 @@ NS = 1e9  # ns per s
 
 
 class LatchedTable(DerivedTable):
-    """Table whose rows are `period_ns` apart, from its first row on.
+    """Table with one row per `period_ns`, beginning at the first row; each value is the latest one.
 
     time: time column, and its unit in s; None if the blocks of the table have `time_ns`.
     """

@@ -3,7 +3,8 @@
 `bench.columns` names the column and the unit of each channel. The value of a channel is (scale *
 raw + offset) in that unit. In the unit `count`, the counter of a position is first converted to
 unbounded counts (encoder.py), and the value is multiplied by the encoder's resolution and
-direction. Positions and references that wrap are unwrapped (unwrapping.py).
+direction. The jumps of positions and references that are shown modulo a period are removed
+(unwrapping.py).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Unwrapping of positions and references that a sensor shows modulo a period, block by block.
 
-Of the two steps of x that are possible for a shown value y modulo the period P, the shorter is
-taken:
+A wrap is a jump of the shown value y by the period P while the position x moves on. Of the steps of
+x that are possible for a step of y, the shortest is taken:
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 

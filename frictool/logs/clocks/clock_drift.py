@@ -197,7 +197,7 @@ def _lag(one: Vector, other: Vector) -> tuple[float, float]:
 
 
 def _small_lag(one: Vector, other: Vector) -> tuple[float, float]:
-    """Return lag and correlation of signals that nearly agree, to a fraction of a sample.
+    """Return lag (in samples) and correlation of two signals with a lag of a fraction of a sample.
 
     Scale and offset of the two signals may differ.
     """

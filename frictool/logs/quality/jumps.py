@@ -1,4 +1,4 @@
-"""Jumps of a position that no motion explains: lost counts, a wrapping counter, an index reset.
+"""Jumps of a position that no motion explains: lost counts, counter overflow, index reset.
 
 A step is a jump if it exceeds two counts plus twice the distance that an axis at top speed covers
 between the two samples. The factor two allows for a servo that is faster than specified. If no top
@@ -92,10 +92,10 @@ class PositionJumps:
 
     @property
     def wrap_bits(self) -> int | None:
-        """Return the bits of a counter that wraps, or None.
+        """Return the number of bits of a counter that overflows, or None.
 
-        A counter wraps if several jumps are as long as the counter's range and end within one such
-        range, both to within the slack.
+        A counter overflows if several jumps are as long as the counter's range and end within one
+        such range, both to within the slack.
         """
         if (
             self.count < FEWEST_WRAPS

@@ -297,7 +297,7 @@ def _directions(around: Matrix) -> tuple[int, int]:
 
 
 def _most_covered(low: Vector, high: Vector) -> tuple[float, float]:
-    """Return the bounds of the range of values that lie in the largest number of intervals.
+    """Return the bounds of those values that lie in the largest number of intervals.
 
     Adjoining values that lie in at least MOSTLY times that number of intervals are included.
 

@@ -1,4 +1,4 @@
-"""Bench line that states the period of a wrapping position.
+"""Bench line that states the period of a position that a sensor shows modulo a period.
 
 The unit is that of the log or turns, whichever gives the shorter number.
 """

@@ -54,7 +54,7 @@ def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
 
 
 def gather(data: Bytes, start: IntVector, width: int) -> Bytes:
-    """Return (n, width): the `width` bytes of `data` from each `start` on, all inside `data`."""
+    """Return (n, width): the `width` bytes that begin at each `start`, all inside `data`."""
     if not start.size:
         return np.empty((0, width), np.uint8)
     windows = as_strided(data, (data.size - width + 1, width), (1, 1), writeable=False)

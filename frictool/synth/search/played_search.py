@@ -228,7 +228,7 @@ class CandidateSearch:
         spread: float,
         random: np.random.Generator,
     ) -> None:
-        """Vary the points (d,) of a population that contains `starts`; it never returns."""
+        """Vary the points (d,) of a population with `starts` in it; the function never returns."""
         while True:  # until a candidate passes or their number is reached
             population = best + random.normal(0.0, spread, (POPULATION, best.size))
             population[: len(starts)] = starts
