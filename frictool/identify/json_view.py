@@ -1,4 +1,4 @@
-"""JSON view of an identification; its keys are part of the format (docs/formats.md)."""
+"""JSON view of an identification; the keys are part of the format (docs/formats.md)."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ G], G = S - R^-1, the bounded-real lemma in discrete time becomes |Phi + U K V| 
 contains the controller's matrices. That is Parrott's problem, whose central solution is explicit
 (Davis, Kahan and Weinberger, 1982).
 
-A continuous plant is first mapped to the unit disc (Cayley transform): the same P solves both
+A continuous plant is first made discrete (Cayley transform): the same P solves both
 bounded-real inequalities. D12 = 0 and D21 = 0 are allowed; the formula fails only for a singular [R
 I; I S].
 

@@ -108,7 +108,7 @@ def ingest(
     Raises
     ------
     LogError
-        If a file cannot be read or mapped, or no sample is left.
+        If a file cannot be read or does not fit the bench, or no sample is left.
     OutputError
         If the target cannot be written.
     FrictoolError

@@ -147,7 +147,8 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
     The streams of the first file keep their topics. Those of each further file become `/axis/STEM`
     or `/axis/STEM_NAME`.
 
-    Raises LogError if a file cannot be read or mapped, or if a raw file has no bench.
+    Raises LogError if a file cannot be read or does not fit the bench, or if a raw file has no
+    bench.
     """
     made = LogAssembly(salvage=salvage)
     for parts in sources(paths):

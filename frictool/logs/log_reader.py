@@ -31,7 +31,7 @@ def read_log(path: Path | str, bench: Bench | None = None) -> Log:
     Raises
     ------
     LogError
-        If the file cannot be read or mapped, or if a raw file has no bench.
+        If the file cannot be read or does not fit the bench, or if a raw file has no bench.
     """
     path = Path(path)
     return read_mcap(path) if is_canonical(path) else assemble_log(assemble([path], bench))

@@ -1,4 +1,4 @@
-"""Raw tables: named columns of a bench file, read in blocks before they are mapped to channels.
+"""Raw tables: named columns of a bench file, read in blocks before they become channels.
 
 A file holds one table for each of its time bases: the rows of a CSV, a channel group of an MDF
 file, a topic of a recording. Tables are read block after block, so that a log of several hours

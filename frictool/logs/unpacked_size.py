@@ -14,7 +14,7 @@ def allowed_bytes(size: int) -> int:
 
 
 class UnpackedBudget:
-    """Bytes that may still be unpacked from a file of `size` bytes."""
+    """Remaining budget of unpacked bytes for a file of `size` bytes."""
 
     def __init__(self, size: int) -> None:
         self._size = size

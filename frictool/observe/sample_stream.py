@@ -52,7 +52,7 @@ OPENING_SAMPLES = 1 << 16
 
 @dataclass
 class SampleStream:
-    """Stream of a log while it is read; its counts are complete when `pieces` has ended.
+    """Stream of a log during reading; the fields are complete when `pieces` has ended.
 
     period: sample period [s] of the bench; that of the log if the two differ by more than 1 %.
     truth: True if the velocity in the log comes from a simulation. gaps: number of gaps.
@@ -178,7 +178,7 @@ def open_stream(
 
     Raises LogError if
 
-    - the file cannot be read or mapped,
+    - the file cannot be read, or does not contain the columns of the bench,
     - the stream is missing, or has no position or no drive,
     - its kind of axis differs from the bench's, or its period by more than 20 %,
     - it has no uniform clock.

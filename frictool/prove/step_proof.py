@@ -370,7 +370,7 @@ def _peak(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vect
 
 
 def _rest(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector) -> float | str:
-    """Return the largest command at rest, or infinity if the axis still moves."""
+    """Return the largest command at rest, or infinity if the axis moves."""
     after = float(test.spec.rest.after_s)
     worst = -math.inf
     times = _times(loop)

@@ -159,7 +159,7 @@ def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> 
 def running_linear(
     posed: SynthesisProblem, candidate: ControllerCandidate
 ) -> stored.LinearController:
-    """Return the stored realisations of the candidate; its `form` selects the one on the target."""
+    """Return the realisations of the candidate; `form` names the one that runs on the target."""
     linear = stored_forms(candidate.controller)
     design = posed.design
     if design.speed_input:

@@ -1,4 +1,4 @@
-"""Import of a controller that was designed with another tool; it is verified and stored.
+"""Import of a controller from another tool, with verification.
 
 The checks are those of acceptance.py. No bound of the norm is required; the weights only define the
 stated norm.

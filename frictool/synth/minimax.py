@@ -1,4 +1,4 @@
-"""Method `minimax`: the constant controller of fixed order whose worst norm is smallest.
+"""Method `minimax`: the constant controller of fixed order with the smallest worst norm.
 
 The inequalities of theorem 5.3.1 bound the norm with a scheduled controller only, and not with a
 controller frozen at one plant (thesis 5.3.4). This method minimises the largest norm over all

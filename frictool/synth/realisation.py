@@ -1,4 +1,6 @@
-"""Stored forms of a controller: balanced state space, inverse Tustin image, sections, anti-windup.
+"""Realisations of a controller in its document, and anti-windup gains.
+
+The realisations are a balanced state space, its inverse Tustin transform, and sections.
 
 An exact integrator (pole at z = 1) is a separate state with the coefficient 1, which no rounding
 changes; it is also a separate section if the zeros allow it. The remaining controller is stable and
@@ -28,7 +30,7 @@ INFINITE = 1e8  # zeros of larger modulus are treated as infinite
 
 
 def stored_forms(k: Lti) -> LinearController:
-    """Return every stored form of the discrete controller `k`, which may have one integrator.
+    """Return all realisations of the discrete controller `k`, which may have one integrator.
 
     Raises NoSolutionError if the controller without its integrator is unstable (it would diverge
     whenever the loop is open: at the drive's limit, at rest), or if it has two integrators. Also

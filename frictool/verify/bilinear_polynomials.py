@@ -1,4 +1,4 @@
-"""Exact polynomials of a controller's stored coefficients, mapped from the unit circle to a line.
+"""Exact polynomials of a controller's stored coefficients after a bilinear transform.
 
     C(z) = N(z)/A(z),   z = (q + p)/(q - p):   C = sum n_j p^j q^(m - j) / sum a_j p^j q^(m - j)
 

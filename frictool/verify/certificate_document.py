@@ -13,8 +13,8 @@ from frictool.verify.zero_exclusion import ProvedBound, prove
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
     """Return the sampled loop of a document, with the bench's delay and the lag of the drive.
 
-    The loop has the coefficients of the stored form that the target runs. Raises NoSolutionError if
-    the loop feeds back the speed estimate of an observer.
+    The loop has the coefficients that run on the target. Raises NoSolutionError if the loop feeds
+    back the speed estimate of an observer.
     """
     return CertificateLoop(
         controller=controller.linear.discrete,

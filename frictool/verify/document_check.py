@@ -78,7 +78,7 @@ def check_document(controller: Controller, *, margins: bool = False) -> None:
     ------
     NoSolutionError
         If the document contradicts its bench, a loop at a vertex is unstable or has less than the
-        specified margin, or the stored forms do not describe the same controller.
+        specified margin, or the realisations in the document differ.
     """
     _of_its_bench(controller)
     if controller.velocity.observer is not None:

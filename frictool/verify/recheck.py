@@ -100,8 +100,8 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
     ------
     NoSolutionError
         If a bound is missing or not proved, the certificate's box does not contain the bench's
-        intervals, a loop is unstable or has less than the specified margin, or the stored forms do
-        not describe the same controller.
+        intervals, a loop is unstable or has less than the specified margin, or the realisations in
+        the document differ.
     FrictoolError
         If the model's bench has another axis, drive or timing than the controller's.
     """

@@ -1,4 +1,4 @@
-"""Comparison of the stored forms of one controller; the target may run any of them."""
+"""Comparison of the stored realisations of one controller: state space, transform, sections."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ANGLES = np.geomspace(
 
 
 def check_forms(controller: Controller) -> None:
-    """Raise NoSolutionError if the stored forms differ, or if the anti-windup is unstable.
+    """Raise NoSolutionError if the stored realisations differ, or if the anti-windup is unstable.
 
     With conditional integration, the integrators are held while the drive is limited, so that only
     the other states must be stable.

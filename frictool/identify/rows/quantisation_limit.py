@@ -59,7 +59,7 @@ def refuse_hidden_inertia(
     acceleration: Vector,
     smoothing: str,
 ) -> SlidingFit:
-    """Return the fit; its inertia is refused if `unresolved_inertia` returns a reason."""
+    """Return the fit, without its inertia if `unresolved_inertia` returns a reason."""
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
     if reason is None or "inertia" not in fit.parameters:
         return fit

@@ -113,7 +113,7 @@ class EncoderCounter:
     ) -> NDArray[np.bool_]:
         """Remove the jumps of index pulses from `steps` (n,) in place.
 
-        Returns True (n,) for the steps that are still too long.
+        Returns a mask (n,) of the steps that remain too long.
         """
         indices = np.flatnonzero(long)
         if indices.size == 0:

@@ -113,7 +113,7 @@ class RepeatedJumps:
             self._judge(self._position.size - 1 - WINDOW)
 
     def finish(self) -> None:
-        """Judge the remaining steps; to be called after the last samples."""
+        """After the last samples, judge the remaining steps."""
         self._judge(self._position.size - 1)
 
     def result(self) -> RepeatedJump | None:

@@ -99,7 +99,7 @@ class WrapSearch:
         self._jumps.take(time, position)
 
     def finish(self) -> None:
-        """Judge the remaining steps; to be called after the last samples."""
+        """After the last samples, judge the remaining steps."""
         self._jumps.finish()
 
     def result(self) -> Wrap | None:
