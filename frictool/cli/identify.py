@@ -321,6 +321,9 @@ def _alone(line: IdentifyCommand) -> None:
         )
     except NothingIdentified as error:
         _show(error.result, document, views.as_json, output)
+        if len(error.reasons) > 1:
+            for reason, names in error.reasons.items():
+                note(f"not identified: {', '.join(names)}: {reason}")
         raise
     promised = None
     if promise is not None:

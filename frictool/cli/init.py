@@ -14,10 +14,13 @@ from frictool.cli.common_options import existing, json_option
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.guessed_columns import preset_text, question_lines
 from frictool.documents.example_rigs import EXAMPLES
+from frictool.identify.line_breaking import bounded
 
 if TYPE_CHECKING:
     from frictool.documents.quantity import Axis
     from frictool.documents.starting_documents import StartingRig
+
+LONGEST_TEXT = 120  # characters of a line with keys
 
 _EXAMPLES = "\n".join(f"  {name:<7} {text}" for name, text in EXAMPLES.items())
 HELP = f"""\b
@@ -139,7 +142,7 @@ def _still_to_do(folder: Path, start: StartingRig, keys: dict[str, list[str]]) -
             f"put the bench's logs (CSV, MATLAB, MCAP) into {folder / 'logs'}/, then "
             f"run make -C {shlex.quote(str(folder))}"
         )
-    return "\n".join(lines)
+    return bounded(lines, LONGEST_TEXT)
 
 
 def _start(folder: Path, axis: str | None, log: Path | None) -> StartingRig:

@@ -8,6 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from frictool.documents.name_list import listed
+
+LONGEST_KEYS = 105  # characters of the keys in a message
+
 
 def examples_of(document: Any) -> tuple[str, ...]:
     """Return the keys of a document's example values, including those of its bench."""
@@ -19,12 +23,11 @@ def examples_of(document: Any) -> tuple[str, ...]:
 def examples_words(groups: Mapping[str, Iterable[str]]) -> str:
     """Return a message on the example values that are not replaced yet; empty if there are none.
 
-    groups: document -> keys of its example values.
+    groups: document -> keys of its example values. A long message shows the first keys.
     """
+    left = {name: keys for name, values in groups.items() if (keys := tuple(values))}
     described = [
-        f"{name}: {', '.join(keys)}"
-        for name, keys in ((name, tuple(keys)) for name, keys in groups.items())
-        if keys
+        f"{name}: {listed(keys, LONGEST_KEYS // len(left))}" for name, keys in left.items()
     ]
     return (
         f"example values of `frictool init` are left in place: {'; '.join(described)}"

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from frictool.documents.bench import Bench
+from frictool.documents.name_list import listed
 from frictool.documents.quantity import Quantity
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
@@ -19,6 +20,7 @@ DOUBTFUL_FORCE_ERROR = 0.2
 # force error with values of the bench, relative to that with the log's own values, above which a
 # warning is issued
 WORSE = 1.5
+LONGEST_VALUES = 60  # characters of the replaced values in a warning
 
 
 def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> list[str]:
@@ -33,7 +35,7 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
             )
             out.append(
                 f"{name}: {shown} [{known.low:.4g}, {known.high:.4g}]; the log's value is "
-                f"used; correct mechanics.{name} of the bench, or leave out logs of another rig"
+                "used; correct the bench, or leave out logs of another rig"
             )
     return out
 
@@ -55,13 +57,14 @@ def replacement_warnings(
         or final.force_error <= WORSE * free.force_error
     ):
         return []
-    values = ", ".join(
-        f"{name} [{(one := free.parameters[name]).low:.4g}, {one.high:.4g}]" for name in replaced
+    values = listed(
+        [f"{name} [{(one := free.parameters[name]).low:.4g}, {one.high:.4g}]" for name in replaced],
+        LONGEST_VALUES,
     )
     return [
         f"the bench's values replace {values}, and raise the force error from "
         f"{100 * free.force_error:.3g} % to {100 * final.force_error:.3g} %; correct the bench, or "
-        "record a log that determines them"
+        "record another log"
     ]
 
 

@@ -36,6 +36,7 @@ from frictool.identify.orientation import negative_effort, reversed_sign
 from frictool.identify.outcome import Outcome, accept
 from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.sliding_parameters import (
+    NO_SLIDING,
     any_negative,
     settled,
     sliding_fit,
@@ -81,8 +82,8 @@ class Identification(Outcome):
 class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
-    The message names the parameters of each reason, unless one reason holds for all parameters.
-    It does not mention missing ramps if there is another reason.
+    The message is the reason that most parameters have. If there are others, it names these
+    parameters and the number of the others. A missing log counts if there is no other reason.
 
     exit_code is 1 if no fit was possible, and 4 if a fit gave neither, or if position and drive
     have opposite signs.
@@ -91,15 +92,21 @@ class NothingIdentified(UnusableLogs):
     def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:
         self.result = result
         self.exit_code = exit_code
-        reasons = _by_reason(result.refused)
-        if len(reasons) > 1:
-            reasons.pop(NO_RAMPS, None)
+        reasons = self.reasons
+        reason = max(reasons, key=lambda one: len(reasons[one]), default="")
+        others = sum(map(len, reasons.values())) - len(reasons.get(reason, ()))
         super().__init__(
-            "; ".join(
-                reason if len(reasons) == 1 else f"{', '.join(names)}: {reason}"
-                for reason, names in reasons.items()
-            )
+            f"{', '.join(reasons[reason])}: {reason} ({others} more)" if others else reason
         )
+
+    @property
+    def reasons(self) -> dict[str, list[str]]:
+        """Return the reasons with their parameters, without missing logs if there are others."""
+        reasons = _by_reason(self.result.refused)
+        for missing in (NO_RAMPS, NO_SLIDING):
+            if len(reasons) > 1:
+                reasons.pop(missing, None)
+        return reasons
 
 
 def _by_reason(refused: Mapping[str, str]) -> dict[str, list[str]]:

@@ -9,15 +9,15 @@ LONGEST = 240  # characters, longest line
 INDENT = 4  # characters, extra indent of continuation lines
 
 
-def bounded(lines: Iterable[str]) -> str:
-    """Join lines, and break lines longer than LONGEST between words."""
+def bounded(lines: Iterable[str], longest: int = LONGEST) -> str:
+    """Join lines, and break lines with more than `longest` characters between words."""
     broken = list[str]()
     for line in lines:
-        if len(line) <= LONGEST:
+        if len(line) <= longest:
             broken.append(line)
             continue
         indent = " " * (len(line) - len(line.lstrip()) + INDENT)
         broken += textwrap.wrap(
-            line, LONGEST, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+            line, longest, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
         )
     return "\n".join(broken)

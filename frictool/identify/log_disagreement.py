@@ -6,17 +6,18 @@ fits no log well.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from frictool.documents.bench import Bench
-from frictool.identify.fit_result import SLIDING, SlidingFit, UnusableLogs
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 
 WIDER = 4.0  # largest width from all logs, relative to that of one log alone
-OTHERS_DIFFER = "although the logs agree on this parameter; they may differ in another one"
+OTHERS_DIFFER = "although the logs agree on it; they may differ in another parameter"
 MOST_LOGS = 20  # largest number of logs compared; the first ones are used
 
 
@@ -59,15 +60,20 @@ def pooling_warnings(
         best = min(intervals, key=lambda log: intervals[log].half_width)
         ratio = pooled.parameters[name].half_width / intervals[best].half_width
         if ratio > WIDER:
-            values = ", ".join(
-                f"{log} [{one.low:.4g}, {one.high:.4g}]" for log, one in intervals.items()
-            )
-            apart = max(one.low for one in intervals.values()) > min(
-                one.high for one in intervals.values()
-            )
-            reason = "because the logs disagree" if apart else OTHERS_DIFFER
             out.append(
                 f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of "
-                f"{best} alone, {reason} ({values}); use --each log, or leave one out"
+                f"{best} alone, {_reason(intervals)}; use --each log, or leave one out"
             )
     return out
+
+
+def _reason(intervals: Mapping[str, Interval]) -> str:
+    """Return the reason of a wide common interval, with the two logs that are farthest apart."""
+    highest = max(intervals, key=lambda log: intervals[log].low)
+    lowest = min(intervals, key=lambda log: intervals[log].high)
+    if intervals[highest].low <= intervals[lowest].high:
+        return OTHERS_DIFFER
+    values = ", ".join(
+        f"{log} [{intervals[log].low:.4g}, {intervals[log].high:.4g}]" for log in (lowest, highest)
+    )
+    return f"because the logs disagree ({values})"

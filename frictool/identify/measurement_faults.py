@@ -59,9 +59,9 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
         if share > LARGEST_SATURATED_SHARE and abs(top.at) < AT_THE_LIMIT * most:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
-                f"{record.name}: the effort stays at {top.at:.4g} {unit} for {100 * share:.2g} % "
-                f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %, or more at the "
-                f"actuator's limit {most:.4g}): the measurement is saturated; widen its range"
+                f"{record.name}: the effort is {top.at:.4g} {unit} in {100 * share:.2g} % of the "
+                f"samples (below the limit {most:.4g}: at most {100 * LARGEST_SATURATED_SHARE:g} "
+                "%): the measurement is saturated; widen its range"
             )
 
 
@@ -99,7 +99,7 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
                 raise UnusableLogs(
                     f"{record.name}: the position stops at its extreme, {extreme:.4g} {unit}, "
                     f"at {record.time[at]:.6g} s, from {speed:.3g} {unit}/s in one sample: "
-                    "the encoder is clipped, or the axis has hit a stop"
+                    "the encoder is clipped, or the axis hit a stop"
                 )
 
 
@@ -137,8 +137,8 @@ def _commanded_by_position(record: MotionRecord) -> str | None:
         return None
     return (
         f"{Path(record.name).name}: the position alone explains all but "
-        f"{100.0 * np.sqrt(left / varies):.2g} % of the effort, in both directions: this is a "
-        "gravity compensation, and another force moves the axis; log a motion that the drive causes"
+        f"{100.0 * np.sqrt(left / varies):.2g} % of the effort in both directions: a gravity "
+        "compensation while another force moves the axis; log a motion by the drive"
     )
 
 

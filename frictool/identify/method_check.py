@@ -55,7 +55,7 @@ def method_warnings(
         return []
     # a simulation minimises the position error itself, and a search for each half would take long
     if row.known_terms is not None:
-        return _warning(
+        return _warnings(
             fit,
             "the logs",
             _force_line(fit.force_error, _reference_force(records, rows, bench, settings, fit)),
@@ -80,19 +80,15 @@ def method_warnings(
             f"the rms error of the simulated position is {requested.position:.3g} {unit} instead "
             f"of {reference.position:.3g} {unit}"
         ]
-    return _warning(fit, how, lines)
+    return _warnings(fit, how, lines)
 
 
-def _warning(fit: SlidingFit, how: str, lines: list[str]) -> list[str]:
-    """Return a list of one warning that contains `lines`; empty if there are no lines."""
-    return (
-        [
-            f"{fit.method} predicts {how} worse than {REFERENCE}: {', and '.join(lines)}; use "
-            "--method auto"
-        ]
-        if lines
-        else []
-    )
+def _warnings(fit: SlidingFit, how: str, lines: list[str]) -> list[str]:
+    """Return one warning for each of `lines`."""
+    return [
+        f"{fit.method} predicts {how} worse than {REFERENCE}: {line}; use --method auto"
+        for line in lines
+    ]
 
 
 def _force_line(requested: float | None, reference: float | None) -> list[str]:

@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from frictool.documents.bench import Bench
+from frictool.documents.name_list import listed
 from frictool.documents.quantity import si_unit
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
@@ -33,7 +34,6 @@ from frictool.identify.rows.regression_samples import FEWEST_STROKES, parameters
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 from frictool.identify.rows.strokes import find_strokes
 from frictool.logs.quality.sign_check import CLEAR, net_work
-from frictool.logs.raw_table import listed
 from frictool.typing import Vector
 
 

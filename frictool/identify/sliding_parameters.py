@@ -17,6 +17,7 @@ from frictool.identify.methods import METHODS, run
 from frictool.identify.outcome import Outcome, accept, sliding_intervals
 from frictool.identify.unmodelled_effects import WidenedFit, widened
 
+NO_SLIDING = "no log of sliding motion was provided"
 LARGEST_FORCE_ERROR = 0.5  # above it more than a quarter of the effort's mean square is unexplained
 
 
@@ -29,7 +30,7 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
         If no fit is possible, or if its force error exceeds LARGEST_FORCE_ERROR.
     """
     if not logs.sliding:
-        raise UnusableLogs(logs.unmeasured or "no log of sliding motion was provided")
+        raise UnusableLogs(logs.unmeasured or NO_SLIDING)
     if logs.drive_off:
         return coast_down(logs.sliding, logs.rows, logs.bench, logs.settings)
     fit = run(logs.method, logs.sliding, logs.bench, logs.settings)

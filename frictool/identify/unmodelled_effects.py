@@ -31,6 +31,7 @@ import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
+from frictool.documents.name_list import listed
 from frictool.documents.quantity import Quantity
 from frictool.identify.estimators.explanation_search import EQUAL, NOTICEABLE, ExplanationSearch
 from frictool.identify.estimators.hypothesis_rows import ReducedRows
@@ -69,6 +70,7 @@ LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried if it is 
 # sliding columns would have any effort
 LARGEST_EFFORT = 0.2
 CERTAIN = 1e-4  # significance of an effect that is reported
+LONGEST_RATIOS = 40  # characters of the ratios in a warning
 NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 
 
@@ -113,8 +115,8 @@ class WidenedFit:
         if self.what is None or not wider:
             return ()
         return (
-            f"the residual shows an effect that the model lacks, most like {self.what}; the "
-            f"intervals include its effect ({', '.join(wider)} times as wide)",
+            f"the residual shows an effect that the model lacks, most like {self.what}; it widens "
+            f"the intervals ({listed(wider, LONGEST_RATIOS)} times as wide)",
         )
 
 

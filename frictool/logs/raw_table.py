@@ -11,20 +11,19 @@ needs little memory.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.documents.name_list import LONGEST_LIST, listed
 from frictool.errors import LogError
 from frictool.typing import Vector
 
 # maximum rows of a block; a file's own larger blocks (chunks, records) are split
 BLOCK_ROWS = 1 << 16
-MOST_NAMES_SHOWN = 12
-LONGEST_LIST = 120  # maximum number of characters of a list of names in a message
 LONGEST_REASON = 60  # maximum number of characters of a library's reason in a message
 LAYOUT = "layout"  # metadata record: file -> description of its detected layout
 Nanoseconds = NDArray[np.int64]
@@ -206,20 +205,3 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
 def excerpt(reason: str) -> str:
     """Return the beginning of a library's error text, because it may quote a damaged file."""
     return reason if len(reason) <= LONGEST_REASON else f"{reason[:LONGEST_REASON]}..."
-
-
-def listed(names: Collection[str], longest: int = LONGEST_LIST) -> str:
-    """Return names for a message, up to `longest` characters; an empty name is shown in quotes."""
-    shown: list[str] = []
-    for name in names:
-        if len(shown) == MOST_NAMES_SHOWN or (
-            shown and len(", ".join(shown)) + len(name) > longest
-        ):
-            break
-        shown.append(name or "''")
-    return (
-        ", ".join(shown)
-        + (f" and {len(names) - len(shown)} more" if len(names) > len(shown) else "")
-        if shown
-        else "nothing"
-    )

@@ -1,15 +1,34 @@
-"""No line about ordinary logs is longer than 240 characters, and no refusal longer than 200."""
+"""No line about ordinary logs is longer than 240 characters.
+
+No refusal and no warning is longer than 200.
+"""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 
+from frictool.documents.bench import Bench
+from frictool.documents.example_values import examples_words
+from frictool.documents.quantity import Quantity
+from frictool.documents.starting_documents import StartingRig, example_keys
+from frictool.identify.fit_result import PARAMETERS, SLIDING, Interval, SlidingFit
+from frictool.identify.fit_warnings import (
+    contradiction_warnings,
+    doubt_warnings,
+    replacement_warnings,
+)
+from frictool.identify.identification import Identification, NothingIdentified
 from frictool.identify.line_breaking import INDENT, LONGEST, bounded
+from frictool.identify.rows.effects import WHAT
+from frictool.identify.unmodelled_effects import WidenedFit
 from studies.command_line import run
+from tests.support.linear_axis import linear_bench
 
 ROOT = Path(__file__).parents[2]
 BENCH = ROOT / "configs/clutch/bench.yaml"
@@ -73,3 +92,90 @@ def test_no_refusal_is_long() -> None:
         if length > LONGEST_REFUSAL - PLACE
     ]
     assert not long
+
+
+def messages(source: str) -> Iterator[tuple[int, int]]:
+    """Yield the line and the length of each text of a module that is no docstring."""
+    tree = ast.parse(source)
+    docstrings = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+        and isinstance(node.body[0], ast.Expr)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant | ast.JoinedStr) and id(node) not in docstrings:
+            yield node.lineno, text_length(node)
+
+
+def test_no_message_of_identify_is_long() -> None:
+    """Pages and the test plans of `excite` have longer texts."""
+    modules = [
+        path
+        for path in sorted((ROOT / "frictool/identify").rglob("*.py"))
+        if path.parent.name not in ("model_page", "excite") and path.name != "text_view.py"
+    ]
+    assert len(modules) > 50
+    long = [
+        f"{path.relative_to(ROOT)}:{line}: {length} characters"
+        for path in modules
+        for line, length in messages(path.read_text())
+        if length > LONGEST_REFUSAL - PLACE
+    ]
+    assert not long
+
+
+WIDE = Interval(-1.234e-05, -2.345e-05, -1.111e-05)
+FIT = SlidingFit(dict.fromkeys(SLIDING, WIDE), {}, 0.5, None, 1.0, 1000, force_error=0.0123)
+
+
+def known_bench() -> Bench:
+    """Return a bench that contradicts WIDE in every parameter."""
+    bench = linear_bench()
+    known = Quantity(1.234e-05, 1.111e-05, 2.345e-05)
+    names = dict.fromkeys((*PARAMETERS, "stribeck_velocity"), known)
+    mechanics = msgspec.structs.replace(
+        bench.mechanics,
+        **{name: one for name, one in names.items() if hasattr(bench.mechanics, name)},
+    )
+    return msgspec.structs.replace(bench, mechanics=mechanics)
+
+
+def test_a_warning_of_several_parameters_is_one_short_line() -> None:
+    bench = known_bench()
+    worse = replace(FIT, force_error=0.456)
+    effect = WidenedFit(FIT, max(WHAT.values(), key=len), dict.fromkeys(SLIDING, 123.4))
+    warnings = [
+        *contradiction_warnings(dict.fromkeys((*PARAMETERS, "stribeck_velocity"), WIDE), bench),
+        *replacement_warnings(FIT, worse, {}),
+        *doubt_warnings(worse, "least-squares"),
+        *doubt_warnings(replace(FIT, residual=0.456), "least-squares"),
+        *effect.warnings(FIT.parameters),
+    ]
+    assert len(warnings) >= 8
+    assert max(map(len, warnings)) <= LONGEST_REFUSAL
+    (replaced,) = replacement_warnings(FIT, worse, {})
+    assert "inertia" in replaced
+    assert "and 3 more" in replaced
+
+
+def test_a_refusal_of_several_parameters_names_the_most_frequent_reason() -> None:
+    reasons = [f"{name} {'is not determined by this log ' * 5}" for name in ("one", "two")]
+    refused = dict.fromkeys(SLIDING, reasons[1]) | {"inertia": reasons[0]}
+    error = NothingIdentified(
+        Identification(refused=refused, method="auto", confidence=0.95, kinds={})
+    )
+    assert str(error).startswith("viscous, coulomb, offset: two ")
+    assert str(error).endswith("(1 more)")
+    assert len(str(error)) <= LONGEST_REFUSAL
+    assert list(error.reasons.values()) == [["inertia"], ["viscous", "coulomb", "offset"]]
+
+
+def test_a_warning_of_example_values_is_one_short_line() -> None:
+    keys = example_keys(StartingRig("rig", "linear"))
+    (bench,) = (names for document, names in keys.items() if document == "bench.yaml")
+    assert len(bench) > 9
+    assert len(examples_words({"": bench})) <= LONGEST_REFUSAL
+    assert len(examples_words({"bench": bench, "spec": bench, "scenario": bench})) <= (
+        LONGEST_REFUSAL + PLACE
+    )

@@ -101,6 +101,7 @@ def test_two_days_together_explain_the_effort_and_say_that_they_disagree(folder:
     assert both["high"] - both["low"] > 4.0 * (alone["high"] - alone["low"])
     assert "warning: viscous: the interval from all logs is" in told
     assert "because the logs disagree (monday.csv [16" in told
+    assert max(map(len, told.splitlines())) <= 200
 
 
 def test_output_error_tells_two_directions_as_narrowly_as_the_regression(folder: Path) -> None:

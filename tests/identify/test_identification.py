@@ -194,10 +194,10 @@ def test_a_fit_that_leaves_much_of_the_effort_says_so() -> None:
     )
     assert found.fit is not None
     assert 0.2 < found.fit.residual < 0.5
-    (warning, other) = found.warnings
-    assert other.startswith(
-        "ordinary predicts unseen strokes worse than least-squares: the force error is "
-    )
+    warning, force, position = found.warnings
+    worse = "ordinary predicts unseen strokes worse than least-squares: the "
+    assert force.startswith(f"{worse}force error is ")
+    assert position.startswith(f"{worse}rms error of the simulated position is ")
     assert warning.startswith(
         f"residual of the method's own equations {100 * found.fit.residual:.3g} %, above 20 %: "
     )

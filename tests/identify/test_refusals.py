@@ -61,7 +61,7 @@ def test_an_effort_at_the_actuators_limit_is_known() -> None:
 def test_a_clipped_encoder(log: MotionRecord) -> None:
     limit = float(np.quantile(log.position, 0.7))
     why = reason([replace(log, position=np.minimum(log.position, limit))])
-    assert "clipped encoder" in why
+    assert "the encoder is clipped" in why
     assert f"{limit:.4g} rad" in why
 
 

@@ -9,11 +9,11 @@ import pytest
 import scipy.io
 
 from frictool.documents.bench import Bench, Column
+from frictool.documents.name_list import listed
 from frictool.documents.registry import load
 from frictool.errors import LogError
 from frictool.logs.log_assembly import assemble, write
 from frictool.logs.log_reader import read_log
-from frictool.logs.raw_table import listed
 from tests.support.example_logs import ROOT, as_bytes, bench, golden_log, measured, same
 
 COLUMNS = {"time": Column("t", "s"), "position": Column("x", "count"), "current": Column("i", "A")}

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.documents.name_list import listed
 from frictool.errors import LogError
 from frictool.logs.arrays.byte_streams import ByteStream
 from frictool.logs.raw_table import (
@@ -24,7 +25,6 @@ from frictool.logs.raw_table import (
     RowBlock,
     common_rows,
     find,
-    listed,
 )
 from frictool.logs.unpacked_size import refusal
 

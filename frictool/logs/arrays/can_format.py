@@ -20,11 +20,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictool.documents.name_list import listed
 from frictool.errors import LogError
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.open_file import open_log
 from frictool.logs.optional_libraries import library
-from frictool.logs.raw_table import BLOCK_ROWS, SALVAGE, DataLoss, RawTable, RowBlock, listed
+from frictool.logs.raw_table import BLOCK_ROWS, SALVAGE, DataLoss, RawTable, RowBlock
 from frictool.logs.text.header_units import is_unit, spelled
 
 if TYPE_CHECKING:

@@ -9,13 +9,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from frictool.documents.name_list import listed
 from frictool.errors import LogError
 from frictool.logs.arrays import mat4_elements, mat_elements, mat_objects
 from frictool.logs.arrays.array_table import ArrayTable
 from frictool.logs.arrays.mat_array import MatArray, described
 from frictool.logs.arrays.reader_process import open_guarded
 from frictool.logs.open_file import HEAD_BYTES, open_log
-from frictool.logs.raw_table import RawTable, listed
+from frictool.logs.raw_table import RawTable
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout

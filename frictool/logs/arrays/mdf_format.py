@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.documents.name_list import listed
 from frictool.errors import LogError
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.arrays.truncated_mdf import ZeroPaddedFile, described_at, records_before
@@ -29,7 +30,6 @@ from frictool.logs.raw_table import (
     Nanoseconds,
     RawTable,
     RowBlock,
-    listed,
 )
 from frictool.typing import Vector
 

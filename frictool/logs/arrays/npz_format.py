@@ -18,11 +18,12 @@ from typing import IO, TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.lib import format as npy
 
+from frictool.documents.name_list import listed
 from frictool.errors import LogError
 from frictool.logs.arrays.array_table import ArrayColumn, ArrayTable
 from frictool.logs.arrays.byte_streams import ArchiveBytes, ByteStream, FileBytes
 from frictool.logs.open_file import open_log
-from frictool.logs.raw_table import RawTable, listed
+from frictool.logs.raw_table import RawTable
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout

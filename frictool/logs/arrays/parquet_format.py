@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictool.documents.name_list import listed
 from frictool.errors import LogError
 from frictool.logs.arrays.array_table import check_rows
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.open_file import open_log
-from frictool.logs.raw_table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock, listed
+from frictool.logs.raw_table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock
 from frictool.typing import Vector
 
 if TYPE_CHECKING:

@@ -9,12 +9,13 @@ import re
 from collections.abc import Collection, Sequence
 
 from frictool.documents.bench import Bench, Column
+from frictool.documents.name_list import listed
 from frictool.documents.quantity import CHANNEL_DIMENSIONS
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import message_path
 from frictool.logs.channels.mapping import EFFORT, TIME, ChannelMapper
 from frictool.logs.log import MAIN_TOPIC
-from frictool.logs.raw_table import DataLoss, LostColumnError, RawTable, listed, pick
+from frictool.logs.raw_table import DataLoss, LostColumnError, RawTable, pick
 from frictool.logs.text.header_units import ISO_8601
 
 # channel -> column of the bench, and its name in the table

@@ -18,6 +18,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.documents.name_list import listed
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.raw_table import (
@@ -27,7 +28,6 @@ from frictool.logs.raw_table import (
     Nanoseconds,
     RowBlock,
     find,
-    listed,
 )
 from frictool.logs.recordings.serialised_messages import Messages
 from frictool.typing import Vector

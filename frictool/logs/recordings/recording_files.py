@@ -13,11 +13,11 @@ import yaml
 from yaml.constructor import SafeConstructor
 
 from frictool.documents.document_text import read_text
+from frictool.documents.name_list import listed
 from frictool.documents.yaml_parser import compose
 from frictool.errors import InputFileError, LogError
 from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.formats import FORMATS
-from frictool.logs.raw_table import listed
 
 METADATA = "metadata.yaml"  # file in the folder of a ROS 2 bag
 ROOT = "rosbag2_bagfile_information"
