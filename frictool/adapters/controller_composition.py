@@ -194,7 +194,7 @@ class _Composition:
             )
 
     def _motion(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """Return the position's difference, and the speed if a block uses one."""
+        """Return the position's difference, and the speed if a block uses the speed."""
         settings = self.document.velocity
         program = self.program
         measured = None

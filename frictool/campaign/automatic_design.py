@@ -65,7 +65,7 @@ EXTREMES: tuple[PlantValues, ...] = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AutomaticDesign(ResultView):
-    """Outcome of each family in the order of the search; only the last may have a design."""
+    """Outcomes of the families in the order of the search; only the last one may have a design."""
 
     outcomes: tuple[FamilyOutcome, ...]
 
@@ -234,7 +234,7 @@ def _tests(test: DesignTest) -> PlayedTests:
 
 
 def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenario, Spec]:
-    """Return the scenario without its holds, and the specification that it can decide."""
+    """Return the scenario without its holds, and the requirements that this scenario can decide."""
     steps = tuple(
         step
         if step.reference is None or step.duration_s is None

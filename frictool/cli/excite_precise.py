@@ -38,7 +38,7 @@ class PreciseRun:
 
 
 def write_precise(run: PreciseRun) -> None:
-    """Design, write and report the test; exit code 1 if it misses a wanted precision."""
+    """Design, write and report the test; exit code 1 if the test misses a requested precision."""
     _check(run)
     ramps, promise = run.precise["ramps"], run.precise["promise"]
     targets = {"-o": run.output, "--plot": run.plot, "--ramps": ramps, "--promise": promise}
@@ -90,7 +90,7 @@ def write_precise(run: PreciseRun) -> None:
 
 
 def _missed(wanted: dict[str, float], promised: dict[str, float], bench: Any) -> list[str]:
-    """Return each parameter whose promise is wider than wanted, with both precisions."""
+    """Return each parameter whose promise is wider than requested, with both precisions."""
     from frictool.identify.excite.breakaway_ramps import breakaway_range
     from frictool.identify.excite.precise_strokes import bench_value
 

@@ -161,7 +161,7 @@ def command(
 
 
 def _language(lang: str, document: Path) -> ExportLanguage:
-    """Return the record of a language; of several, the one for the kind of the document."""
+    """Return the record of a language for the kind of the document."""
     from frictool.documents.document_text import is_format
 
     *first, last = (one for one in LANGUAGES if one.name == lang)

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def preset_text(start: StartingRig) -> str:
-    """Return the words that name the preset of a log; empty without one."""
+    """Return the words that name the preset of a log; empty without a preset."""
     return "" if start.preset is None else f" with the preset {start.preset}"
 
 

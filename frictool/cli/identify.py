@@ -385,7 +385,7 @@ def _check_options(method: str, values: dict[str, Any]) -> None:
 
 
 def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -> None:
-    """Raise UsageError for an option of one model with --each, or of --each without it."""
+    """Raise UsageError for an option that --each does not allow, or that requires --each."""
     wrong = [
         name for name, value in (many if each is None else alone).items() if value not in (None, ())
     ]

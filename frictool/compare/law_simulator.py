@@ -37,7 +37,7 @@ SETTLED = 5.0  # s, time in the drift test from which the mass must stand still
 
 
 def law_values(setting: ComparisonSetting) -> dict[str, float]:
-    """Return name -> value of a setting, from which each law takes its parameters."""
+    """Return name -> value of a setting; each law takes its parameters from these values."""
     return {
         "coulomb": setting.coulomb,
         "breakaway": setting.breakaway,

@@ -346,7 +346,7 @@ class _Scaling:
                 return after(low, s), after(high, s)
 
     def _after(self, node: ProgramNode, word: int, shift: int) -> int:
-        """Return the shifted word; check that it and the sum that rounds it fit into 64 bits."""
+        """Return the shifted word; check that it and the sum before the shift fit into 64 bits."""
         self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
         return self._long(node, _moved(word, shift))
 

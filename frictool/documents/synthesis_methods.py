@@ -119,7 +119,7 @@ READ_BY: dict[str, tuple[str, ...]] = {  # key -> methods that read it
 
 
 def readers() -> str:
-    """Return the keys of READ_BY with their methods as text; keys of the same methods together."""
+    """Return the keys of READ_BY with their methods as text, grouped by methods."""
     groups = groupby(READ_BY, key=READ_BY.__getitem__)
     return "; ".join(
         f"{', '.join(f'`{key}`' for key in keys)} ({', '.join(names)})" for names, keys in groups

@@ -163,7 +163,7 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches at the level shared by the proved ones, or none if there are several."""
+    """Return the stretches at the level of the proved ones; empty if these have several levels."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []

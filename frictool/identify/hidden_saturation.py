@@ -181,6 +181,6 @@ def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector)
 
 
 def _less(one: Vector, other: Vector, stroke: IntVector) -> bool:
-    """Return whether the sum of `one` (n,) is the lesser, with and without the clearest stroke."""
+    """Return whether sum(one) < sum(other), both with and without the clearest stroke."""
     gain = np.bincount(stroke, other - one)
     return bool(gain.sum() > max(gain.max(), 0.0))

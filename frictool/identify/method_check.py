@@ -92,7 +92,7 @@ def _warnings(fit: SlidingFit, how: str, lines: list[str]) -> list[str]:
 
 
 def _force_line(requested: float | None, reference: float | None) -> list[str]:
-    """Return a line on both force errors if the requested method's is too large, else no line."""
+    """Return a line on both force errors if that of the requested method is too large, else []."""
     if requested is None or reference is None or requested <= max(WORSE * reference, NEGLIGIBLE):
         return []
     return [f"the force error is {100 * requested:.3g} % instead of {100 * reference:.3g} %"]

@@ -94,7 +94,7 @@ class MotionRecord:
 def once_per_record(
     function: Callable[Concatenate[MotionRecord, P], R],
 ) -> Callable[Concatenate[MotionRecord, P], R]:
-    """Return the function with a cache of its results, which are kept as long as their record.
+    """Return the function with a cache; a result is kept as long as its record exists.
 
     Several methods need the same value of the same record.
     """

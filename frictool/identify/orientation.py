@@ -122,7 +122,7 @@ def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) ->
 def _negative_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> str | None:
-    """Describe the inertia or the mean friction if it dominates the effort and is negative."""
+    """Describe a negative inertia or mean friction that dominates the effort."""
     try:
         samples, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
         if "coulomb" in parameters_of(samples)[1]:

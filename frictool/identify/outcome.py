@@ -59,10 +59,9 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return an outcome that identifies the informative intervals of `offered`.
+    """Return an outcome with the informative intervals of `offered`; it refuses the others.
 
-    The other parameters are refused. `reasons`: reasons of parameters that the method itself has
-    refused.
+    `reasons`: reasons for the parameters that the method itself has refused.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})

@@ -390,7 +390,7 @@ class _EffectRegression:
         return dict(zip(names, values.tolist(), strict=True))
 
     def _plausible(self, more: Sequence[Hypothesis], hypotheses: Sequence[Hypothesis]) -> float:
-        """Return the factor that limits the effort of `more`, 1 if it is less.
+        """Return the factor that limits the effort of `more`; 1 if this effort is below the limit.
 
         The limit is LARGEST_EFFORT of the measured effort, or the residual if that is larger.
         """
@@ -448,7 +448,7 @@ def _regression(
 
 
 def _states(samples: RegressionSamples) -> IntVector:
-    """Return the bin (n,) of each row by its velocity, apart for both signs of the acceleration."""
+    """Return the bin (n,) of each row by velocity and by the sign of the acceleration."""
     half = BINS // 2
     return equal_bins(samples.velocity, half) + half * (samples.acceleration > 0.0)
 

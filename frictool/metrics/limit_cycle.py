@@ -108,7 +108,7 @@ def _has_ended(time: Vector, position: Vector, turns: list[int], threshold: floa
 
 
 def _period(times: Vector) -> float:
-    """Return the mean time between turns of one side.
+    """Return the mean time between successive turns on the same side.
 
     For two turns, it is twice the time between them.
     """

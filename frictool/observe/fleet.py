@@ -81,7 +81,7 @@ class ObserveJob:
     estimators: EstimatorFactories = THESE
 
     def __call__(self, paths: tuple[Path, ...], member: FleetLog) -> FleetResult:
-        """Return the result of the log at the one path; after an error, its reason."""
+        """Return the result of the log at the one path; after an error, the reason of the error."""
         (path,) = paths
         try:
             one = LogObserver(path, self.model, self.settings, member.name, self.estimators)

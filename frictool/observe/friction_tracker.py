@@ -137,7 +137,7 @@ def _extended(model: Model) -> Vector:
 
 
 def _with_viscous(model: Model, end: int) -> Model:
-    """Return the model with each viscous friction at one end of its interval (0: the lower)."""
+    """Return the model with each viscous friction at one end of its interval (0: lower end)."""
 
     def at_end(quantity: Quantity | None) -> Quantity | None:
         return (

@@ -95,7 +95,7 @@ def _draw(axes: Any, number: int, unit: str, points: Sequence[tuple[float, Estim
 
 
 def _shown(row: FleetRow, ratios: bool) -> EstimateRange | None:
-    """Return the estimate to draw of a log; None if it has none."""
+    """Return the drawn estimate of a log; None if the log has no estimate."""
     if row.outcome is None or not row.outcome.estimate.moves:
         return None
     if ratios:

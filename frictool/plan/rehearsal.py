@@ -61,7 +61,7 @@ class HalfWidthSample:
         return max(bound, *self.widths)
 
     def joined(self, other: HalfWidthSample) -> HalfWidthSample:
-        """Return one sample with the half widths of both."""
+        """Return one sample with the half widths of both samples."""
         return HalfWidthSample(self.widths + other.widths, self.refusals + other.refusals)
 
 

@@ -141,7 +141,7 @@ def _corrected(
 
 
 def _promising(test: PreciseTest, widths: Mapping[str, float]) -> PreciseTest:
-    """Return the test with the promise of these half widths; infinite ones are left out."""
+    """Return the test with the finite ones of `widths` as its promised half widths."""
     finite = {name: one for name, one in widths.items() if math.isfinite(one)}
     figures = {
         name: one for name, one in test.sequence.figures.items() if not name.startswith("promised_")

@@ -96,7 +96,7 @@ def panels(
 
 
 def render(figure: Figure, label: str) -> str:
-    """Return the text of the `<svg>` element; call it within `drawing`.
+    """Return the text of the `<svg>` element; the call must be within `drawing`.
 
     The element contains the data of the charts with which a page replaces it (chart_data.py).
 

@@ -82,7 +82,7 @@ def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
 
 
 def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
-    """Return the widest parts at the two ends of x (n,) for whose slice of x `holds` is true.
+    """Return the widest part from each end of x (n,) whose slice satisfies `holds`.
 
     Their ends are rounded inwards. Parts narrower than the fraction WORTH of the travel are left
     out.

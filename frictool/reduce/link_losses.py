@@ -125,7 +125,7 @@ def _reflected_inertia(
         )
 
     def least(names: list[str]) -> float:
-        """Return the least share; irreversible links that would make it negative are left out.
+        """Return the least share, without the irreversible links that would make it negative.
 
         With a negative share the mechanism locks, and nothing accelerates.
         """

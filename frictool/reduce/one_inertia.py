@@ -59,7 +59,7 @@ class DirectionFriction:
 
     @property
     def breakaway_terms(self) -> tuple[float, ...]:
-        """Return the coefficients of the breakaway, the sum of both polynomials."""
+        """Return the coefficients of the breakaway: those of `coulomb` plus those of `extra`."""
         first, second = self.coulomb.coefficients, self.extra.coefficients
         count = max(len(first), len(second))
         padded = [(*terms, *(0.0 for _ in range(count - len(terms)))) for terms in (first, second)]

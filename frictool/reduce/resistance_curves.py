@@ -24,7 +24,7 @@ NOTHING = 1e-12  # largest omitted curve, relative to the largest effort
 
 @dataclass(frozen=True)
 class LinkLoss:
-    """Losses of a link of ratio 1. The near side is that of the source.
+    """Losses of a link of ratio 1. The near side is the side of the source.
 
     drive, back: lost effort divided by the transmitted effort, if the near side drives and if the
     far side drives. from_near: True if end `a` of the link is the near side; the loss is added to
@@ -186,7 +186,7 @@ def breakaway_ratio(directed: DirectedResistance) -> float:
 
 
 def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> FrictionOf:
-    """Return speed-dependent friction in Stribeck's law, or in law `svc` if it has no drop."""
+    """Return friction as a Stribeck law, or as law `svc` if it does not fall with speed."""
     axis: Axis = "rotary" if rotary else "linear"
     effort, viscous = si_unit("effort", axis), si_unit("viscous", axis)
     parameters = {

@@ -43,7 +43,7 @@ class IrreversibilityMargin:
 
 
 def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
-    """Return the smallest value of C_+ and -C_- over the positions x (n,)."""
+    """Return the margin of irreversibility over the positions x (n,): the least of C_+ and -C_-."""
     margin = np.minimum(directed.forward, -directed.backward)
     worst = int(np.argmin(margin))
     return IrreversibilityMargin(
@@ -159,7 +159,7 @@ def _unchanged(directed: DirectedResistance, largest: float) -> str:
 
 
 def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Return a text for each link of `names` whose friction has states, which curves neglect."""
+    """Return a text for each link of `names` whose friction has states; curves neglect states."""
     links = [(name, mechanism.links[name]) for name in names]
     return [
         f"presliding and memory of {name} ({link.law})"

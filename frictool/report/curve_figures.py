@@ -80,7 +80,7 @@ def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
 
 
 def draw_references(axes: Axes, evidence: Sequence[StreamEvidence]) -> None:
-    """Draw the references of the nominal streams; if they have none, the first other reference."""
+    """Draw the references of the nominal streams or, without these, the first other reference."""
     with_reference = [item for item in evidence if item.has("reference")]
     for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
         reference = item.plotted("reference")

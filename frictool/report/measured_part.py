@@ -44,7 +44,7 @@ class MeasuredPart:
         return self.of(self.evidence.stream.signals[name])
 
     def late(self, signal: Any) -> Any:
-        """Return the samples of a signal (n,) from `rest.after_s` after the hold's start on."""
+        """Return the samples of a signal (n,) later than `rest.after_s` after the hold's start."""
         return None if signal is None else self.of(signal)[self.rest]
 
     @cached_property

@@ -83,7 +83,7 @@ def page(
 
 
 def _places(verdict: Verdict, streams: JudgedStreams) -> dict[str, tuple[str, str]]:
-    """Return, of each located requirement, the key of a figure and the range to show, as JSON.
+    """Return requirement -> key of a figure and range to show as JSON, if the value has a place.
 
     A step has its own figure; another value is in the figure of the position over time.
     """

@@ -122,7 +122,7 @@ class _Wait(event.Listener):
         notifications.compiling()
 
     def on_end(self, event: Any) -> None:
-        """Release the lock after a failure; after a success `save_overload` releases it."""
+        """Release the lock after a failure; after a success `save_overload` releases the lock."""
         store = event.data["dispatcher"]._cache
         # the exception decides: numba 0.68 has is_failed the wrong way round
         if event._exc_details is not None and isinstance(store, KernelStore):

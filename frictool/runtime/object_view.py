@@ -165,7 +165,7 @@ def _table(rows: list[tuple[str, Any]]) -> str:
 
 
 def _records(records: Sequence[Any]) -> str:
-    """Return records of one kind as a table with a column for each field that one of them has."""
+    """Return records of one kind as a table with a column for each field that occurs."""
     rows = [dict(_fields(one)) for one in records[:MOST_ROWS]]
     columns = list(dict.fromkeys(name for row in rows for name in row))
     head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)

@@ -202,7 +202,7 @@ class _TradeSearch:
         return min(0.0, max(math.log(DEEPEST), values[0] + slope * (effort - known[0])))
 
     def _refine(self) -> None:
-        """Try one more effort in the widest gap next to the best one.
+        """Try one more effort in the widest gap next to the best effort.
 
         The gap is on the stricter side of the best effort, or next to the largest W1 if that can
         grow.

@@ -127,7 +127,7 @@ def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
 
 
 def _nested(ratio: Fraction, last: int, one: int) -> dict[int, tuple[int, int]]:
-    """Return centre and radius of v_j, times `one`, for j up to `last`."""
+    """Return centre and radius of `one` times v_j for j up to `last`."""
     begun = last + 64 + 4 * math.ceil(ratio)
     enclosures = {begun: (one >> 1, (one >> 1) + 1)}
     for j in range(begun - 1, 0, -1):

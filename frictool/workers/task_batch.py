@@ -37,7 +37,7 @@ def run_task(function: Callable[[Any], Any], task: Task) -> list[Any]:
 
 
 def task_results(task: Task, results: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-    """Yield each index with its result; raise a job's error after the results before it."""
+    """Yield each index with its result; raise a job's error after the earlier results."""
     for (index, _), result in zip(task, results, strict=True):
         if isinstance(result, JobFailure):
             raise result.error

@@ -1,4 +1,4 @@
-"""Notes about travel ranges that do not fit each other, which a file may nevertheless contain."""
+"""Notes about travel ranges that do not fit each other; a file with such ranges is valid."""
 
 from __future__ import annotations
 

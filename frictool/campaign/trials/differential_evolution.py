@@ -60,7 +60,7 @@ class SearchState:
 
     @property
     def ended(self) -> bool:
-        """Return True if no evaluation is left, or if no point can be worse."""
+        """Return True if no evaluation is left, or if the worst possible point is known."""
         return self.left <= 0 or self.worst == math.inf
 
     def at_point(self, unit: Vector) -> float:

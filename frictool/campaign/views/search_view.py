@@ -146,7 +146,7 @@ def _missed(best: Candidate) -> str:
 
 
 def _meets(row: ReachedValue) -> bool:
-    """Return True if the value reached with the others met is within the limit too."""
+    """Return True if a candidate that meets the other requirements meets this limit, too."""
     assert row.together is not None
     return row.together <= row.limit if row.relation == "<=" else row.together >= row.limit
 

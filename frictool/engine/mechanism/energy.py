@@ -66,7 +66,7 @@ def _held(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> tuple[float, 
 
 
 def balance(machine: CompiledMechanism, state: MechanismState) -> EnergyBalance:
-    """Return kinetic and stored energy in `state`, and work put in and lost so far [J]."""
+    """Return kinetic and stored energy in `state`, and the energy supplied and lost so far [J]."""
     kinetic, stored = _held(machine.whole, machine.numbers, state.y, state.modes)
     work: WorkByElement = work_by_element(machine, state)
     put_in = float(work.sources.sum() + work.external.sum())

@@ -47,7 +47,7 @@ def _are_finite(values: Vector) -> bool:
 
 @inset_kernel
 def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
-    """Fill the rows 0 of slopes and powers, and GUARD."""
+    """Compute the slopes and powers (row 0 of each) and the guards of the present state."""
     workspace = state.workspace
     out = RateEvaluation(
         workspace.slopes[0], workspace.w, workspace.lines[st.GUARD], workspace.powers[0]

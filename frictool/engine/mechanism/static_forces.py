@@ -23,7 +23,7 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
-    """Fill the rows NEED and NEED_HIGH with each member's force range; False if one is empty.
+    """Fill NEED and NEED_HIGH with each member's force range; return False if a range is empty.
 
     sided: True if each self-locking joint must be loaded on the side of its kink that its branch (a
     mode, +1 or -1) names. A joint with branch 0 is then at its kink, or loaded on the side on which

@@ -77,7 +77,7 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
 def _with_simulated_inertia(
     fit: SlidingFit, records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the fit with the inertia of output error, which differentiates nothing.
+    """Return the fit with the inertia by output error, which needs no differentiation.
 
     Effects cannot be simulated; their effort widens the interval. A fit with a load is returned
     unchanged.

@@ -227,7 +227,7 @@ class ExplanationSearch:
 
 
 def _thinned(record: MotionRecord, share: float) -> MotionRecord:
-    """Return PARTS evenly spaced parts of a record, a share of it; each part is a piece."""
+    """Return PARTS evenly spaced pieces of a record, with the fraction `share` of its samples."""
     if share >= 1.0:
         return record
     size = record.position.size
@@ -423,7 +423,7 @@ def _explanation(
     rivals: Sequence[Trial],
     state: str,
 ) -> Explanation:
-    """Return the view of a trial; `before` are the squares without it."""
+    """Return the view of a trial; `before` are the squares without its hypothesis."""
     one = trial.hypothesis
     alike = tuple(rival.hypothesis.what for rival in rivals)
     position = trial.rows.samples.loads.get(TERMS[SPRING][0])

@@ -90,7 +90,7 @@ def _instruments(
 def by_instruments(
     samples: RegressionSamples, z: tuple[Vector, ...], window: int, confidence: float
 ) -> dict[str, Interval]:
-    """Return each parameter with its interval, by instrumental variables.
+    """Return the interval of each parameter by instrumental variables.
 
     `z`: instruments of acceleration, velocity and sign, each (n,).
     """

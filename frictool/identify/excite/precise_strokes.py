@@ -1,4 +1,4 @@
-"""Design of the shortest test of strokes for a precision, or of the best one for a duration."""
+"""Design of a test of strokes: the shortest for a precision, or the most precise for a duration."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
 
 
 def _repetitions(bench: Bench, request: PrecisionRequest, program: StrokeProgram) -> Vector:
-    """Return the repetitions (k,) of the shortest test, or of the best one of a duration."""
+    """Return the repetitions (k,) of the shortest test, or of the most precise for the duration."""
     if request.duration is None:
         times = shortest(program)
         needed = None if times is None else float(times @ program.duration)

@@ -160,7 +160,7 @@ def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, A
 
 
 def _test(made: LogAssembly, main: StreamSurvey) -> tuple[str | None, bool]:
-    """Return the kind of test, and True if it was declared to `ingest`."""
+    """Return the kind of test, and True if this kind was declared to `ingest`."""
     recorded = made.notes.get(KIND, {}).get(TEST)
     return (recorded, True) if recorded else (kind_of(main.opening), False)
 

@@ -220,7 +220,7 @@ def _rows(log: WindingLog, timing: tuple[float, float, float]) -> list[tuple[Mat
 
 
 def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
-    """Return the interval that holds all of `intervals`, or the reason why it is none."""
+    """Return the interval that contains all of `intervals`, or why they determine none."""
     known = [one for one in intervals if one is not None]
     if len(known) < len(intervals):
         return UnusableLogs(

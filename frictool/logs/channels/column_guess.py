@@ -127,7 +127,7 @@ def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = N
 
 
 def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
-    """Return the first rows of each table with numbers, the tables with most columns first.
+    """Return the first rows of each numeric table, in descending order of the number of columns.
 
     Raises LogError if no table has numbers.
     """

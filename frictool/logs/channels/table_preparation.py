@@ -28,7 +28,7 @@ FindingTexts = Callable[[], tuple[str, ...]]
 def prepare_tables(
     tables: Sequence[RawTable], bench: Bench
 ) -> tuple[tuple[RawTable, ...], list[FindingTexts]]:
-    """Return the prepared tables, and functions that return the oddities found by a reading.
+    """Return the prepared tables, and functions that return warnings after reading.
 
     Raises LogError if no table has a channel of an encoder, or if the file has several tables.
     """

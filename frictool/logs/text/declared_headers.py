@@ -73,7 +73,7 @@ def declared_header(rows: Rows, number: Number, is_number: IsNumber) -> Declared
 
 
 def _keyed(rows: Rows, end: int) -> dict[str, Sequence[str]]:
-    """Return the rows before `end` by their first cell in lower case, the last of equal ones."""
+    """Return the rows before `end` by their first cell in lower case; the last of equal cells."""
     return {row[0].lower(): row for row in rows[:end] if row and row[0]}
 
 

@@ -130,7 +130,7 @@ class JsonLinesTable:
             raise LogError(self.source, "has no rows")
 
     def _row(self, line: bytes, wanted: Sequence[str]) -> Sequence[float] | None:
-        """Return the requested numbers, NaN for a missing one; None if all are missing."""
+        """Return the requested numbers, NaN for each missing number; None if all are missing."""
         found = self._decoder.numbers_of(line)
         if wanted and not any(name in found for name in wanted):
             return None

@@ -149,7 +149,7 @@ def cam_push(force: PiecewiseCubic, angle: PiecewiseCubic) -> PiecewiseCubic:
 
 @functools.lru_cache(maxsize=8)
 def _pushed(*numbers: bytes) -> PiecewiseCubic:
-    """Return force tan(angle) of curves given as bytes, cached.
+    """Return the curve force tan(angle), cached; the arguments are the arrays as bytes.
 
     Plants that differ in a mass or a friction share their cams.
     """

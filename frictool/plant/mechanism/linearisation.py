@@ -189,7 +189,7 @@ def _closed(
 def _moves(
     a: IntVector, b: IntVector, ratio: Vector, active: list[bool], count: int
 ) -> tuple[Matrix, tuple[int, ...]]:
-    """Return the ratio of each block to the root of its group (n, g), and the roots.
+    """Return the speed of each block relative to the root of its group (n, g), and the roots.
 
     Groups are formed by the active links; the root is the first block of each.
     """
