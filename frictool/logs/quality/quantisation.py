@@ -29,5 +29,5 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the step of which all values are multiples, or None."""
+        """Return the largest step for which all values are multiples of the step, or None."""
         return encoder_step(self._values) if self._values.size else None
