@@ -17,9 +17,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
-from frictool.plant.lti import Lti
+from frictool.plant.lti import Lti, block_diagonal
 from frictool.typing import Matrix
 
 
@@ -51,7 +50,7 @@ def connect(
     doubled = {name for name in [*available, *sums] if [*available, *sums].count(name) > 1}
     if doubled:
         raise ValueError(f"signals with two sources: {sorted(doubled)}")
-    rows: dict[str, Matrix] = {name: np.eye(len(available))[k] for k, name in enumerate(available)}
+    rows: dict[str, Matrix] = dict(zip(available, np.eye(len(available)), strict=True))
     for name, terms in sums.items():
         rows[name] = sum(
             (factor * _row(rows, term) for term, factor in terms.items()),
@@ -63,7 +62,7 @@ def connect(
     ).reshape(-1, len(available))
     leaving = np.array([_row(rows, name) for name in outputs]).reshape(-1, len(available))
     a, b, c, d = (
-        scipy.linalg.block_diag(*(getattr(block.system, part) for block in blocks.values()))
+        block_diagonal(*(getattr(block.system, part) for block in blocks.values()))
         for part in "abcd"
     )
     # produced = c x + d entering,  entering = e_in inputs + e_out produced
