@@ -114,7 +114,7 @@ def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
         radius = one * 3 ** math.ceil(size)
         for m in range(terms, -1, -1):
             shifted = m + order
-            scale = math.factorial(shifted + q) // math.factorial(shifted)
+            scale = math.perm(shifted + q, q)
             v, v_radius = inner[shifted + q + 1]
             centre = v // scale - centre * sigma.numerator // (sigma.denominator * (m + 1))
             radius = v_radius // scale + radius * size.numerator // (size.denominator * (m + 1)) + 4

@@ -178,7 +178,7 @@ def test_a_gamma_that_is_too_small_is_seen_in_simulation(monkeypatch: pytest.Mon
     monkeypatch.setattr("frictool.observe.design.verification.proved_gamma", lambda *_: 10.0)
     with pytest.raises(
         NoSolutionError,
-        match=r"not verified: the simulated gain .* is .*, above the gamma 10 ",
+        match=r"not verified: the simulated gain .* is .*, above the proved gamma 10;",
     ):
         _broken("nothing")
 
