@@ -11,8 +11,8 @@ saturation (tanh) and high for a clip.
 Loads and friction that vary over position and speed bend the effort, too. The rival is a linear fit
 with further columns over position and speed. The effort is saturated if S compresses the largest
 efforts, and if it explains the effort better than the rival, or as well as the rival and much
-better than the linear fit without the further columns. Each comparison must have the same result
-without the stroke that supports it most.
+better than the linear fit without the further columns. This gain must be certain over the strokes,
+or very large. Each comparison must have the same result without the stroke that supports it most.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import scipy
 
 from frictool.documents.bench import Bench
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.term_selection import by_stroke
 from frictool.identify.rows.effects import SmoothedMotion
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.slip_fit import slipping_mask, stroke_samples
@@ -42,9 +43,11 @@ MOST_EVALUATIONS = 60  # of S in one fit
 COMPRESSED = 0.05  # compression of the samples that are treated as saturated
 LEAST_COMPRESSION = 0.08  # mean compression of the top samples
 LARGEST_RESIDUAL = 0.15  # rms residual relative to the scale; a worse fit explains nothing
-BETTER = 0.9  # squared residual relative to that with the rivals
+BETTER = 0.85  # squared residual relative to that with the rivals
 AS_GOOD = 1.1
-MUCH_BETTER = 0.65  # squared residual relative to that without the rivals
+MUCH_BETTER = 0.8  # squared residual relative to that without the rivals, if the gain is certain
+FAR_BETTER = 0.5  # the same for any gain
+CERTAIN = 6.0  # gain in standard errors over the strokes
 FEWEST_STROKES = 3
 SLOW = 0.1  # w relative to the top speed
 
@@ -176,8 +179,18 @@ def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector)
     if squares.sum() > LARGEST_RESIDUAL**2 * squares.size or stroke.max() + 1 < FEWEST_STROKES:
         return False
     return _less(squares, BETTER * rivals, stroke) or (
-        _less(squares, AS_GOOD * rivals, stroke) and _less(squares, MUCH_BETTER * plain, stroke)
+        _less(squares, AS_GOOD * rivals, stroke)
+        and _less(squares, MUCH_BETTER * plain, stroke)
+        and (
+            _less(squares, FAR_BETTER * plain, stroke)
+            or _certain(by_stroke(plain - squares, stroke))
+        )
     )
+
+
+def _certain(gain: Vector) -> bool:
+    """Return whether the mean gain of the strokes (s,) is far above its standard error."""
+    return bool(np.mean(gain) > CERTAIN * np.std(gain, ddof=1) / np.sqrt(gain.size))
 
 
 def _less(one: Vector, other: Vector, stroke: IntVector) -> bool:

@@ -16,6 +16,8 @@ from frictool.identify.hidden_saturation import hidden_saturation
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.typing import Vector
 from studies.command_line import run
+from studies.violations.families import draw_violation
+from studies.violations.recording import record as violating_record
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
 from tests.support.command_line import refused
 
@@ -197,3 +199,20 @@ def test_strokes_of_constant_speed_are_kept(tmp_path: Path, seed: int) -> None:
         hidden_saturation(record(arm, position, noisy(effort, seed)), bench_of(tmp_path, arm))
         is None
     )
+
+
+@pytest.mark.parametrize(
+    ("seed", "family", "number"),
+    [("jw1", "coarse_encoder", 6), ("jw1", "belt", 5), ("jw2", "mild_mix", 0)],
+)
+def test_an_effort_that_another_effect_bends_is_kept(
+    tmp_path: Path, seed: str, family: str, number: int
+) -> None:
+    """A compliance or a friction law bends the largest efforts of a few strokes."""
+    log = violating_record(draw_violation(seed, family, number), seed)
+    path = tmp_path / "bench.yaml"
+    path.write_text(log.bench)
+    bench = load(path, Bench)
+    step, constant = bench.encoder.resolution, bench.actuator.constant.value
+    motion = make_record("log", log.time, log.counts * step, log.current * constant, step, 0.0)
+    assert hidden_saturation(motion, bench) is None
