@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from frictool.plant.axis import AxisParameters
-from frictool.prove.interval import ZERO, RoundedInterval, decay, point
+from frictool.prove.interval import WHOLE, ZERO, RoundedInterval, decay, point
 
 EVENT = 1e-9  # s, time around an event that is enclosed as a whole
 TERMS = 14  # terms of the Taylor series
@@ -363,10 +363,10 @@ def _series(phase: _Phase, step: float) -> tuple[RoundedInterval, RoundedInterva
         inner = b - phase.alpha * c
         if k == 1:
             inner = inner + phase.settled
-        c = inner * d / point(float(k))
-        b = -(b * phase.losing) * d / point(float(k))
+        c = inner * d / WHOLE[k]
+        b = -(b * phase.losing) * d / WHOLE[k]
         total = total + c
-        path = path + c * d / point(float(k + 1))
+        path = path + c * d / WHOLE[k + 1]
     size = (
         phase.settled.magnitude
         + 2.0 * TERMS * phase.excess.magnitude

@@ -45,6 +45,10 @@ class RoundedInterval:
     def __truediv__(self, other: RoundedInterval) -> RoundedInterval:
         if other.low <= 0.0 <= other.high:
             raise ZeroDivisionError("the divisor contains 0")
+        if other.low > 0.0:
+            low = self.low / (other.high if self.low >= 0.0 else other.low)
+            high = self.high / (other.low if self.high >= 0.0 else other.high)
+            return RoundedInterval(nextafter(low, -inf), nextafter(high, inf))
         a, b, c, d = (
             self.low / other.low,
             self.low / other.high,
@@ -83,6 +87,9 @@ def point(value: float) -> RoundedInterval:
     return RoundedInterval(value, value)
 
 
+WHOLE = tuple(point(float(n)) for n in range(64))  # whole numbers of series
+
+
 def decay(rate_time: RoundedInterval) -> RoundedInterval:
     """Return an enclosure of e^-x for an interval x >= 0, from a Taylor series."""
     halvings = 0
@@ -94,7 +101,7 @@ def decay(rate_time: RoundedInterval) -> RoundedInterval:
     # the terms alternate and fall, so that two successive partial sums enclose the value
     total, term = point(1.0), point(1.0)
     for n in range(1, 24):
-        term = term * x / point(float(n))
+        term = term * x / WHOLE[n]
         low, high = (total - term, total) if n % 2 else (total, total + term)
         total = total - term if n % 2 else total + term
     value = RoundedInterval(max(0.0, min(low.low, high.low)), max(low.high, high.high))

@@ -145,7 +145,7 @@ BROKEN = {
 
 @pytest.mark.parametrize("fault", BROKEN)
 def test_broken_controllers_are_not_proved(fault: str) -> None:
-    test = _step_test(BROKEN[fault](certified("speed")), 0.4)
+    test = _step_test(BROKEN[fault](certified("speed")), 0.3)
     proof = prove_step(test, HERE)
     assert verdict_of(proof) != "proved"
     for one in proof.requirements:
