@@ -13,7 +13,7 @@ from frictool.documents.name_list import listed
 from frictool.documents.quantity import Quantity
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
-from frictool.identify.methods import DEFAULT
+from frictool.identify.methods import DEFAULT, METHODS
 
 # force error or relative residual above which the effort is noisy or the model incomplete
 DOUBTFUL_FORCE_ERROR = 0.2
@@ -82,7 +82,8 @@ def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
         if method == DEFAULT
         else "run frictool validate, or use --method auto"
     )
+    hidden = ", which the intervals do not include" if METHODS[method].comparison else ""
     return [
         f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, "
-        f"or the model lacks an effect of the axis; {advice}"
+        f"or the model lacks an effect of the axis{hidden}; {advice}"
     ]

@@ -35,6 +35,8 @@ class IdentificationMethod:
     - whole_curve: True if it fits a curve over speed without the inertia. The parameters of the
       curve are identified or refused together, never fixed, and not compared with REFERENCE
     - differentiates: True if it uses plain differences, which need a fine encoder and no gaps
+    - comparison: True if it serves to compare published values only: its intervals do not include
+      effects that the model lacks if the force error is large
     - known_terms: name of the function that fits load terms that are already known, or None. It is
       used for warnings in place of the method, which would search the terms again
     """
@@ -48,6 +50,7 @@ class IdentificationMethod:
     known_inertia: bool = False
     whole_curve: bool = False
     differentiates: bool = False
+    comparison: bool = False
     known_terms: str | None = None
 
     @property
@@ -153,12 +156,14 @@ _ROWS = (
         "plain least squares on differences, with equal weights of all samples",
         "comparison with published values",
         ("time_constant",),
+        comparison=True,
     ),
     IdentificationMethod(
         "threshold",
         "least squares on differences of samples faster than a threshold",
         "comparison; a fine encoder and a known Stribeck velocity",
         ("time_constant", "threshold"),
+        comparison=True,
     ),
     IdentificationMethod(
         "sines",

@@ -9,6 +9,7 @@ from frictool.documents.quantity import Quantity
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.coast_down import coast_down
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_warnings import DOUBTFUL_FORCE_ERROR
 from frictool.identify.fixed_parameter_refit import fixed_parameters, refit
 from frictool.identify.force_error import force_error
 from frictool.identify.interval_checks import NEVER_NEGATIVE
@@ -82,9 +83,11 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    Motion with the drive off has no effort for this search.
+    Motion with the drive off has no effort for this search. A method for comparison keeps its
+    intervals if the force error is doubtful; a warning states this (`fit_warnings`).
     """
-    if logs.drive_off:
+    doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
+    if logs.drive_off or (doubtful and METHODS[logs.method].comparison):
         return WidenedFit(fit)
     return widened(fit, logs.sliding, logs.bench, logs.settings.confidence)
 

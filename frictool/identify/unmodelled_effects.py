@@ -273,7 +273,8 @@ class _EffectRegression:
         """Return the variance (p,) due to acceleration noise, which repeats in every stroke.
 
         The variance is 0 unless few rows determine viscous friction. The rows are far enough apart
-        that their noise is independent within a stroke.
+        that their noise is independent within a stroke. Its rms is at most that of the residual, in
+        which it must appear.
         """
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)
@@ -287,7 +288,9 @@ class _EffectRegression:
         fixed = rows.samples.fixed.get("inertia")
         inertia = float(rows.fitted(rows.columns(self.used))[0]) if fixed is None else fixed.value
         strokes = np.unique(rows.samples.stroke).size
-        return np.asarray((inertia * rows.noise) ** 2 * strokes * np.sum(influence, axis=1))
+        left = float(np.sqrt(np.mean(rows.residual(self.used) ** 2)))
+        noise = min(inertia * rows.noise, left)
+        return np.asarray(noise**2 * strokes * np.sum(influence, axis=1))
 
     def intervals(self) -> dict[str, Interval]:
         """Return the intervals of all parameters of the model, over clusters."""
