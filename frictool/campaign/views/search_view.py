@@ -139,10 +139,20 @@ def _missed(best: Candidate) -> str:
     """Return the requirement that the best candidate misses."""
     key = max(best.missing, key=best.missing.__getitem__)
     first = next(one for one in best.metrics if one.key == key)
+    reached, limit = _told_apart(best.worst(first), first.limit, first.unit)
     return (
-        f"{requirement_title(first.name)} is {_number(best.worst(first), first.unit)} for the best "
-        f"candidate, specified {first.relation} {_number(first.limit, first.unit)}"
+        f"{requirement_title(first.name)} is {reached} for the best candidate, specified "
+        f"{first.relation} {limit}"
     )
+
+
+def _told_apart(value: float, limit: float, unit: str) -> tuple[str, str]:
+    """Return value and limit with four digits, or with as many as show that they differ."""
+    for digits in range(4, 17):
+        texts = _number(value, unit, digits), _number(limit, unit, digits)
+        if texts[0] != texts[1]:
+            break
+    return texts
 
 
 def _meets(row: ReachedValue) -> bool:
@@ -163,6 +173,6 @@ def _candidates(one: FamilyOutcome) -> str:
     return f"{one.candidates} candidate{'s' if one.candidates != 1 else ''}"
 
 
-def _number(value: float | None, unit: str) -> str:
+def _number(value: float | None, unit: str, digits: int = 4) -> str:
     known = value is not None and math.isfinite(value)
-    return f"{value:.4g} {unit}".rstrip() if known else "none"
+    return f"{value:.{digits}g} {unit}".rstrip() if known else "none"
