@@ -137,12 +137,13 @@ def _write_example(folder: Path, example: str, as_json: bool) -> None:
 def _still_to_do(folder: Path, start: StartingRig, keys: dict[str, list[str]]) -> str:
     lines = ["these values are examples; replace them before you rely on a verdict"]
     lines += [f"  {name}: {', '.join(messages)}" for name, messages in keys.items()]
+    text = bounded(lines, LONGEST_TEXT)
     if start.log_path is None:
-        lines.append(
-            f"put the bench's logs (CSV, MATLAB, MCAP) into {folder / 'logs'}/, then "
+        text += (
+            f"\nput the bench's logs (CSV, MATLAB, MCAP) into {folder / 'logs'}/, then "
             f"run make -C {shlex.quote(str(folder))}"
         )
-    return bounded(lines, LONGEST_TEXT)
+    return text
 
 
 def _start(folder: Path, axis: str | None, log: Path | None) -> StartingRig:

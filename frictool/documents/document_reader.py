@@ -128,8 +128,8 @@ class DocumentReader(QuantityReader):
         try:
             return kind(**values)
         except ValueError as error:
-            named = re.match(r"\w+", str(error))
-            at = present.get(named[0], (node, node))[0] if named is not None else node
+            named = re.match(r"`?(\w+)", str(error))
+            at = present.get(named[1], (node, node))[0] if named is not None else node
             self.fail(at, key or kind.__name__.lower(), str(error))
 
     def _missing(

@@ -62,7 +62,7 @@ def pooling_warnings(
         if ratio > WIDER:
             out.append(
                 f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of "
-                f"{best} alone, {_reason(intervals)}; use --each log, or leave one out"
+                f"{best} alone, {_reason(intervals)}; use --each log"
             )
     return out
 

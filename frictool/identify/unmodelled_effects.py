@@ -18,8 +18,7 @@ parameter in opposite directions. The largest movement of all accepted effects c
 beyond the interval of the bench, unless the two intervals do not overlap.
 
 If the encoder is so coarse that noise attenuates the inertia, the interval of the inertia is not
-widened, and the effort of the inertia is treated as known. A doubtful force error is an exception:
-what the model lacks then shifts the inertia more than noise does.
+widened, and the effort of the inertia is treated as known.
 """
 
 from __future__ import annotations
@@ -44,7 +43,6 @@ from frictool.identify.fit_result import (
     UnusableLogs,
     intervals_around,
 )
-from frictool.identify.fit_warnings import DOUBTFUL_FORCE_ERROR
 from frictool.identify.force_error import friction_in_slip
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import IdentificationSettings
@@ -428,7 +426,6 @@ def _regression(
         samples = search.samples(waves)
         fixed = dict(fit.fixed)
         noisy = search.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
-        noisy = noisy and (fit.force_error or 0.0) <= DOUBTFUL_FORCE_ERROR
         if noisy:
             fixed["inertia"] = {**sliding_intervals(fit.parameters, bench), **fit.parameters}[
                 "inertia"

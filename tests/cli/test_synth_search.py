@@ -152,7 +152,7 @@ def test_blocks_of_a_design_with_method_auto_are_kept(spec: Path, tmp_path: Path
     design.write_text(wishes.replace("weights: {}", "weights: {bandwidth_rad_s: 40}"))
     refused(run(*_synth(spec, "--design", design)), 3, "method auto searches them")
     design.write_text(f"{wishes}profile: {{}}\n")
-    refused(run(*_synth(spec, "--design", design)), 3, "wishes.yaml:7: ", "profile replaces")
+    refused(run(*_synth(spec, "--design", design)), 3, "wishes.yaml:7: ", "`profile` replaces")
     profile = wishes.replace(
         "prefilter: {natural_frequency_rad_s: 25, damping: 0.9}", "profile: {}"
     )

@@ -262,7 +262,7 @@ def test_ramps_played_by_their_rules_give_the_breakaway() -> None:
         (
             "breakaway",
             ExcitationSettings(open_loop=True),
-            ("travel: the lightest axis", "without --open-loop"),
+            ("travel: the lightest axis", "leave out --open-loop"),
         ),
         ("sines", ExcitationSettings(duration=1e6), ("duration", "samples")),
     ],

@@ -199,10 +199,9 @@ def test_a_fit_that_gives_an_offset_alone_is_no_solution() -> None:
     bench = msgspec.structs.replace(
         bench, mechanics=msgspec.structs.replace(bench.mechanics, **known)
     )
-    with pytest.raises(
-        NothingIdentified, match=r"the fit gives .* and neither inertia nor friction"
-    ) as raised:
+    with pytest.raises(NothingIdentified) as raised:
         identify_records([record(sines(1))], [], bench, "least-squares", IdentificationSettings())
+    assert "neither inertia nor friction" in raised.value.result.refused["offset"]
     assert raised.value.exit_code == 4
     assert raised.value.result.identified == {}
 
