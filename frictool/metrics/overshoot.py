@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from frictool.metrics.response_time import ROUNDED
 from frictool.typing import Vector
 
 
@@ -17,4 +18,4 @@ def overshoot_percent(
     """
     amplitude = target - origin
     excess = float(((position - target) * np.sign(amplitude)).max())
-    return 100.0 * excess / abs(amplitude) if excess > resolution else 0.0
+    return 100.0 * excess / abs(amplitude) if excess > resolution * ROUNDED else 0.0

@@ -10,11 +10,13 @@ from frictool.metrics.final_value import final_value, tail_samples
 from frictool.typing import Vector
 
 ZONE = 0.05  # half width of the zone, relative to the step's amplitude
+# factor on a limit of whole sensor steps: rounded positions at the limit are not beyond it
+ROUNDED = 1.0 + 1e-9
 
 
 def zone_half_width(origin: float, target: float, resolution: float) -> float:
     """Return the half width of the 95 % zone [rad or m]: 5 % of the step, at least `resolution`."""
-    return max(ZONE * abs(target - origin), resolution)
+    return max(ZONE * abs(target - origin), resolution) * ROUNDED
 
 
 def response_time_95(

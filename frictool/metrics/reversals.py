@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from frictool.metrics.final_value import final_value
-from frictool.metrics.response_time import zone_half_width
+from frictool.metrics.response_time import ROUNDED, zone_half_width
 from frictool.typing import Vector
 
 LEAST_RETURN = 0.01  # least return of a reversal, relative to the step
@@ -56,7 +56,6 @@ def reversals(position: Vector, origin: float, target: float, resolution: float 
     inside = (np.abs(position - final_value(position)) <= zone).nonzero()[0]
     if inside.size == 0:
         return 0
-    threshold = max(LEAST_SENSOR_STEPS * resolution, LEAST_RETURN * abs(target - origin))
-    return len(
-        turning_points(position[inside[0] :], threshold, math.copysign(1.0, target - origin))
-    )
+    least = max(LEAST_SENSOR_STEPS * resolution, LEAST_RETURN * abs(target - origin))
+    direction = math.copysign(1.0, target - origin)
+    return len(turning_points(position[inside[0] :], least * ROUNDED, direction))

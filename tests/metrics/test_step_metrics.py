@@ -123,6 +123,19 @@ def test_overshoot_within_a_sensor_step_counts_as_none() -> None:
     assert overshoot_percent(position, 5.0, 55.0, resolution=0.9) == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("step", [0.1122, 1.9e-5, 2.0 * math.pi / 4106.0])
+def test_whole_sensor_steps_at_a_limit_are_not_beyond_it_by_rounding(step: float) -> None:
+    """An overshoot of one count, a return of two, and a zone of one, at any place of the axis."""
+    for place in range(0, 40_000, 97):
+        overshooting = step * (place + np.r_[0, 10, 21, np.full(40, 20)])
+        assert overshoot_percent(overshooting, step * place, step * (place + 20), step) == 0.0
+        swing = step * (place + np.r_[0, 10, 20, 22, 20, 22, np.full(40, 20)])
+        assert reversals(swing, step * place, step * (place + 20), step) == 0
+        late = step * (place + np.r_[0, 10, np.full(10, 21), np.full(400, 20)])
+        time = 1e-3 * np.arange(late.size)
+        assert response_time_95(time, late, step * place, step * (place + 20), step) == 2e-3
+
+
 def test_static_error_counts_either_side() -> None:
     assert static_error(np.full(100, 53.5), 55.0) == pytest.approx(1.5)
     assert static_error(np.full(100, 56.5), 55.0) == pytest.approx(1.5)
