@@ -6,7 +6,7 @@ No refusal and no warning is longer than 200.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -82,16 +82,20 @@ def refusals(source: str) -> Iterator[tuple[int, int]]:
             yield node.lineno, max(map(text_length, call.args), default=0)
 
 
+def too_long(modules: list[Path], lengths: Callable[[str], Iterator[tuple[int, int]]]) -> list[str]:
+    """Return place and length of each text that is too long for a line with its place."""
+    return [
+        f"{path.relative_to(ROOT)}:{line}: {length} characters"
+        for path in modules
+        for line, length in lengths(path.read_text())
+        if length > LONGEST_REFUSAL - PLACE
+    ]
+
+
 def test_no_refusal_is_long() -> None:
     modules = sorted((ROOT / "frictool").rglob("*.py"))
     assert modules
-    long = [
-        f"{path.relative_to(ROOT)}:{line}: {length} characters"
-        for path in modules
-        for line, length in refusals(path.read_text())
-        if length > LONGEST_REFUSAL - PLACE
-    ]
-    assert not long
+    assert not too_long(modules, refusals)
 
 
 def messages(source: str) -> Iterator[tuple[int, int]]:
@@ -116,13 +120,7 @@ def test_no_message_of_identify_is_long() -> None:
         if path.parent.name not in ("model_page", "excite") and path.name != "text_view.py"
     ]
     assert len(modules) > 50
-    long = [
-        f"{path.relative_to(ROOT)}:{line}: {length} characters"
-        for path in modules
-        for line, length in messages(path.read_text())
-        if length > LONGEST_REFUSAL - PLACE
-    ]
-    assert not long
+    assert not too_long(modules, messages)
 
 
 WIDE = Interval(-1.234e-05, -2.345e-05, -1.111e-05)
