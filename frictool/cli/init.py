@@ -14,7 +14,7 @@ from frictool.cli.common_options import existing, json_option
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.guessed_columns import preset_text, question_lines
 from frictool.documents.example_rigs import EXAMPLES
-from frictool.identify.line_breaking import bounded
+from frictool.presentation.line_breaking import bounded
 
 if TYPE_CHECKING:
     from frictool.documents.quantity import Axis

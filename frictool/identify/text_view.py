@@ -14,9 +14,9 @@ from frictool.identify.breakaway.rate_table import rate_lines
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
 from frictool.identify.fit_result import PARAMETERS, Explanation
 from frictool.identify.from_logs import IdentifiedModel
-from frictool.identify.line_breaking import bounded
 from frictool.identify.methods import METHODS
 from frictool.identify.rows.effects import EFFECTS
+from frictool.presentation.line_breaking import bounded
 
 REMOVED = frozenset(effect.term for effect in EFFECTS)
 

@@ -24,9 +24,9 @@ from frictool.identify.fit_warnings import (
     replacement_warnings,
 )
 from frictool.identify.identification import Identification, NothingIdentified
-from frictool.identify.line_breaking import INDENT, LONGEST, bounded
 from frictool.identify.rows.effects import WHAT
 from frictool.identify.unmodelled_effects import WidenedFit
+from frictool.presentation.line_breaking import INDENT, LONGEST, bounded
 from studies.command_line import run
 from tests.support.linear_axis import linear_bench
 

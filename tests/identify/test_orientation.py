@@ -18,10 +18,10 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.identify.fit_result import PARAMETERS
 from frictool.identify.identification import NothingIdentified, identify_records
-from frictool.identify.line_breaking import LONGEST
 from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
 from frictool.identify.orientation import reversed_sign
 from frictool.plant.axis import AxisParameters
+from frictool.presentation.line_breaking import LONGEST
 from studies.command_line import CommandResult, run
 from studies.rigs.identification_rigs import CLUTCH, ROOT, clutch, record
 from studies.rigs.sample_logs import ramp, sines

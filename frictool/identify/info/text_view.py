@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from frictool.identify.info.log_information import Information
-from frictool.identify.line_breaking import bounded
 from frictool.logs.losses import loss_text
 from frictool.logs.provenance import PROVENANCE
 from frictool.logs.quality.log_kinds import KINDS
 from frictool.logs.quality.survey import SignalSurvey, StreamSurvey
 from frictool.logs.quality.time_base import FEWEST_LEVELS
 from frictool.logs.text.text_layout import PLAIN
+from frictool.presentation.line_breaking import bounded
 
 
 def table(information: Information) -> str:
