@@ -35,8 +35,8 @@ class IdentificationMethod:
     - whole_curve: True if it fits a curve over speed without the inertia. The parameters of the
       curve are identified or refused together, never fixed, and not compared with REFERENCE
     - differentiates: True if it uses plain differences, which need a fine encoder and no gaps
-    - comparison: True if it serves to compare published values only: its intervals do not include
-      effects that the model lacks if the force error is large
+    - comparison: True if it serves only for comparison with published values. If the force error is
+      large, its intervals are not widened for effects that the model lacks
     - known_terms: name of the function that fits load terms that are already known, or None. It is
       used for warnings in place of the method, which would search the terms again
     """

@@ -268,11 +268,12 @@ class _EffectRegression:
         return out
 
     def _variance_by_noise(self, columns: Matrix) -> Vector:
-        """Return the variance (p,) due to acceleration noise, which repeats in every stroke.
+        """Return the variance (p,) of the parameters due to noise of the acceleration.
 
-        The variance is 0 unless few rows determine viscous friction. The rows are far enough apart
-        that their noise is independent within a stroke. Its rms is at most that of the residual, in
-        which it must appear.
+        It is computed only if few rows determine viscous friction; else it is 0. The noise is
+        treated as the same in all strokes, so that strokes do not average it, and as independent
+        between the rows of a stroke. The rms of the noise is limited to that of the residual,
+        because the residual contains this noise.
         """
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)
@@ -395,7 +396,8 @@ class _EffectRegression:
     def _plausible(self, more: Sequence[Hypothesis], hypotheses: Sequence[Hypothesis]) -> float:
         """Return the factor that limits the effort of `more`; 1 if this effort is below the limit.
 
-        The limit is LARGEST_EFFORT of the measured effort, or the residual if that is larger.
+        The limit is the share LARGEST_EFFORT of the rms effort, or the rms residual if that is
+        larger.
         """
         samples = self.rows.samples
         size = float(np.sqrt(np.mean((samples.effort + samples.known_effort) ** 2)))

@@ -10,7 +10,8 @@ from frictool.metrics.final_value import final_value, tail_samples
 from frictool.typing import Vector
 
 ZONE = 0.05  # half width of the zone, relative to the step's amplitude
-# factor on a limit of whole sensor steps: rounded positions at the limit are not beyond it
+# factor on limits, so that floating-point rounding puts no position that is exactly at a limit of
+# whole sensor steps beyond it
 ROUNDED = 1.0 + 1e-9
 
 

@@ -78,12 +78,14 @@ def travel_table(
 ) -> Table:
     """Return the travel over the time since the onset as cubic polynomials, (STEPS, 6).
 
-    Row k holds for duration (k/STEPS)^2 to duration ((k + 1)/STEPS)^2: begin [s], 1/length [1/s],
-    and four coefficients over the share of the row's time that has passed, the constant first.
+    Row k is valid from t = duration * (k/STEPS)^2 to t = duration * ((k + 1)/STEPS)^2. Its columns
+    are its begin [s], 1/length [1/s], and the four coefficients, the constant first, of a cubic in
+    (t - begin)/length.
 
     Friction falls by `excess`, from the breakaway to Coulomb friction, over the Stribeck velocity
-    `velocity`; with inf it does not fall. The integration is a fourth-order Runge-Kutta method. Its
-    steps are short at the onset, where a fast fall changes the acceleration.
+    `velocity`; if `velocity` is inf, friction does not fall. The integration is a fourth-order
+    Runge-Kutta method. Its steps are short at the onset, where a fast fall changes the
+    acceleration.
     """
     table = np.empty((STEPS, 6))
     slopes = np.zeros(4)
@@ -147,12 +149,15 @@ def misfit(
     table_duration: float,
     table: Table,
 ) -> tuple[float, float]:
-    """Return the squared difference of `travel` and start + `seen`, and the best start.
+    """Return the least sum of squares of travel - (start + `seen`), and the start that gives it.
+
+    The sum includes timing (start - expected)^2.
 
     - time, seen: times [s] of the encoder's changes, and distances [rad | m] at them, (n,)
     - ramp: |effort| at time 0, and its rate per s
     - axis: inertia, viscous, coulomb
-    - expected, timing: preferred start, rad | m, and weight of this preference (see the module)
+    - expected, timing: preferred start, rad | m, and its weight relative to one change (see the
+      module)
     - resolution: encoder step, rad | m; the start is between 0 and one step
     - table, table_duration: result of `travel_table` and its duration, s; without rows, friction
       falls immediately

@@ -5,12 +5,12 @@ strokes, acceleration is nearly orthogonal to velocity and its sign, so that thi
 widens the other intervals.
 
 Noise attenuates this parameter. If all strokes have one speed, only the reversals separate viscous
-from Coulomb friction, and the attenuation shifts both. The other intervals therefore include every
-inertia between the fitted one and the one without attenuation (`_with_attenuation`).
+from Coulomb friction, and the attenuation shifts both. The intervals of the others therefore cover
+their fits for every inertia from the fitted one to the one without attenuation (`_unattenuated`).
 
 The window is chosen twice. The first window is long enough for an inertia of any precision. The
 second window is the shortest one with which encoder noise attenuates the inertia by less than a
-fifth of its standard deviation. A short window loses fewer samples near reversals.
+fifth of the inertia's standard deviation. A short window loses fewer samples near reversals.
 """
 
 from __future__ import annotations
@@ -129,8 +129,8 @@ def _unattenuated(
     """Return the fitted inertia; its interval includes the inertia without attenuation by noise.
 
     Noise with the rms `noise` multiplies the inertia by 1 - noise^2/s^2, where s is the rms of the
-    acceleration that the other columns do not explain. The upper end is at most the bench's, unless
-    the fit is above it.
+    acceleration that the other columns do not explain. The upper end is at most the larger of the
+    upper ends of the bench's and of the fitted interval.
     """
     fitted = result.parameters["inertia"]
     left = max(1.0 - noise**2 / _own_acceleration(samples) ** 2, 0.0)
