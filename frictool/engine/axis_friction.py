@@ -61,10 +61,10 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return the breakaway after a long rest at x [N m | N], and its fresh fraction.
+    """Return (F, fraction): the breakaway F [N m | N] after a long rest at x, and a fraction.
 
-    The breakaway just after a stop is this fraction of the first value, and at least F_c. The axis
-    must have friction laws.
+    Just after a stop, the breakaway is fraction * F; the fraction is raised if this product would
+    be below F_c. The axis must have friction laws.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -88,7 +88,7 @@ def at_edge(state: Vector, p: Vector, direction: float) -> bool:
 def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
     """Return the largest effort [N m | N] in a direction under which an axis stays at rest.
 
-    The effort is inf at an end stop.
+    At an end stop, the result is inf.
     """
     if laws is not None and distance_to_stop(laws, state[ax.POSITION], direction) <= 0.0:
         return math.inf
@@ -107,7 +107,7 @@ def distance_to_stop(p: Vector, x: float, direction: float) -> float:
 
 @kernel
 def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
-    """Return distance [rad | m] and kind of the next boundary from x in this direction.
+    """Return the distance [rad | m] from x to the next boundary in this direction, and its kind.
 
     The kind is MAP_EDGE (an end of the travel of the position polynomials) or END_STOP.
     """

@@ -4,14 +4,14 @@
     slipping   until the speed falls to zero or the backlash closes; solved to rounding
                (engine/slip_closed_form.py)
 
-With friction laws (plant/axis_friction_laws.py) a slip also ends where the law changes: at a knee,
-at the boundary of the Stribeck layer and at an end of the position polynomials. End stops end it,
-too. If the breakaway grows with the time at rest, engine/drive_lag.py computes the time of the
-breakaway. If friction is nonlinear in speed or position, or a load follows the position
-(plant/position_load.py), the slip is integrated in steps (engine/slip_integration.py); otherwise it
-has a closed form.
+With friction laws (plant/axis_friction_laws.py) a slip also ends at an end stop, and where the law
+changes: at a knee, at the boundary of the Stribeck layer and at an end of the position polynomials.
+If the breakaway grows with the time at rest, engine/drive_lag.py computes the time of the
+breakaway. If friction is nonlinear in speed or position, or a load depends on the position
+(plant/position_load.py), the slip is integrated in steps (engine/slip_integration.py); otherwise
+the slip has a closed form.
 
-The sign of the friction is fixed within a phase: no integrator ever evaluates sign(v). After a stop
+The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the
 effort. Parameters and state are those of plant/axis.py.
 """
@@ -308,8 +308,8 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
     """Return True if the axis rests and stays at rest as long as `command` [A | V] acts.
 
     The test is exact, because the drive tends monotonically to the command and the breakaway does
-    not fall at rest. The result is False for an axis with a winding, because its drive limit
-    changes in each part of a period.
+    not fall at rest. The result is False for an axis with a winding, because the winding changes
+    the drive limit within a period.
     """
     if state[ax.VELOCITY] != 0.0 or p[ax.RESISTANCE] > 0.0:
         return False
@@ -336,7 +336,7 @@ def rest_on(state: Vector, command: float, p: Vector, duration: float, decay: fl
 
 @kernel
 def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
-    """Return the lowest and highest drive [A | V] at a speed, by drive limit and winding."""
+    """Return the lowest and highest drive [A | V] that drive limit and winding allow at a speed."""
     low = -p[ax.DRIVE_LIMIT]
     high = p[ax.DRIVE_LIMIT]
     if p[ax.RESISTANCE] > 0.0:

@@ -70,7 +70,7 @@ def next_place(
     rules: Vector,
     measured: float,
 ) -> RampProgress:
-    """Return the progress after a sample; at the end of the test, its next row is `rows`.
+    """Return the progress after a sample; at the end of the test, its field `row` equals `rows`.
 
     The arguments are those of `play_ramps`.
     """
@@ -133,11 +133,11 @@ def play_one_ramp(
 ) -> tuple[bool, int]:
     """Advance `state` (7,), in place, through one ramp of the drive [A | V] in a direction (1, -1).
 
-    The drive rests at 0 for `pause` samples and rises by `slope` per second up to `top`; the ramp
-    ends after `samples`, or once the axis has moved by `advance_on` or passed `turn` [rad | m]. An
-    infinite `advance_on` plays all samples. extremes (3,): lowest and highest position and largest
-    speed, updated. Returns whether the axis ends beyond `turn`, and a status of
-    engine/status_codes.py.
+    The drive is 0 for `pause` samples and then rises by `slope` per second up to `top`. The ramp
+    ends after `samples` samples, or once the axis has moved by `advance_on` or passed `turn` [rad |
+    m]; if `advance_on` is inf, only after `samples` samples. extremes (3,): lowest position,
+    highest position and largest speed, updated. Returns True if the axis ends beyond `turn`, and a
+    status of engine/status_codes.py.
     """
     start = state[POSITION]
     is_beyond = False
@@ -173,11 +173,11 @@ def play_ramps(
 ) -> int:
     """Apply the drive values `rows` (n,) of a ramp test; fill `position` and `drive` (n,).
 
-    segment (n,): number of the segment of each row; its sign is the direction. following, turning
-    (n,): first row of the next segment, and of the next segment in the other direction; n if there
-    is none. rules (3,) [rad | m]: displacement after which a segment ends; lower and upper position
-    at which the direction changes. played (1,): set to the number of rows applied. Returns a status
-    of engine/status_codes.py.
+    segment (n,): number of each row's segment; the number's sign is the direction. following (n,):
+    first row of the next segment. turning (n,): first row of the next segment in the other
+    direction. Both are n if there is no such segment. rules (3,) [rad | m]: displacement after
+    which a segment ends; lower and upper position at which the direction changes. played (1,): set
+    to the number of rows applied. Returns a status of engine/status_codes.py.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)

@@ -30,7 +30,7 @@ PROPORTIONAL, INTEGRAL, DERIVATIVE, REFERENCE_RATE = 0, 1, 2, 3
 
 
 class PositionServo(NamedTuple):
-    """Gains of the bench's position loop [N/m, N/(m s), N s/m] (rotary: N m for N, rad for m).
+    """Gains of the bench's position loop [N/m, N/(m s), N s/m]; rotary: N m and rad for N and m.
 
     reference_rate: weight of the reference's rate, 1 for a derivative of the error, 0 for one of
     the position. limit: largest effort [N | N m].
@@ -61,8 +61,9 @@ def follow_reference(
     Fills positions, velocities and efforts (n,).
 
     p: engine/effort_replay.py `replay_parameters`. load: plant/position_load.py. servo (5,):
-    `PositionServo`. start: first effort [N m | N], which sets the initial value of the integral if
-    there is one. Returns a status of engine/status_codes.py.
+    `PositionServo`. start: first effort [N m | N]; if the loop has an integral gain, the integral
+    starts so that the loop's first effort equals `start`. Returns a status of
+    engine/status_codes.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

@@ -57,11 +57,12 @@ TOLERANCE_DEFAULT = 1e-8
 class FrictionBody:
     """Mass [kg | kg m2] with friction, SI; forces in N for a linear axis, N m for a rotary one.
 
-    slip_force: kernel (v, direction, law) -> force. law: parameters of the kernel. Pairs, except
-    `stops` (low, high), are (backward, forward) and >= 0; an `extension` multiplies them.
-    straight_from: speed from which the force is straight in v; inf: never. knee: speed from which
-    `viscous_beyond` replaces `viscous`. speed_scale: smallest speed to which `tolerance` is
-    relative. `engine/law_simulation.py: body_of` returns the body of a friction law.
+    slip_force: kernel (v, direction, law) -> force. law: parameters of the kernel. `breakaway`,
+    `coulomb`, `viscous` and `viscous_beyond` are pairs (backward, forward), >= 0; `stops` is (low,
+    high). straight_from: speed above which the force is linear in v; inf: never. knee: speed above
+    which `viscous_beyond` replaces `viscous`. tolerance: relative error of v; near rest it is
+    relative to `speed_scale`. extension: friction/law_extension.py. The function
+    `law_simulation.body_of` returns the body of a friction law.
     """
 
     mass: float

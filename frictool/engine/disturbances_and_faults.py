@@ -17,8 +17,8 @@ col.  name             meaning
 7     SENSOR_GAIN      b of the drive's sensor; 1 without fault
 ====  ===============  =========================================================================
 
-The inner loop of the drive makes the measured drive equal to its command. A constant factor has the
-same effect as a multiplied parameter.
+The inner loop of the drive makes the measured drive equal to its command. A factor that is constant
+over a run has the same effect as a changed parameter of the axis.
 """
 
 from __future__ import annotations

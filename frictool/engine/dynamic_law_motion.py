@@ -276,8 +276,9 @@ def run_dynamic(
     The segments end at `ends` (s,) and have the `drives` (s, 10). laws: arrays of a PackedExtension
     (forward, backward, table), then a workspace for the current parameters; without an extension
     the workspace contains the parameters of the law. moving: number of leading elements of z with a
-    rate; the others are memory. scales (n,): relative tolerance, reference speed [m/s], 0, and a
-    reference size for each z. times (n,): ascending, within the run; samples (n, 5) are filled.
+    rate; the other elements are memory. scales: relative tolerance, reference speed [m/s], 0 (q has
+    no error control), and a reference size for each z. times (n,): ascending, within the run;
+    samples (n, 5) are filled.
 
     Returns a status of engine/status_codes.py and the time reached.
     """

@@ -48,7 +48,7 @@ def replay_parameters(axis: AxisParameters) -> Vector:
 def period_coefficients(p: Vector, period: float, out: Vector) -> None:
     """Fill `out` (2, 6) with the coefficients of a slip over one period, backward and forward.
 
-    Column 0 is the Coulomb friction; the others are factors of the speed and the distance
+    Column 0 is the Coulomb friction. The other columns are factors of the speed and the distance
     (engine/slip_closed_form.py).
     """
     rate = 1.0 / p[ax.LAG] if p[ax.LAG] > 0.0 else 0.0
@@ -68,9 +68,10 @@ def period_coefficients(p: Vector, period: float, out: Vector) -> None:
 def slip_through_period(
     state: Vector, first: float, last: float, command: float, p: Vector, c: Vector
 ) -> bool:
-    """Advance a slipping axis by a period in closed form; return False if it may contain an event.
+    """Advance a slipping axis by a period in closed form, unless the period may contain an event.
 
-    c (2, 6): `period_coefficients`. If False is returned, the state is unchanged.
+    c (2, 6): `period_coefficients`. If the period may contain an event, the function returns False
+    and leaves the state unchanged.
     """
     velocity = state[ax.VELOCITY]
     if velocity == 0.0:

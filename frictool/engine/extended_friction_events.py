@@ -1,6 +1,6 @@
 """Events that end a piece of slip with extended friction, and the state after them.
 
-The functions are like those of slip_events.py, with a larger state:
+The functions correspond to those of slip_events.py, but use a larger state:
 
     state (8,)   that of engine/body.py, then the film's lagged velocity, the time at rest, the
                  number of knees passed
@@ -35,9 +35,9 @@ from frictool.typing import Vector
 
 @kernel
 def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
-    """Set in `state` the speed regime and the side of the Stribeck layer of the film's velocity.
+    """Set in `state` the speed regime, and whether the film's velocity is in the Stribeck layer.
 
-    Without a lag, the velocity of the film is set, too.
+    Without a lag of the film, also set the film's velocity.
     """
     table = laws[2]
     if table[LAG] == 0.0:

@@ -133,8 +133,8 @@ def sampled_friction(
 def pass_time(laws: ExtendedLaws, state: Vector, film: Vector, spent: float) -> None:
     """Advance the film's velocity and the time at rest in `state` by the time `spent` [s].
 
-    The body's velocity in `state` must be the new one. film: coefficients of the polynomial that
-    the film's velocity follows in slip; at rest it decays.
+    `state` must already contain the body's velocity at the end of this time. film: coefficients of
+    the film velocity's polynomial in slip; at rest the film's velocity decays instead.
     """
     lag = laws[2][LAG]
     if state[fb.DIRECTION] == 0.0:

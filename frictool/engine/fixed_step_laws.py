@@ -1,7 +1,7 @@
 """Laws with a fixed time step: hybrid A, B, C, and banded laws (thesis 3.28-3.39, 2.32, 2.35).
 
-The step T_e is a parameter of these laws, not a tolerance: (3.11) limits T_e by the switching
-velocity. Each step is a midpoint rule with a constant mode, which is determined at its start. x'
+The step T_e is a parameter of these laws, not a tolerance: thesis (3.11) limits T_e by the capture
+velocity. Each step is a midpoint rule; its mode is determined at its start and stays constant. x'
 and the drive's derivative term use the velocity that the law reports (Karnopp's v_m is 0 in the
 band).
 
@@ -157,9 +157,9 @@ def run_hybrid(
     """Simulate state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1].
 
     step [s]: length of a step. ends (s,), drives (s, 10): ends and drives of the segments; each
-    step uses the drive in the middle of the step. times (n,): ascending; samples (n, 5) are those
-    of the step with the nearest start. events (m, 4): filled. laws: as in
-    `dynamic_law_motion.run_dynamic`. past (n + 1,): workspace for a delay of n steps.
+    step uses the drive in the middle of the step. times (n,): ascending. samples (n, 5): filled
+    with the values at the step's start that is nearest to each time. events (m, 4): filled. laws:
+    as in `dynamic_law_motion.run_dynamic`. past (d + 1,): workspace for a film delay of d steps.
 
     Returns a status of engine/status_codes.py, the time reached, and the number of events.
     """

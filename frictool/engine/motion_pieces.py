@@ -66,7 +66,7 @@ def friction_line(body: Vector, region: float, direction: float) -> tuple[float,
 def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
     """Return the friction force at speed v; at rest it is the effort, limited to the breakaway.
 
-    At an end stop, the stop balances the other part of the effort.
+    At an end stop, the stop balances the remaining effort.
     """
     force, law, body = driven.force, driven.law, driven.body
     if state[fb.DIRECTION] == 0.0:
@@ -158,7 +158,10 @@ def _acceleration(driven: DrivenBody, state: Vector, t: float) -> float:
 
 @bare_kernel
 def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
-    """Set the next step length in `pace` after a step of length h; error/tolerance = `error`."""
+    """Set the next step length in `pace`, at least `least`, after a step of length h.
+
+    error: the step's error divided by the tolerance.
+    """
     size = math.log(max(error, LEAST_ERROR))
     pace[0] = max(least, h * min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size)))
     pace[1] = size

@@ -85,8 +85,8 @@ def _root(phase: Phase, quantity: int, level: float, low: float, high: float) ->
 def fall_time(phase: Phase, level: float, duration: float) -> float:
     """Return the first t in [0, duration] at which the speed falls to `level`, or NEVER.
 
-    level: at most w0; level 0 is the stop. The start of a phase at the level is not counted if its
-    acceleration is or becomes positive.
+    level: at most w0; level 0 is the stop. If w0 equals `level`, t = 0 is the result only if the
+    speed does not rise from there.
     """
     w0, settled, transient, decay, rate = phase
     if w0 - level > (abs(settled) + abs(transient) + decay * max(abs(w0), abs(level))) * duration:

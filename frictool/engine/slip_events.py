@@ -31,7 +31,7 @@ def sooner(
 ) -> float:
     """Return the first time [s] up to `longest` at which a polynomial reaches `level`, or NEVER.
 
-    `row` of the piece holds the polynomial's coefficients: row 0 the position, row 1 the velocity.
+    The polynomial's coefficients are in `row` of the piece: row 0 the position, row 1 the velocity.
     At the returned time, sign * (polynomial - level) falls to zero. `probe` is workspace.
     """
     for k in range(terms):
@@ -58,8 +58,8 @@ def slip_event(
 ) -> tuple[float, int]:
     """Return time [s] and kind of the first event on a piece of slip, within `longest` [s].
 
-    Events are a stop of the body, the end stops, and the speeds of the knee and of the edge of the
-    Stribeck layer. Without an event the result is (longest, NO_EVENT).
+    An event occurs when the body stops, reaches an end stop, or reaches the speed of the knee or of
+    the edge of the Stribeck layer. Without an event the result is (longest, NO_EVENT).
     """
     direction = state[fb.DIRECTION]
     here = state[fb.REGION]

@@ -165,7 +165,7 @@ def curved_slip(
     """Integrate a slip for up to `remaining` [s] from `state`, which is not changed.
 
     The slip ends at the limits of `speed_band` and at the boundary of `next_place`. to_edge [rad |
-    m]: distance to the flank of the backlash, at most 0 if it is closed. Returns duration [s],
+    m]: distance to the flank of the backlash, at most 0 if the flank touches. Returns duration [s],
     distance [rad | m], final speed, and the kind of the slip's end.
     """
     at = np.zeros(ROWS)

@@ -16,12 +16,12 @@ endless cycles:
 - A slip that starts with an acceleration of zero to rounding starts with exactly zero.
 - After a slip that ends at the instant of its start, the threshold in that direction
   is slightly above the breakaway.
-- The layer is left and entered at different speeds, both on the straight part of the law. The
-  same holds for the two sides of the knee.
+- A rising speed leaves the layer at a higher speed than the one at which a falling speed enters
+  it. The knee also has two such speeds.
 - A rebound from an end stop with a flight shorter than SHORTEST_FLIGHT of the run ends at rest
   there (event RESTS_AT_STOP).
 
-Any other endless cycle ends the call with a status, at the returned time.
+Any other endless cycle ends the call with status TOO_MANY_EVENTS, at the returned time.
 
 `run_extended` simulates extended friction (friction/law_extension.py) by the same driver, with the
 pieces of extended_friction_motion.py and the events of extended_friction_events.py.
@@ -71,10 +71,10 @@ Extension = ExtendedLaws | None
 
 @kernel
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
-    """Return a limit for the number of pieces of motion that only an endless cycle exceeds.
+    """Return a number of pieces of motion that only an endless cycle exceeds.
 
-    It grows with `events`, with the fastest rate of the loop and, in an unbounded Stribeck layer,
-    with the rate of the law.
+    This limit grows with `events`, with the fastest rate of the loop and, in an unbounded Stribeck
+    layer, with the rate of the law.
     """
     viscous = max(
         body[fb.VISCOUS], body[fb.VISCOUS + 1], body[fb.VISCOUS_BEYOND], body[fb.VISCOUS_BEYOND + 1]
@@ -339,7 +339,7 @@ def run(
     samples (n, 5) and events (m, 4).
 
     Returns a status of engine/status_codes.py, the time reached and the number of events. If the
-    status is not OK, samples after that time are unchanged.
+    status is not OK, samples after the time reached are unchanged.
     """
     return _run(force, law, None, body, state, start, ends, drives, times, samples, events)
 

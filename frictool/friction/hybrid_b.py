@@ -7,7 +7,7 @@
 
 The state is z = [z], the presliding displacement. The code corrects three points of the thesis:
 
-- (3.12) and (3.13) exchange k1 and k2; (3.17) and (3.32) have them as above.
+- (3.12) and (3.13) exchange k1 and k2; the code follows (3.17) and (3.32).
 - (3.13) and (3.32) print x = x_{1->0} + z. Here x_{1->0} is x - z at the switch, so that x is
   continuous at the capture. A driver that integrates x' = v has the same result.
 - (3.34) has no condition on v. A body that moves back while u rises past F_s would then start to
@@ -91,7 +91,7 @@ def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a status code."""
+    """Write z' [m/s | rad/s] to out[0] and 0 to all other entries; return a status code."""
     out[:] = 0.0
     if mode == STUCK:
         out[0] = v

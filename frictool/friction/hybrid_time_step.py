@@ -5,8 +5,10 @@ The inequalities, each with its equation or section in the thesis:
     (3.8)   p0 >= 5/T_s                the body sticks within one sample of the controller
     (3.10)  Sigma < delta_x p0         a capture moves the body by less than one encoder step
     (3.11)  m Sigma > u_max T_e        no integration step jumps over the capture
-    (3.31)  T_0 >= T_e_min
+    (3.31)  T_0 >= T_e_min             the body stays at rest for at least one integration step
     3.2     Sigma > 3 v_s              (3.2) compares u with F_c: g(v) must have fallen to F_c
+
+The classes of this module define the symbols.
 """
 
 from __future__ import annotations
@@ -21,7 +23,11 @@ from frictool.friction.parameter import Axis
 
 @dataclass(frozen=True)
 class HybridBench:
-    """Bench data for the hybrid versions, in SI, linear | rotary."""
+    """Bench data for the hybrid versions, in SI.
+
+    sample_period: T_s of the controller. encoder_step: delta_x. inertia: m. effort_limit: u_max.
+    stribeck_velocity: v_s; 0 if the friction drops to F_c as soon as the body moves.
+    """
 
     sample_period: float  # T_s [s]
     encoder_step: float  # delta_x [m | rad]
@@ -32,7 +38,13 @@ class HybridBench:
 
 @dataclass(frozen=True)
 class HybridSettings:
-    """Simulation parameters of a hybrid version, in SI."""
+    """Simulation parameters of a hybrid version, in SI.
+
+    convergence_rate: p0, rate at which the velocity of a stuck body decays. capture_velocity:
+    Sigma, speed below which a slipping body may be captured. step, shortest_step: longest and
+    shortest integration step T_e, T_e_min. hold_time: T_0, shortest time at rest before a breakaway
+    against the direction of v.
+    """
 
     convergence_rate: float  # p0 [1/s]
     capture_velocity: float  # Sigma [m/s | rad/s]

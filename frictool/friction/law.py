@@ -32,12 +32,12 @@ SlipTerm = Literal["coulomb", "stribeck", "viscous"]
 
 
 def curved_slip(p: Vector) -> tuple[float, float]:
-    """Return `Law.slip_scales` (inf, 1) of a slip force that is not a straight line over speed."""
+    """Return `Law.slip_scales` (inf, 1) of a slip force that is not linear in speed."""
     return math.inf, 1.0
 
 
 def straight_slip(p: Vector) -> tuple[float, float]:
-    """Return `Law.slip_scales` (0, 1) of a slip force that is a straight line at all speeds."""
+    """Return `Law.slip_scales` (0, 1) of a slip force that is linear in speed at all speeds."""
     return 0.0, 1.0
 
 
@@ -85,16 +85,17 @@ class Law:
     """A friction law: its name, its parameters and its kernels.
 
     title: name for users.
-    equations: numbers of the law's equations in the thesis; empty for other laws.
+    equations: numbers of the law's equations in the thesis; empty if the thesis has none.
     approximation: True for a regularised law, which never sticks.
     slip_terms: terms of the slip force in `frictool equations`; if empty, the equations show the
         name of the law.
     slip_scales: function of a static law that returns two speeds [m/s | rad/s] from p. Above the
-        first, the slip force is the line p[0] + viscous |v|; the second is the scale of tolerances.
+        first speed, the slip force is the line p[0] + viscous |v|; the second speed is the
+        reference of relative tolerances.
     tail: function that takes the values of a friction.yaml, or an empty mapping, and returns the
-        entries of p after the fixed parameters; None if there are none.
-    tail_parameters: function that takes the size of the tail and returns the number of its
-        parameters to identify.
+        entries of p after the fixed parameters; None if p has no such entries.
+    tail_parameters: function that takes the size of the tail and returns how many parameters of
+        the tail are identified.
     """
 
     name: str

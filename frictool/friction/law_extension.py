@@ -52,8 +52,8 @@ class PackedExtension(NamedTuple):
 class FrictionExtension:
     """Parameters of an extension in SI; the default values leave the law unchanged.
 
-    backward_values: parameters of the law that differ in the negative direction. forward, backward:
-    position factor of each direction, as coefficients of
+    backward_values: values of the law's parameters that differ for motion in the negative
+    direction. forward, backward: position factor of each direction, as coefficients of
     `position_polynomial.normalised_coefficients`. travel: positions (low, high) of these
     polynomials [m | rad]. fresh: breakaway just after a stop divided by the breakaway after a long
     rest, in (0, 1]. rise_time: tau of friction/rising_breakaway.py [s]. regimes: (knee, slope)
@@ -95,8 +95,8 @@ class FrictionExtension:
             if index >= 0 and self.rise_time > 0.0 and self.fresh * levels_of[index] < levels_of[0]:
                 low = self.fresh * levels_of[index]
                 raise ValueError(
-                    f"fresh is {self.fresh:g}: a fresh breakaway is {low:g}; allowed: >= "
-                    f"coulomb, {levels_of[0]:g}"
+                    f"fresh is {self.fresh:g}: the breakaway just after a stop is {low:g}; "
+                    f"allowed: >= coulomb, {levels_of[0]:g}"
                 )
             if "elastic_limit" in names:
                 self._check_elastic_limit(
@@ -130,7 +130,7 @@ class FrictionExtension:
         if elastic >= smallest:
             raise ValueError(
                 f"elastic_limit is {elastic:g}; allowed: below the least breakaway/stiffness "
-                f"of the extension, {smallest:g}"
+                f"within the travel, {smallest:g}"
             )
 
     def _check_numbers(self) -> None:
@@ -176,17 +176,19 @@ class FrictionExtension:
         by_direction = bool(self.backward_values) or self.forward != self.backward
         if self.rise_time > 0.0 and (dynamic or "breakaway" not in names):
             reason = "never rests" if dynamic else "has no breakaway"
-            raise ValueError(f"{law.name} {reason}: nothing rises with the time at rest (dwell)")
+            raise ValueError(
+                f"{law.name} {reason}: it takes no dwell (breakaway that rises with the time at rest)"
+            )
         if stores and by_direction:
             raise ValueError(
-                f"{law.name} stores force in its contacts: levels that differ by direction "
-                "would release more than was stored"
+                f"{law.name} stores force in its contacts: friction that differs by direction "
+                "would release more energy than was stored"
             )
         if (self.lag > 0.0 or self.delay > 0.0 or self.boundary > 0.0) and (
             dynamic or law.approximation
         ):
             raise ValueError(
-                f"{law.name} already contains a lag of friction behind velocity: it takes no film"
+                f"{law.name} takes no film; allowed: a hybrid law, or a static law that can stick"
             )
 
 

@@ -2,9 +2,10 @@
 
     z' = v (1 - sign(a) |a|^i),  a = F_h(z) sign(v)/g(v)        F = F_h(z) + sigma_1 z' + sigma_v v
 
-(2.49) prints a without sign(v); z would then grow without bound for v < 0. In [8] and [9], g has
-the sign of the velocity, as here. The state is [z, z at the last accepted step, deflections of the
-elements at that step]; within a step, F_h is computed from these deflections.
+(2.49) prints a without sign(v); z would then grow without bound for v < 0. The thesis's references
+[8] and [9] give g the sign of the velocity, which is equivalent to the equation above. The state is
+[z, z at the last accepted step, deflections of the elements at that step]; within a step, F_h is
+computed from these deflections.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def hysteresis_force(z: Vector, p: Vector) -> float:
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a status code.
+    """Write z' [m/s | rad/s] to out[0] and 0 to all other entries; return a status code.
 
     `commit` updates the memory.
     """

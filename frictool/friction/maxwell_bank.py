@@ -34,16 +34,16 @@ def bank_tail(displacements: Vector, forces: Vector) -> Vector:
         or np.any(np.diff(z) <= 0.0)
     ):
         raise ValueError(
-            "a virgin curve needs as many finite forces as displacements, and displacements "
-            "that increase from 0"
+            f"a virgin curve needs one finite force for each displacement (found {f.size - 1} and "
+            f"{z.size - 1}), and displacements that increase from 0"
         )
     slopes = np.append(np.diff(f) / np.diff(z), 0.0)
     stiffness = -np.diff(slopes)
     if slopes[0] <= 0.0 or np.any(slopes < 0.0) or np.any(stiffness < -1e-12 * slopes[0]):
         steps = ", ".join(f"{slope:g}" for slope in slopes[:-1])
         raise ValueError(
-            f"slopes of the virgin curve are {steps}; allowed: no negative slopes, and falling "
-            "from point to point"
+            f"slopes of the virgin curve are {steps}; allowed: slopes >= 0 that fall from point to "
+            "point"
         )
     weights = np.maximum(stiffness, 0.0) * z[1:]
     return np.concatenate([z[1:] / z[-1], weights / weights.sum()])

@@ -31,7 +31,7 @@ def polynomial(coefficients: Vector, x: float) -> float:
 
 @kernel
 def position_factor(coefficients: Vector, low: float, high: float, x: float) -> float:
-    """Return the factor >= 0 of F_c and F_s at x [m | rad], limited to the travel [low, high]."""
+    """Return the factor >= 0 of F_c and F_s at x [m | rad], limited to [low, high]."""
     return max(0.0, polynomial(coefficients, min(max(x, low), high)))
 
 
@@ -67,8 +67,8 @@ def normalised_coefficients(
 ) -> tuple[float, ...]:
     """Return the coefficients that `normalise` returns, from a cache.
 
-    All randomly drawn plants of a model have the same polynomial. Raises ValueError as `normalise`
-    does.
+    The cache serves the randomly drawn plants of a model, which share one polynomial. Raises
+    ValueError as `normalise` does.
     """
     return tuple(map(float, normalise(np.array(coefficients), low, high)[0]))
 

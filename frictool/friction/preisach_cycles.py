@@ -2,8 +2,9 @@
 
 A centred cycle of amplitude a runs from a down to -a and back. Its descending branch gives
 E(a, beta) = (F(a) - F(beta))/2 for every beta in [-a, a]. Since the hysteresis is odd,
-E(alpha, -a) = E(a, -alpha) gives the rest. n/2 cycles whose amplitudes are nodes of the grid
-determine the triangle of n x n cells; section 3.7.1 has n = 20 and 10 cycles.
+E(alpha, -a) = E(a, -alpha) gives the other values. If each positive node of the grid is the
+amplitude of a cycle, these n/2 cycles determine the triangle of n x n cells; section 3.7.1 has
+n = 20 and 10 cycles.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
         amplitude = k * limit / count
         if max(abs(positions[0] - amplitude), abs(positions[-1] + amplitude)) > PLACED * amplitude:
             raise ValueError(
-                f"cycle {k} runs from {positions[0]:g} to {positions[-1]:g}; allowed: "
-                f"+-{amplitude:g}"
+                f"cycle {k} runs from {positions[0]:g} to {positions[-1]:g}; allowed: from "
+                f"{amplitude:g} to {-amplitude:g}"
             )
         nodes = np.arange(-k, k + 1)
         halves = 0.5 * (forces[0] - np.interp(nodes * limit / count, positions[::-1], forces[::-1]))
@@ -49,8 +50,8 @@ def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     saturation = table[-1, 0]
     if saturation <= 0.0:
         raise ValueError(
-            f"the largest cycle falls by {2 * saturation:g}; allowed: a force that falls with "
-            "the position"
+            f"the force of the largest cycle falls by {2 * saturation:g}; allowed: a force that "
+            "falls as the position falls"
         )
     normal: Vector = (table / saturation).ravel()
     return normal

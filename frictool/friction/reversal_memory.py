@@ -14,11 +14,10 @@ hysteresis starts virgin at z = 0, F = 0 and follows these rules:
 The result depends on the sequence of positions only: the operator is rate independent, and larger
 movements wipe out smaller ones. The annex calls the memory a FIFO; it is a stack.
 
-If more reversals are nested than the memory holds, as in a slow ringing, a pair of neighbouring
-reversals is removed: the pair whose positions differ least from the positions of the adjacent
-reversals. `forgotten` counts the removed pairs. The present force does not change. When a loop
-later closes on the branch of a removed pair, the force has an error of the difference between the
-neighbours.
+If more reversals are nested than the memory has entries for, as in a slow ringing, a pair of
+neighbouring reversals is removed: the pair whose positions differ least from the positions of the
+adjacent reversals. `forgotten` counts the removed pairs. The present force does not change; it is
+inexact only if a loop later closes on the branch of a removed pair.
 """
 
 from __future__ import annotations

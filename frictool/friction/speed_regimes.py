@@ -65,7 +65,7 @@ def regimes_from(points: list[tuple[float, float]]) -> Vector:
         if not np.isfinite([knee, slope]).all() or knee <= last or total < 0.0:
             raise ValueError(
                 f"speed regime at {knee:g} with slope {slope:g}; allowed: rising knees > 0, and "
-                "slopes whose sum is >= 0"
+                "slopes with a sum >= 0 up to each knee"
             )
         last = knee
     return np.array(points, dtype=np.float64).ravel()

@@ -1,4 +1,4 @@
-"""Stribeck's law (thesis 2.33-2.34) and its curve g(v), which dynamic and hybrid laws use, too.
+"""Stribeck's law (thesis 2.33-2.34) and its curve g(v), which dynamic and hybrid laws also use.
 
     g(v) = F_c + (F_s - F_c) exp(-|v/v_s|^delta)       slip friction without the viscous part
     F(v) = g(v) sign(v) + sigma_v v

@@ -209,7 +209,7 @@ def test_every_law_takes_the_levels(name: str, x: float, forward: bool, dwell: f
         q["elastic_limit"] = 1e-6
     stores = law.kind == "dynamic" and "presliding_limit" in q
     if stores:
-        with pytest.raises(ValueError, match="more than was stored"):
+        with pytest.raises(ValueError, match="more energy than was stored"):
             EXTENSION.pack(law, law.pack(q))
     even = (
         FrictionExtension(forward=EXTENSION.forward, backward=EXTENSION.forward)

@@ -49,7 +49,7 @@ class ControlPorts(NamedTuple):
     """Indices of the controlled source and of the blocks of sensor and load.
 
     source: NOBODY if no source is controlled. step: encoder resolution [rad | m]. The load's
-    position is recorded in the sensor's coordinate: sensor_start + (q - load_start)/load_ratio.
+    position q is recorded in the sensor's coordinate: sensor_start + (q - load_start)/load_ratio.
     """
 
     source: int
@@ -95,9 +95,9 @@ class DriftedNumbers(NamedTuple):
 class MechanismRecord(NamedTuple):
     """Arrays that are filled at every sample.
 
-    record (n, 7): columns of engine/closed_loop.py. motion (n, 2 b + u): positions, speeds, drives.
-    modes (n, m): modes of engine/mechanism/state.py. events (e, 4): rows of
-    engine/mechanism/events.py. happened (1,): number of events.
+    record (n, 7): columns of engine/closed_loop.py. motion (n, 2 b + u): positions and speeds of
+    the b blocks, drives of the u sources. modes (n, m): modes of engine/mechanism/state.py. events
+    (e, 4): rows of engine/mechanism/events.py. happened (1,): number of events.
     """
 
     record: Vector

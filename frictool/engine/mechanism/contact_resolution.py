@@ -92,9 +92,9 @@ def resolve(
 ) -> int:
     """Set all modes, t [s] after the command; return a status code.
 
-    Flanks that touch without relative speed, and blocks held by stops, must already have these
-    modes. out: guards of the present modes, and workspace. If a part jams, the last entry of the
-    row FOUND is the index of its first block in ORDER.
+    The modes of flanks that touch without relative speed, and of blocks that rest at a stop, must
+    already be set. out: guards of the present modes, and workspace. If a part jams, the last entry
+    of the row FOUND is the index in ORDER of the part's first block.
     """
     k, p, _ = machine
     y = state.y

@@ -1,6 +1,6 @@
 """Energy of a mechanism: kinetic energy, and energy stored in couplings and pushes.
 
-With the `work` of the state it gives the balance:
+Together with the `work` of the state, these energies give the balance:
 
     kinetic + stored - (the same sum at the start) = work of sources and held efforts
         - losses in joints, couplings, frictions, pressings, impacts and stops
@@ -23,7 +23,8 @@ class EnergyBalance(NamedTuple):
     """Energies of a mechanism [J].
 
     stored: energy relative to unstrained couplings and to the first points of curves. put_in: work
-    of sources and held efforts. lost: work taken by all other elements, less the work returned.
+    of sources and held efforts. lost: work that all other elements take, minus the work that they
+    return.
     """
 
     kinetic: float

@@ -6,9 +6,10 @@
                      EventRows(rows, count))
 
 Between events all modes are constant and the rates smooth; the motion is integrated by steps of
-order 8 with error control. If a step passes a guard, it is shortened to the instant of passing,
-located to rounding on its dense output; then the modes are determined again. If nothing moves and
-all drives are steady, the rest of the duration is skipped.
+order 8 with error control. A guard (mode_guards.py) measures how far a mode is from its end. If a
+guard passes zero within a step, the step is shortened to that instant, which is located to rounding
+on the step's dense output; then the modes are determined again. If nothing moves and all drives are
+steady, the remaining duration is skipped.
 """
 
 from __future__ import annotations

@@ -232,10 +232,11 @@ def locate(
 
     The row GUARD contains the guards at the beginning, the row TRIAL those at the end of the step
     of length h, which has passed a guard. The second result is True if the rates could not be
-    evaluated. The search is bracketed and follows the guard that is passed first: guards of speeds
-    and positions by the cubic through both ends, guards of efforts by regula falsi (Illinois), with
-    bisection if that is slow. Each instant is evaluated on the step's dense output. Afterwards the
-    rows END, AFTER, TRIAL and SPENT contain the results of a step to that instant.
+    evaluated. The search is bracketed and follows the guard that is passed first. For guards of
+    speeds and positions, the next instant is the zero of the cubic through both ends; for guards of
+    efforts, that of regula falsi (Illinois). Bisection helps if the search is slow. Each instant is
+    evaluated on the step's dense output. Afterwards the rows END, AFTER, TRIAL and SPENT contain
+    the results of a step to the returned instant.
     """
     k, p, _ = machine
     y, modes, workspace = state.y, state.modes, state.workspace

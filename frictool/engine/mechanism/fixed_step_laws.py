@@ -2,7 +2,7 @@
 
 The input of such a law is the effort u on its block: the effort of all other elements of the tree
 that moves with the block, reflected to the block by the joints. The mode is updated at the
-beginning of each step T_e and constant within it; the motion within the step is integrated as
+beginning of each step T_e and constant within the step; the motion within the step is integrated as
 usual. If one tree has several such laws, the friction of each law is subtracted from u of the
 following laws. While a tree sticks by exact friction, these laws are inactive.
 """
@@ -50,7 +50,7 @@ def timed_frictions(
 ) -> int:
     """Subtract the friction of laws with a fixed step from the row FORCE; fill their states' rates.
 
-    The row NEED must have been filled without these frictions before. Returns a status of
+    The row NEED must already be filled, without these frictions. Returns a status of
     friction/status_codes.py.
     """
     k, p, laws = machine

@@ -100,7 +100,7 @@ def stages(
 
     t [s]: time after the command. Returns the fraction of the step at which one of the first
     `watching` guards of the row WATCHED is first violated, 1 if none is, -1 if a law fails. The
-    implementation is called by its address, like that of `field`.
+    implementation is called by its address, so that callers are compiled without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
     y, modes, workspace = state.y, state.modes, state.workspace
@@ -159,9 +159,10 @@ def try_step(
 ) -> tuple[float, float]:
     """Try a step of length h from the state, t [s] after its command.
 
-    Before the call, row 0 of the slopes and of the powers contains y' and the powers of the state,
-    and the row GUARD its guards. Afterwards the row END contains the new state, the rows AFTER its
-    y' and powers, and the row TRIAL its guards.
+    Before the call, row 0 of `slopes` contains y', row 0 of `powers` the powers, and the row GUARD
+    the guards, all at the beginning of the step. Afterwards the row END contains the state at the
+    step's end, the rows AFTER of `slopes` and `powers` y' and the powers there, and the row TRIAL
+    the guards there.
 
     Returns error/tolerance (inf if a law or the mechanism fails), and the fraction of the step
     after which a guard of a force was first violated (1 if none was).

@@ -9,8 +9,8 @@ kind  name     treatment in the engine
                mode
 1     SMOOTH   regularised static law: a force that depends on the velocity
 2     DYNAMIC  its state is integrated, its memory is updated after accepted steps
-3     HYBRID   has a fixed time step, at whose beginning the mode is updated
-4     BANDED   static with a band (2.32), (2.35): as HYBRID
+3     HYBRID   its mode is updated at the beginning of each step of a fixed length
+4     BANDED   static with a band of rest (thesis 2.32, 2.35): treated as HYBRID
 ====  =======  ==================================================================================
 
 A compiled mechanism contains the addresses of its laws' kernels, so that their callers are compiled

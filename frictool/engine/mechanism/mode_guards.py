@@ -1,4 +1,4 @@
-"""Guards: distances of forces, speeds and positions from the ends of modes, also within a step."""
+"""Guards: distances of forces, speeds and positions from the values at which a mode ends."""
 
 from __future__ import annotations
 
@@ -79,10 +79,13 @@ def _flank_left(
 def distance_to_guard(
     k: IntVector, p: Vector, index: int, y: Vector, rates: Vector, modes: IntVector
 ) -> tuple[float, float]:
-    """Return the distance of a speed, gap or end stop from its limit, and the rate of the distance.
+    """Return the distance after which the guard at `index` ends its mode, and the distance's rate.
 
-    For a speed, the distance is the speed in the direction of its mode; for a compliant flank see
-    `_flank_left`. rates (y,): y'.
+    speed             speed in the direction of the mode
+    open joint, stop  distance to the nearer flank or stop
+    compliant flank   force of a pressed flank, or distance of an open one expressed as a force
+
+    rates (y,): y'.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     if index < n:
@@ -107,7 +110,7 @@ def distance_to_guard(
 def is_broken(
     k: IntVector, p: Vector, index: int, y: Vector, modes: IntVector, guard: Vector, begin: Vector
 ) -> bool:
-    """Return True if a guard has been passed.
+    """Return True if the guard at `index` has been passed.
 
     begin: guards at the beginning of the step. The guard of an open flank or stop that was below 0
     at the beginning counts only if the gap is closing; otherwise the contact has just opened.

@@ -120,7 +120,7 @@ def settle(machine: CompiledMechanism, state: MechanismState, t: float, events: 
     """Determine the modes, t [s] after the command; return a status code.
 
     Fills row 0 of slopes and of powers, and the row GUARD, for these modes. The implementation is
-    called by its address, like that of `field`.
+    called by its address, so that callers are compiled without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.SETTLE]
     status: int = _modes_at_instant(address, machine, state, t, events)

@@ -38,7 +38,7 @@ def take_inputs(
 ) -> None:
     """Fill `inputs` with limited commands, drives, and held efforts on blocks.
 
-    The limits are computed for the speeds at the beginning.
+    The limits are computed for the speeds at the beginning of the call.
     """
     n, u = k[ly.BLOCKS], k[ly.SOURCES]
     for s in range(u):

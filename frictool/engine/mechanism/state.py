@@ -19,6 +19,9 @@ stop     stops      OPEN; -1, +1: rests at its low or its high end
 law      frictions  mode of a hybrid or banded law
 =======  =========  =============================================================================
 
+Here e is the position difference of a joint's flanks (guard_tolerances.py `joint_gap`), and lambda
+the force at the joint's load end b (joint_losses.py).
+
 ==========  =========  ==========================================================================
 section     length     work
 ==========  =========  ==========================================================================
@@ -215,7 +218,7 @@ def _workspace(c: dict[str, int], size: int, modes: int, work: int) -> Workspace
 
 
 def work_by_element(machine: CompiledMechanism, state: MechanismState) -> WorkByElement:
-    """Return the work done and lost so far [J], divided by element."""
+    """Return the work done and lost so far [J], for each element."""
     c = counts(machine)
     lengths = [
         c[k]

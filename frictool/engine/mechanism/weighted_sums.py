@@ -88,9 +88,10 @@ def gained(h: float, slopes: Vector, gain: Vector) -> None:
 
 @inset_kernel
 def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
-    """Fill `fifth` with the error of each state (II.10.17), h e5^2 / sqrt(e5^2 + e3^2/100).
+    """Fill `fifth` with the error of each state, h e5^2 / sqrt(e5^2 + e3^2/100).
 
-    fifth (n,) or longer; third: workspace of the same length.
+    e5 and e3 are the error estimates of order 5 and 3 (Hairer, equation II.10.17). fifth (n,) or
+    longer; third: workspace of the same length.
     """
     size = slopes.shape[1]
     for i in range(size):
