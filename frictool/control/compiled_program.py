@@ -8,7 +8,7 @@ updated. Each row of `code` is one operation. `compile_program` (double, float) 
 code  number  values
 ====  ======  =====================================================================
 0     DOUBLE  `real`, float64
-1     FLOAT   `single`, float32: every operation rounds to it
+1     FLOAT   `single`, float32: every operation rounds to float32
 2     FIXED   `word`, int64 with 32-bit words: control/fixed_point_kernel.py
 ====  ======  =====================================================================
 """

@@ -5,10 +5,10 @@
 The order of the sums is d e, then c x for the output, and b e, then l (limited u - u), then a x for
 the state. Terms whose coefficient is 0 are left out.
 
-An integrator is a state whose row of `a` equals the row of the identity matrix. It is held while
-the drive is released (5.2.2). With `conditional` it is also held at rest, and while the drive is
-limited and the input would move the drive further into its limit. At rest every other state is set
-to 0.
+An integrator is a state whose row of `a` equals the row of the identity matrix. It keeps its value
+while the drive is released (5.2.2). With `conditional` it also keeps its value at rest, and while
+the drive is limited and the input would move the drive further into its limit. At rest every other
+state is set to 0.
 
 Property: the state obeys x+ = (a - l c) x + (b - l d) e + l (limited u) for any u. If a - l c is
 stable, sums of the absolute impulse responses from e and from the limited u bound every state.
@@ -104,7 +104,7 @@ def advance(
 ) -> None:
     """Write the update of the state x.
 
-    `excess` is limited drive - drive. While `hold` is true, the states `integrators` keep their
+    excess: limited drive minus drive. While `hold` is true, the states `integrators` keep their
     values. While `resting` is true, all other states are set to 0.
     """
     program.block("its states: next x = b e + l excess + a x")
@@ -138,10 +138,11 @@ def state_bounds(
 ) -> Matrix:
     """Return the bounds (n,) of |x| for |e| <= entering and |limited u| <= drive; inf if unbounded.
 
-    With `conditional`, an integrator is held at the drive's limit, and its bound follows from that
-    limit and the other states. This requires a single integrator that moves the drive in the
-    direction of e (c b >= 0) and no other state. The bounds do not cover a released drive, nor a
-    term added to the drive before its limit; in both cases a fixed-point word saturates.
+    With `conditional`, an integrator keeps its value at the drive's limit, and its bound follows
+    from that limit and from the bounds of the other states. There must be one integrator only, with
+    c b >= 0, which enters no other state; no other state may have an anti-windup gain. The bounds
+    do not cover a released drive, nor a term added to the drive before its limit; in both cases a
+    fixed-point word saturates.
     """
     n = len(equation.b)
     held_states = equation.integrators if conditional else []

@@ -29,8 +29,8 @@ class FeedforwardGains(NamedTuple):
     """Gains of the feedforward, in units of the drive [A | V].
 
     inertia: drive per rad/s^2 | m/s^2. viscous: drive per rad/s | m/s. coulomb: drive that balances
-    the Coulomb friction. on, off: speeds [rad/s | m/s] above and below which the Coulomb term is
-    switched on and off; off < on.
+    the Coulomb friction. on: speed [rad/s | m/s] above which the Coulomb term is switched on. off:
+    speed below which it is switched off, smaller than `on`.
     """
 
     inertia: float
@@ -45,8 +45,8 @@ def sample_motion(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return mean speed and mean acceleration of the reference over the last period.
 
-    `speed` is the present speed of the prefilter or profile; its state `filtered_speed_before`
-    holds the speed one sample ago.
+    speed: present speed of the prefilter or profile. The state `filtered_speed_before` of the
+    prefilter or profile contains the speed one sample ago.
     """
     program.block("motion of the filtered reference over one sample")
     before = program.states["filtered_speed_before"]
@@ -55,7 +55,7 @@ def sample_motion(
 
 
 def delayed(program: Program, samples: float) -> ProgramNode:
-    """Return the filtered reference `samples` >= 1 samples ago, interpolated if fractional."""
+    """Return the filtered reference `samples` >= 1 samples ago, interpolated between samples."""
     program.block("filtered reference at the time at which the feedforward has moved the axis")
     whole = math.floor(samples)
     part = samples - whole

@@ -6,9 +6,9 @@
 The fraction of a value is its number of fractional bits. Values are 32-bit words; products and sums
 are formed in 64 bits. A program runs in q31: its coefficients have 31 bits and a sign, each with a
 separate fraction. Only coefficients can be rounded to q15. A state saturates at the interval of its
-bounds `low` and `high`; the intervals therefore hold at every sample if they hold at one. The
-overflow proof uses integers of any size, not real numbers. The proof repeats every operation on the
-words at both ends of its operands' intervals. Each intermediate result must fit.
+bounds `low` and `high`; intervals that are valid at one sample are therefore valid at every sample.
+The overflow proof uses integers of any size, not real numbers. The proof repeats every operation on
+the words at both ends of its operands' intervals. Each intermediate result must fit into 64 bits.
 """
 
 from __future__ import annotations
@@ -187,7 +187,9 @@ class _Scaling:
             return 0
         fraction = math.floor(math.log2(FILLED * WORD / largest))
         if fraction < -FINEST:
-            raise FixedPointOverflow(f"{self._called(node)} reaches {largest:.3g}")
+            raise FixedPointOverflow(
+                f"{self._called(node)} reaches {largest:.3g}, too large for a fixed-point word"
+            )
         return min(fraction, FINEST)
 
     def _interval(self, node: ProgramNode) -> Interval:

@@ -11,8 +11,8 @@ Section 5.1 of the thesis argues against friction compensation; it serves as a b
 needs the sign of v near v = 0, which a coarse encoder cannot provide. If the model has too much
 friction, the axis moves without a command. At rest the observer integrates the effort, so that the
 axis breaks away, overshoots and hunts. docs/theory/control.md compares this compensation with the
-laws that use friction. Rule: the bandwidth L below that of the measured speed; v_s above the speed
-of one encoder count per sample.
+laws that use friction. Choose the bandwidth L below the bandwidth of the measured speed, and v_s
+above the speed of one encoder count per sample.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def model_compensation(
 ) -> ProgramNode:
     """Return the drive [A | V] that balances the modelled friction at a speed.
 
-    `coulomb` and `viscous` are divided by the torque or force constant of the drive.
+    coulomb, viscous: friction coefficients divided by the torque or force constant of the drive.
     """
     program.block("friction compensation from the model")
     dry = program.constant(coulomb, "coulomb_drive") * saturating(

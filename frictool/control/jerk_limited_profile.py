@@ -9,8 +9,8 @@
 The braking law v*(w) is the largest speed from which the axis can stop at its target if the speed
 changes by at most a T per sample. On its square root, v+ = v - a T; on its straight line, two
 samples end the motion. If |d+| <= END a T^2 and |v+| <= END a T, both are set to 0. The target may
-change at any sample, also in motion. A move takes at most three samples longer than `duration`, the
-time of the time-optimal trapezoid plus that of the mean.
+change at any sample, also in motion. A move takes at most three samples longer than `duration`,
+which is the time of the time-optimal trapezoid plus N - 1 samples for the mean.
 
 The mean over N samples limits the jerk to 2 a/(N T) and delays the end by N - 1 samples. The
 program averages speeds instead of positions: speeds are exactly 0 at rest, so that f = r holds

@@ -1,8 +1,9 @@
 """Limit-cycle limiter of a position loop (thesis 5.7), which releases the drive near the target.
 
     energy   | |e| - J v^2/(2 F') | < delta_e,  F' = F_c + F_cv (5.40)
-    error    |e| < delta_e, the cut-off that 5.2.1 argues against
+    error    |e| < delta_e, the cut-off that section 5.2.1 of the thesis argues against
 
+F_c is the real friction; the virtual friction F_cv is an effort of the drive that brakes the axis.
 With `energy` the drive is released if real and virtual friction alone stop the axis within delta_e
 of the target. The released effort is -F_cv tanh(v/v_r) (5.41). The branches of (5.41) are exchanged
 here: as printed, the brake acts outside the band and the axis never starts. The integrator is
@@ -10,9 +11,9 @@ frozen while the drive is released (5.2.2); the other states of the controller a
 
 Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
 0. The derivative (5.12) has no definite sign: boundedness and rest hold, but not a Lyapunov
-decrease. Rule: delta_e at least one encoder step, and above |e| dF'/F' for the largest error dF' of
-the friction; v_r some encoder steps per time constant of the speed filter, 0.01 m/s on the mass of
-table 5.1.
+decrease. Choose delta_e at least one encoder step, and above |e| dF'/F' for the largest error dF'
+of the friction. Choose v_r as some encoder steps per time constant of the speed filter, 0.01 m/s on
+the mass of table 5.1.
 """
 
 from __future__ import annotations

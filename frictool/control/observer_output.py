@@ -15,8 +15,8 @@ class ObserverNodes(NamedTuple):
 
     position [rad | m], velocity [rad/s | m/s]. friction [N m | N]: dry friction with the sign of
     the velocity; 0 while the estimated mode is stuck, because friction is then not observable.
-    wear: friction divided by that of the model [1], or increase of friction [N m | N]; None if the
-    observer does not estimate wear.
+    wear: friction divided by the model's friction [1], or increase of friction [N m | N]; None if
+    the observer does not estimate wear.
     """
 
     position: ProgramNode

@@ -4,8 +4,8 @@
     order 2   v = u/(s^2/w^2 + 2 s/w + 1), two equal poles      (5.70) is s y through this filter
 
 The filter is sampled by Tustin. Properties: the lag is T/2 + 1/w (order 1) or T/2 + 2/w (order 2).
-One encoder count is a peak of (encoder step)/T, which the filter reduces to about w (encoder step).
-Rule (5.4.3.2): w is ten times w0 of the prefilter. The verification of the loop contains this lag.
+One encoder count causes a peak of u of (encoder step)/T; the peak of v is about w (encoder step).
+Rule (5.4.3.2): w is ten times w0 of the prefilter. The verification of the loop includes this lag.
 """
 
 from __future__ import annotations

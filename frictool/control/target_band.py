@@ -15,9 +15,9 @@ first brings the measured speed below `rest_speed`. The mode is RUN again when t
 band or the prefilter moves.
 
 Property: the motion is bounded and ends at rest. This is no proof of stability, because the
-derivative (5.12) has no definite sign. Rule: a band above two encoder steps and above the distance
-in which friction stops the axis from its speed at the time at which the band begins to act. With
-`cut` and a small band, the axis hunts at low friction.
+derivative (5.12) has no definite sign. Choose a band above two encoder steps, and above the
+distance in which friction stops the axis after the band begins to act. With `cut` and a small band,
+the axis hunts at low friction.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def is_settled(
 ) -> ProgramNode:
     """Return the condition |e| <= band and |reference speed| < `settled_speed` [rad/s | m/s].
 
-    The second condition is left out if either of its values is None.
+    The second condition is left out if `reference_speed` or `settled_speed` is None.
     """
     inside = abs(error) <= band
     if reference_speed is None or settled_speed is None:

@@ -8,8 +8,8 @@
     x+   = x^ + T (v^ + v+)/2
 
 Within the cell the encoder shows no error, so that nothing is corrected: between two counts the
-model determines the speed, which is 0 at rest. The dry friction is that of the friction map at x^;
-while the backlash is open, it is that of the motor without load. The backlash follows thesis
+model determines the speed, which is 0 at rest. The dry friction is the value of the friction map at
+x^; while the backlash is open, it is the friction of the motor alone. The backlash follows thesis
 (4.45). The disturbance d [N m | N] is the effort that the model lacks, added to the drive. At rest,
 d is between 0 and the value that reduces the drive's effort to the breakaway.
 

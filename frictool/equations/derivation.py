@@ -32,7 +32,8 @@ class Derivation:
     """Derived equations of a mechanism.
 
     sections: (title, lines) of each section. checked: number of terms whose dimension was checked.
-    directions: driving directions of the links. notes: remarks of the assembly.
+    directions: one sentence about each link's driving directions. notes: one line for each omission
+    or assumption.
     """
 
     name: str

@@ -37,8 +37,8 @@ def check_sum(terms: list[Term], unit: str, within: Equation | None = None) -> i
             key = term.element or ("" if within is None else within.key)
             raise ElementError(
                 key,
-                f"the term {term.text}{where} measures {_dimension_text(measured)}; "
-                f"allowed: {unit or '1'}, as the other terms",
+                f"the term {term.text}{where} has the dimension {_dimension_text(measured)}; "
+                f"allowed: that of {unit or '1'}, the unit of the other terms",
             )
     return len(terms)
 

@@ -23,8 +23,10 @@ SIGNS = {"low": r"\geq", "high": r"\leq"}  # relation of the effort of each end 
 class ElementEquations:
     """Equations of one element.
 
-    efforts: (block, effort in its positive direction). dry: for each friction that can stick: its
-    block, its effort (also in `efforts`), and the largest effort at rest.
+    efforts: (block, effort in the block's positive direction). curves: statements of the points of
+    curves. modes: conditions, such as contact or a limit of the drive. dry: for each friction that
+    can stick: the block, the friction's effort (also in `efforts`), and its largest magnitude at
+    rest.
     """
 
     efforts: tuple[tuple[str, Term], ...] = ()
@@ -37,8 +39,8 @@ class ElementEquations:
 def spring(name: str, element: Spring, notation: Notation, start: float) -> ElementEquations:
     """Return the equations of a spring: F = k e + d e' + F0, or F = curve(e) + d e'.
 
-    F pulls the first end back. start: q_a - q_b at the start [rad | m]. If the document has no
-    `free`, e is 0 at the start.
+    e is the stretch, and F acts on the first end against its positive direction. start: q_a - q_b
+    at the start [rad | m]. If the document has no `free`, e is 0 at the start.
     """
     key = f"links.{name}"
     first, second = element.between

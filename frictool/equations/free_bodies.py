@@ -112,8 +112,9 @@ def rest_condition(
     """Return the condition for a tree to stay at rest; None if it has no dry friction.
 
     The sum of the tree's efforts without dry friction must be within the limits of the dry
-    frictions and lossy links. At rest the factor p of a lossy link may have any value between those
-    of both directions of power.
+    frictions and lossy links. At rest the factor p of a lossy link may have any value between its
+    values in both directions of power. efforts, dry: all efforts and the dry frictions on each
+    block. bears: largest dry friction on each block at rest.
     """
     threads = {
         link.a: _modulus(link.passed.additional)

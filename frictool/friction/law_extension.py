@@ -177,7 +177,7 @@ class FrictionExtension:
         if self.rise_time > 0.0 and (dynamic or "breakaway" not in names):
             reason = "never rests" if dynamic else "has no breakaway"
             raise ValueError(
-                f"{law.name} {reason}: it takes no dwell (breakaway that rises with the time at rest)"
+                f"{law.name} {reason}: it takes no dwell (breakaway that rises with time at rest)"
             )
         if stores and by_direction:
             raise ValueError(

@@ -160,7 +160,10 @@ class BoundedRealInequalities:
 
     @cached_property
     def reduced(self) -> list[tuple[int, tuple[Matrix, Matrix, Matrix]]]:
-        """Return pairs: first index of R' or S' in the decision vector, and reduced inequality."""
+        """Return one pair (first, inequality) for each reduced inequality.
+
+        first: index at which R' or S' of the inequality begins in the decision vector.
+        """
         return [(0, side.reduced(self.n_w)) for side in self.sides_r] + [
             (self.half, side.reduced(self.n_z)) for side in self.sides_s
         ]

@@ -74,7 +74,10 @@ class ParameterBasis:
 
 @dataclass(frozen=True)
 class GridPlants:
-    """Plants at one r in balanced coordinates, of one domain and with equal B2, D12, C2, D21."""
+    """Plants at one r in balanced coordinates, all continuous or all sampled.
+
+    B2, D12, C2 and D21 are the same for all plants. values: r.
+    """
 
     values: Values
     plants: tuple[GeneralisedPlant, ...]
@@ -186,10 +189,11 @@ class GridInequalities:
     def weights(self, block: int, values: Values) -> list[tuple[Vector, Vector]]:
         """Return pairs (w1, w2) of weights of the coefficients of X (block 0) or Y (block 1).
 
-        There is one pair for each distinct corner of the rates of r. The sum with w1 is the matrix
-        that is multiplied by matrices of the plant. The sum with w2 is the matrix v of the separate
-        term e v e' (lmi/bounded_real.py): in continuous time the derivative of X, or minus that of
-        Y. In discrete time, w1 and w2 belong to the two ends of a step.
+        There is one pair for each distinct corner of the rates of r. The coefficients weighted by
+        w1 add up to the matrix that is multiplied by matrices of the plant; weighted by w2, to the
+        matrix v of the separate term e v e' (lmi/bounded_real.py). In continuous time, v is the
+        derivative of X, or minus the derivative of Y. In discrete time, w1 and w2 belong to the two
+        ends of a step.
         """
         basis = self.bases[block]
         pairs = []

@@ -8,8 +8,9 @@ D21| < gamma. W is the lower right block of (5.62), which a Schur complement rem
 
     A^ = -A' - C2' D' B2' + L2' W^-1 L1        makes the remaining off-diagonal block zero; two
                                                inequalities remain, one in C^ and one in B^
-    C^ = -(E' V E + e I)^-1 (B2' + E' V L1)    minimises the left side of the first
-    B^' = -(F' V F + e I)^-1 (C2 + F' V L2)    minimises that of the second, for every rate
+    C^ = -(E' V E + e I)^-1 (B2' + E' V L1)    minimises the left side of the inequality in C^
+    B^' = -(F' V F + e I)^-1 (C2 + F' V L2)    minimises the left side of the inequality in B^,
+                                               for every rate
 
 In the last two formulas, L1 has the value for C^ = 0, and L2 that for B^ = 0. e > 0 is a small
 regularising weight, needed if D12 or D21 does not have full rank. The code uses the largest e for

@@ -73,8 +73,9 @@ class GridSchedule:
 class GriddedSolution:
     """Coefficients of X(r) and Y(r) in their bases, for plants in the variable `frame`.
 
-    The states are x = t x_balanced. X and Y solve the inequalities at `gamma`, which is at least
-    `optimum`. motions: corners of the rates (steps in discrete time) in the frame's unit of time.
+    The states are x = t x_balanced. optimum: smallest gamma of the inequalities. X and Y solve the
+    inequalities at `gamma` >= `optimum`. motions: corners of the rates (steps in discrete time) in
+    the frame's unit of time.
     points: final grid. checked: number of points at which the inequalities were evaluated,
     including the finer grid.
     """

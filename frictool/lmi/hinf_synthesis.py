@@ -75,8 +75,9 @@ TRACE_SLACK = 1.5  # limit of trace(R + S) in the recentring, relative to the sm
 class LyapunovPair:
     """Lyapunov blocks R and S in the state coordinates x = t x_balanced.
 
-    R and S solve the inequalities at `gamma`, for plants in the variable `frame`; without a pole
-    region also for plants in s or z. `optimum` is the smallest gamma.
+    R and S solve the inequalities at `gamma` for the plants in the variable `frame`. Without a pole
+    region, they also solve the inequalities of the plants in s or z. `optimum` is the smallest
+    gamma.
     """
 
     r: Matrix
@@ -169,8 +170,9 @@ def _by_riccati(
 def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.0) -> Lti:
     """Return the central controller of one plant; its loop has a norm of at most `lyapunov.gamma`.
 
-    With `ease` > 1 it is the central controller at `ease` times that gamma. The inequalities then
-    guarantee only this larger norm. The controller is slower, and the norm of its loop is often
+    With `ease` > 1 the result is the central controller at `ease` times that gamma. The
+    inequalities then guarantee only this larger norm. The controller is slower, and the norm of its
+    loop is often
     still below `lyapunov.gamma`, but this must be verified. A frozen controller must always be
     verified. Raises NoSolutionError if (R, S) do not admit a controller to working precision,
     ValueError if `ease` is below 1.

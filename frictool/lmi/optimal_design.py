@@ -4,7 +4,8 @@
     subject to  sum x_k = 1,  x_k >= 0,  sum x_k cost_k <= 0
 
 (Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). x_k is the share of experiment k, R_k
-its information matrix per second. The program is stated with cvxpy and solved by clarabel.
+its information matrix per second, and e_i the i-th unit vector; e_i' (...)^-1 e_i is the variance
+of parameter i. The program is stated with cvxpy and solved by clarabel.
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ def optimal_shares(rate: Matrix, limit: Vector, cost: Vector) -> Vector | None:
     limit
         Largest variance of each parameter, (p,); inf if a parameter has no limit.
     cost
-        Cost of each experiment per second, (k,); the mean cost must be at most 0. With a value of
-        -inf there is no constraint.
+        Cost of each experiment per second, (k,). The mean cost must be at most 0, unless one cost
+        is -inf.
 
     Returns
     -------

@@ -7,8 +7,8 @@ minimise nu subject to
     |z| <= factor gamma* |Delta|    gamma*: the smallest gamma with the requested decay
     |z| <= nu |w|                   y = C_i x + n_i w: noise w, which enters the error as -L_i n_i w
 
-    with the same P_i in both. For every allowed switch (i, j), a slack G_i replaces the factor P_i
-    of (6.6), with V_i = G_i' L_i. In the noise inequality -V_i n_i replaces G_i' Q_i:
+Both bounds are proved with the same P_i. For every allowed switch (i, j), a slack G_i replaces the
+factor P_i of (6.6), with V_i = G_i' L_i. In the noise inequality -V_i n_i replaces G_i' Q_i:
 
     [lambda^2 P_i - C-bar_i' C-bar_i   0           A_i' G_i - C_i' V_i']
     [ *                                gamma^2 I   Q_i' G_i            ]  >  0
@@ -55,7 +55,7 @@ INSIDE, FASTER = (
 
 @dataclass(frozen=True)
 class QuietGains:
-    """Gains with the P_i that prove their gamma, and the smallest nu that these P_i prove."""
+    """Gains with the P_i that prove their gamma; noise_gain: smallest nu that these P_i prove."""
 
     gains: SwitchedGains
     noise_gain: float
@@ -72,8 +72,8 @@ def quiet_gains(
     """Return the gains for `modes` and the allowed `switches`; `noise` has n_i (m,) of each mode.
 
     `apart` maps a mode to a mask (n, m) of the gains that may differ from 0. States with equal rows
-    of the mask must be consecutive, so that the mask also holds after a triangular change of
-    states. Raises NoSolutionError if a mode is not detectable, or if no gains are proved within
+    of the mask must be consecutive, so that a triangular change of states preserves the mask.
+    Raises NoSolutionError if a mode is not detectable, or if no gains are proved within
     `factor` times the smallest gamma. Raises ValueError for a decay outside (0, 1] or a factor of
     at most 1.
     """

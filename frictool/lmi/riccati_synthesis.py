@@ -36,7 +36,7 @@ FIRST, FACTOR, LARGEST = 1.0, 4.0, 1e6  # levels that are tried until one is fea
 def smallest_gamma(plant: GeneralisedPlant) -> float | None:
     """Return the smallest gamma; the result is at most a fraction PRECISION too large.
 
-    It is None if the plant does not meet the conditions of the equations.
+    The result is None if the plant does not meet the conditions of the Riccati equations.
     """
     continuous = _continuous(plant)
     if not _regular(continuous):

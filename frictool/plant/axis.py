@@ -14,8 +14,8 @@ inertia (thesis 2.2.4): contact does not change the velocity. The offset belongs
 always acts. plant/axis_friction_laws.py adds further dependences of the friction, and end stops.
 
 A winding limits the current in addition to the drive limit: |resistance i + K v| <= supply, since
-the supply must overcome the back-EMF and the resistance. The inductance is neglected, as electrical
-time constants are much shorter than that of the current loop.
+the supply must overcome the back-EMF and the resistance. The inductance is neglected, because the
+electrical time constant is much shorter than the time constant of the current loop.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ LOOSE = 2.0  # moving inside the backlash; -2 in the negative direction
 class AxisParameters(NamedTuple):
     """Parameters of an axis, SI, rotary | linear.
 
-    A breakaway may be below the Coulomb friction; `checked` then raises it to that friction.
+    If `breakaway` is below `coulomb`, `checked` raises it to `coulomb`.
     """
 
     inertia: float  # kg m^2 | kg
@@ -71,7 +71,7 @@ class AxisParameters(NamedTuple):
     laws: AxisLaws = AxisLaws()
 
     def checked(self) -> AxisParameters:
-        """Return the axis; a breakaway below the Coulomb friction is raised to that friction.
+        """Return the axis, with a breakaway of at least the Coulomb friction.
 
         Raises ValueError with the name of a parameter that is out of range.
         """

@@ -4,7 +4,7 @@
                (2.33)-(2.34); above a knee speed the viscous coefficient changes
     at rest    v = 0 as long as |e| <= F_s (1 - (1 - fresh) tau/(tau + t)), never below F_c
                (friction/rising_breakaway.py)
-    position   F_c and F_s of each direction follow polynomials of the motor's position
+    position   F_c and F_s of each direction are polynomials of the motor's position
                (4.41)-(4.44)
     end stops  the motor stays in [low, high]; it rebounds at `restitution` times its speed
 
@@ -64,9 +64,9 @@ class AxisFrictionLevels(NamedTuple):
 class FrictionPositionShape(NamedTuple):
     """Variation of Coulomb friction and breakaway over positions [low, high] [rad | m].
 
-    Outside the range, friction is constant. Each polynomial pair is (forward, backward), in any
-    unit of effort: the polynomial divided by its mean multiplies the friction level of its
-    direction.
+    Outside the range, friction is constant. coulomb, breakaway: coefficients of the polynomials
+    (forward, backward), in any unit of effort. Each polynomial, divided by its mean, multiplies the
+    friction level of its direction.
     """
 
     low: float
@@ -76,14 +76,19 @@ class FrictionPositionShape(NamedTuple):
 
 
 class AxisLaws(NamedTuple):
-    """Additional friction laws and end stops of an axis, SI; the default has none."""
+    """Additional friction laws and end stops of an axis, SI; the default has none.
 
-    backward: AxisFrictionLevels | None = None  # None: as forward
+    backward: friction backward; None if it equals the friction forward. fresh: breakaway just after
+    a stop divided by the breakaway after a long rest. rise_time: tau of the module; if 0, the
+    breakaway does not depend on the time at rest. stribeck_velocity: 0 without Stribeck effect.
+    """
+
+    backward: AxisFrictionLevels | None = None
     regimes: tuple[ViscousRegime, ...] = ()
-    stribeck_velocity: float = 0.0  # rad/s | m/s; 0: no Stribeck effect
+    stribeck_velocity: float = 0.0  # rad/s | m/s
     stribeck_exponent: float = 2.0
-    fresh: float = 1.0  # ratio of the breakaway just after a stop to that after a long rest
-    rise_time: float = 0.0  # s; 0: the breakaway does not depend on the time at rest
+    fresh: float = 1.0
+    rise_time: float = 0.0  # s
     shape: FrictionPositionShape | None = None
     stops: tuple[float, float] = (-math.inf, math.inf)  # rad | m
     restitution: float = 0.0
@@ -135,7 +140,9 @@ class AxisLaws(NamedTuple):
         last = 0.0
         for regime in self.regimes:
             if not last < regime.knee < math.inf:
-                raise ValueError(f"a knee at {regime.knee:g}; allowed: above 0 and rising")
+                raise ValueError(
+                    f"regimes: a knee at {regime.knee:g}; allowed: knees above 0 in rising order"
+                )
             for value in regime[1:]:
                 _within(f"viscous beyond the knee at {regime.knee:g}", value, 0.0, math.inf)
             last = regime.knee

@@ -39,12 +39,12 @@ def connect(
 ) -> Lti:
     """Return the system from `inputs` to `outputs`; its states are the blocks' states in order.
 
-    Raises ValueError if a signal has no source or two, if the sample periods of the blocks differ,
-    or if an algebraic loop has no solution.
+    Raises ValueError if a signal has no source or more than one, if the sample periods of the
+    blocks differ, or if an algebraic loop has no solution.
     """
     periods = {block.system.period for block in blocks.values()}
     if len(periods) > 1:
-        raise ValueError(f"blocks of different periods: {sorted(periods)}")
+        raise ValueError(f"the blocks have different periods: {sorted(periods)} s; allowed: one")
     produced = [name for block in blocks.values() for name in block.outputs]
     available = [*inputs, *produced]
     doubled = {name for name in [*available, *sums] if [*available, *sums].count(name) > 1}

@@ -124,7 +124,9 @@ class GeneralisedPlant:
 
     @staticmethod
     def of(system: Lti, measured: int = 1, controls: int = 1) -> GeneralisedPlant:
-        """Return the plant with y the last `measured` outputs, u the last `controls` inputs.
+        """Return the plant whose y are the last `measured` outputs, and u the last inputs.
+
+        `controls` is the number of the inputs u.
 
         Raises ValueError if a control acts on a measurement without delay (D22 not zero).
         """

@@ -27,9 +27,10 @@ OUTPUTS = ("drive", "speed", "eta")
 
 @dataclass(frozen=True)
 class AxisRates:
-    """Rates k [rad/s^2 or m/s^2 per A or V], s [1/s], f [rad/s^2 or m/s^2] and p of an axis.
+    """Rates of an axis, as in this module.
 
-    p, named `push`, is in rad/s^2 or m/s^2 per unit of the uncertainty channel.
+    drive: k [rad/s^2 or m/s^2 per A or V]. viscous: s [1/s]. friction: f [rad/s^2 or m/s^2]. push:
+    p [rad/s^2 or m/s^2 per unit of the uncertainty channel].
     """
 
     drive: float
@@ -45,7 +46,8 @@ def linear_axis(
 
     period: sample period [s], 0 for continuous time. resonance: continuous filter with static gain
     1 between the drive's effort and the axis (adapters/resonance_filter.py). The states are the
-    drive (with a lag), the filter's states, speed and eta. INPUTS and OUTPUTS name the ports.
+    drive (only if it has a lag), the filter's states, speed and eta. INPUTS and OUTPUTS name the
+    ports.
     """
     k = rates.drive
     s = rates.viscous

@@ -63,9 +63,9 @@ def spanned(
 ) -> Polytope:
     """Return the polytope that the 1 to 5 parameters `scheduled` span within `box`.
 
-    box: interval of each of PARAMETERS [SI]. levels: regimes, if "regime" is scheduled; there are
-    as many vertices for each regime as without regimes. Raises ValueError for an empty list or a
-    repeated parameter.
+    box: interval of each of PARAMETERS [SI]. levels: intervals of the speed regimes if "regime" is
+    scheduled, else None; each regime then has vertices of its own. Raises ValueError if `scheduled`
+    is empty or names a parameter twice.
     """
     if not scheduled or len(set(scheduled)) != len(scheduled):
         raise ValueError(

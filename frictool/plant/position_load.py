@@ -2,7 +2,7 @@
 
     load(x) = stiffness x + sum_j (sine_j sin(number_j x) + cosine_j cos(number_j x))
 
-A positive load opposes a positive effort. Its constant part belongs to the axis's offset. Gravity
+A positive load opposes a positive effort. A constant load belongs to the axis's offset. Gravity
 on an arm is the harmonic with number 1 on a rotary axis. On a linear axis `number` is an angular
 wave number [1/m]. The kernels' array is [stiffness, number, sine, cosine, ...]. The engine
 integrates the load with the motion: `with_load` appends it to the parameters of an axis with laws

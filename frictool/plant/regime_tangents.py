@@ -48,8 +48,9 @@ def tangents(levels: RegimeLevels, *, viscous: bool, coulomb: bool) -> tuple[Reg
     """Return the tangents of every regime, at both ends of the scheduled intervals.
 
     viscous: True if the slopes are scheduled. coulomb: True if F_c is scheduled. The slopes of all
-    regimes are low together or high together. A parameter that is not scheduled has its upper end;
-    its lower values lie in the polytope between the regimes, as the annex states after (32).
+    regimes are low together or high together. A parameter that is not scheduled is at the upper end
+    of its interval; the polytope between the regimes contains the plants with its lower values, as
+    the annex states after (32).
     """
     lows, highs = zip(*levels.viscous, strict=True)
     slopes = (lows, highs) if viscous else (highs,)

@@ -14,7 +14,10 @@ from frictool.typing import Vector
 
 
 def bell(window: int) -> Vector:
-    """Return the test function (window - 2,) with sum 1; its second difference is (window,)."""
+    """Return the test function, shape (window - 2,), with sum 1.
+
+    Its second difference, shape (window,), weights the measured positions.
+    """
     inner = np.linspace(-1.0, 1.0, window)[1:-1]
     phi = (1.0 - inner**2) ** 3
     return np.asarray(phi / phi.sum())

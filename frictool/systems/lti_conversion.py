@@ -27,7 +27,7 @@ def as_lti(system: Any, period: float) -> Lti:
     ----------
     system : Any
         System of python-control (StateSpace, TransferFunction), of scipy.signal, or an `Lti`. A
-        continuous one is discretised by Tustin.
+        continuous system is discretised by Tustin's method.
     period : float
         Sample period [s].
 
@@ -77,7 +77,7 @@ def _matrices(system: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
     missing = [name for name in "ABCD" if not hasattr(system, name)]
     if missing:
         raise FrictoolError(
-            f"a {type(system).__name__} is no linear system; allowed: those of python-control "
+            f"a {type(system).__name__} is no linear system; allowed: systems of python-control "
             "and scipy.signal, or an Lti"
         )
     a, b, c, d = (

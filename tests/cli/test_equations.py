@@ -72,7 +72,7 @@ def test_text_latex_and_data(train: Path, tmp_path: Path) -> None:
             "radius_b: {value: 3, unit: cm}}\n  rack:",
             (
                 "train.yaml:9: links.chain: moves shaft 0.333333 times as far as motor, and "
-                "reducer moves it -0.25 times as far",
+                "reducer moves shaft -0.25 times as far",
             ),
         ),
         (

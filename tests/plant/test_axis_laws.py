@@ -44,11 +44,11 @@ def test_each_side_has_its_levels_and_a_breakaway_of_at_least_its_coulomb_fricti
         (AxisLaws(backward=AxisFrictionLevels(math.nan, 1.0, 1.0)), "backward viscous is nan"),
         (
             AxisLaws(regimes=(ViscousRegime(0.0, 1.0, 1.0),)),
-            "a knee at 0; allowed: above 0 and rising",
+            "a knee at 0; allowed: knees above 0 in rising order",
         ),
         (
             AxisLaws(regimes=(ViscousRegime(2.0, 1.0, 1.0), ViscousRegime(2.0, 1.0, 1.0))),
-            "a knee at 2; allowed: above 0 and rising",
+            "a knee at 2; allowed: knees above 0 in rising order",
         ),
         (AxisLaws(regimes=(ViscousRegime(2.0, 1.0, -1.0),)), "viscous beyond the knee at 2 is -1"),
         (

@@ -12,9 +12,10 @@ from frictool.plant.mechanism.packed_mechanism import FRAME
 
 
 class FastestLink(NamedTuple):
-    """Compliant link with the highest rate sqrt(k/m) or d/m [1/s]; the rate is 0 without one.
+    """Compliant link with the highest `rate` [1/s]; the rate is 0 if no link is compliant.
 
-    The rate is that of the isolated link with the inertias at its two ends.
+    The rate is the larger of sqrt(k/m) and d/m, with the link's stiffness k and damping d, and the
+    reduced mass m of the inertias at its two ends (`fastest_link`).
     """
 
     rate: float

@@ -8,8 +8,8 @@ coordinate: q = R p. The principle of virtual work gives
 
 with L = R if the links have no losses. With efficiency "driving", power is assumed to flow along
 the links. Each link then needs ratio/eta of the effort that it transmits (2.3)-(2.5), and L and the
-efforts of the couplings contain ratio/eta in place of the ratio. Two pulleys and a belt give (2.6)
-with the transfer function (2.7); without damping (2.8), with a rigid belt (2.9).
+efforts of the couplings contain ratio/eta in place of the ratio. Two pulleys and a belt give thesis
+(2.6) with the transfer function (2.7). Without damping they give (2.8), with a rigid belt (2.9).
 """
 
 from __future__ import annotations
@@ -53,7 +53,11 @@ class LinearMechanism:
 
     - moves (n, g): moves @ p are the coordinates q of all n blocks
     - mass, damping, stiffness (g, g), input (g, u): matrices of the equation of motion
+    - output (y, 2 g): outputs per unit of [p | p']
     - sources, sensors: names of inputs [unit of the drive] and outputs [rad | m | rad/s | m/s]
+    - couplings: names of the k compliant links
+    - stretches (k, g), springs (k,): stretch of each coupling per unit of p, and its stiffness
+    - inertia (n,): inertia of each block alone
     """
 
     blocks: tuple[str, ...]
@@ -63,13 +67,13 @@ class LinearMechanism:
     damping: Matrix
     stiffness: Matrix
     input: Matrix
-    output: Matrix  # (y, 2 g) on [p | p']
+    output: Matrix
     sources: tuple[str, ...]
     sensors: tuple[str, ...]
     couplings: tuple[str, ...]
-    stretches: Matrix  # (k, g): stretch of each coupling per unit of p
-    springs: Vector  # (k,) stiffness of each coupling at the operating point
-    inertia: Vector  # (n,)
+    stretches: Matrix
+    springs: Vector
+    inertia: Vector
 
     def state_space(self) -> Lti:
         """Return the continuous system with the states x = [p | p'].
@@ -171,8 +175,8 @@ def _closed(
     taken = playing if closed is None else set(closed)
     if taken - playing:
         raise ValueError(
-            f"found {', '.join(sorted(taken - playing))}; allowed: links with play, "
-            f"{', '.join(sorted(playing)) or 'none here'}"
+            f"closed: found {', '.join(sorted(taken - playing))}; allowed: links with play, "
+            f"{', '.join(sorted(playing)) or 'none in this mechanism'}"
         )
     return (
         [

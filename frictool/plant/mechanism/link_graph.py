@@ -156,7 +156,7 @@ def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Seq
                 f"links.{other.name}",
                 f"is irreversible, as {one.name} is: {names[one.a]} and {names[other.a]} both "
                 f"drive {driven} and neither can be driven back, so that nothing moves; allowed: "
-                "one of the two, or a compliant link",
+                "one irreversible link, or a compliant one",
             )
 
 
@@ -178,7 +178,7 @@ def _redundant(
         other = path[0][2].name
         raise ElementError(
             key,
-            f"moves {second} {link.ratio:.6g} times as far as {first}, and {other} moves it "
+            f"moves {second} {link.ratio:.6g} times as far as {first}, and {other} moves {second} "
             f"{path[0][1]:.6g} times as far: no motion solves both; "
             "allowed: the same ratio and sign, or one rigid link",
         )
@@ -186,7 +186,7 @@ def _redundant(
         raise ElementError(
             key,
             f"closes the loop {loop}, whose ratios multiply to {round_trip:.10g}: "
-            "no motion solves it; allowed: 1; "
+            "no motion solves it; allowed: a product of 1; "
             "correct a ratio or a direction, or make a link compliant",
         )
     playing = next(
@@ -195,8 +195,8 @@ def _redundant(
     if playing is not None:
         raise ElementError(
             key,
-            f"closes the loop {loop}, in which {playing} has rigid play; allowed: in a loop, "
-            "play with compliance; give it one",
+            f"closes the loop {loop}, in which {playing} has play but no compliance; allowed: in a "
+            f"loop, play with compliance; give {playing} a compliance",
         )
     lossy = next(
         (other.name for other in (link, *(step[2] for step in path)) if not other.lossless), None
@@ -237,8 +237,8 @@ def groups_of(
             group_names = ", ".join(names[block] for block in blocks)
             raise ElementError(
                 f"blocks.{names[root]}",
-                f"{group_names} has no inertia and no rigid link without play to a block that has; "
-                "give it some, or such a link",
+                f"{group_names} has no inertia and no rigid link without play to a block with "
+                "inertia; give it an inertia, or such a link",
             )
         groups.append(RigidGroup(root, blocks, tuple(ratio[block] for block in blocks), total))
     return tuple(groups)

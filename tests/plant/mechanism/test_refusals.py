@@ -125,7 +125,7 @@ WRONG = [
      RACK + "  belt: {kind: belt, between: [motor, shaft], radius_a: {value: 1, unit: cm}, "
            "radius_b: {value: 4, unit: cm}}\n",
      "links.belt",
-     ["moves shaft 0.25 times as far as motor, and reducer moves it -0.25 times as far: "
+     ["moves shaft 0.25 times as far as motor, and reducer moves shaft -0.25 times as far: "
       "no motion solves both"]),
     (SHAFT, SHAFT.replace("kg m^2", "kg"), "blocks.shaft.inertia.unit",
      ["unit 'kg' does not measure rotary inertia; allowed: kg m^2"]),
@@ -252,7 +252,7 @@ def test_a_loop_with_a_solution(tmp_path: Path) -> None:
     )
     play = "backlash: {width: {value: 1, unit: mrad}}"
     assert "closes the loop" in (message := refusal(TRIANGLE.format(f"{exact}, {play}"), tmp_path))
-    assert "closing has rigid play" in message
+    assert "closing has play but no compliance" in message
     # play inside the ring: the loop is that link's own
     inside = TRIANGLE.replace(
         "ratio: 0.5}}", f"ratio: 0.5, {play.replace('{', '{{').replace('}', '}}')}}}}}"
