@@ -207,7 +207,7 @@ def test_a_wrong_checksum_is_damage(tmp_path: Path):
     data[-1] ^= 1
     file.write_bytes(bytes(data))
     with pytest.raises(
-        LogError, match=r"variable 'x' its compressed bytes are damaged \(.*incorrect data check"
+        LogError, match=r"variable 'x' has damaged compressed bytes \(.*incorrect data check"
     ):
         columns(table_of(file), ["x"])
 

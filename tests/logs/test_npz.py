@@ -202,7 +202,7 @@ def test_salvage_gives_what_was_before_a_damage(tmp_path: Path):
     data = bytearray(file.read_bytes())
     data[len(data) // 2] ^= 0xFF
     file.write_bytes(bytes(data))
-    with pytest.raises(LogError, match="variable 'x' its archive is damaged"):
+    with pytest.raises(LogError, match="variable 'x' is in a damaged archive"):
         columns(table_of(file))
     losses: list[DataLoss] = []
     found = columns(table_of(file), None, losses)["x"]

@@ -1,6 +1,6 @@
 """Table of arrays that a file stores one after the other (MATLAB, NumPy).
 
-Each column is read from its own stream, in step with the others.
+Each column is read from a byte stream of its own; a block takes the same rows from every stream.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class ArrayColumn:
 
     offset: byte of the first number.
     rows: number of values.
-    step: distance of the numbers in bytes.
+    step: bytes from the start of one number to the start of the next.
     """
 
     open: Callable[[], ByteStream]
@@ -51,7 +51,7 @@ class ArrayColumn:
 
 
 class ColumnReader:
-    """Reader of the numbers of a column, a batch at a time."""
+    """Reader that returns the numbers of a column in batches."""
 
     def __init__(self, column: ArrayColumn) -> None:
         self.column = column
@@ -65,7 +65,7 @@ class ColumnReader:
         self.stream.__exit__()
 
     def take(self, n: int) -> NDArray[Any]:
-        """Return the next n numbers; fewer at the end."""
+        """Return the next n numbers, or all remaining numbers if fewer than n remain."""
         size = self.column.dtype.itemsize
         step = self.column.step
         at_once = max(1, STRIDED_BYTES // step)
@@ -112,8 +112,8 @@ class ArrayTable:
         """Return the name of a column (see RawTable.find).
 
         A column of a matrix is `x(:,1)` in MATLAB's notation or `x[:, 0]` in NumPy's. Raises
-        LogError if the variable is not a real vector, or if it may be in the damaged part of the
-        file.
+        LogError if the variable is not a real vector, or if the damaged part of the file may
+        contain the variable.
         """
         if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
             raise LogError(
@@ -184,8 +184,8 @@ class ArrayTable:
     ) -> None:
         """Report each stream that ended early.
 
-        If all rows were read, the rest of each stream is read first, because the checksum of a
-        stream is at its end.
+        If all rows were read, the unread bytes of each stream are read first, because a stream ends
+        with its checksum.
         """
         if read == rows:
             for stream in streams.values():
@@ -205,21 +205,21 @@ class ArrayTable:
 
 
 def check_rows(source: str, size: int, rows: int, columns: int) -> None:
-    """Raise LogError if a file of `size` bytes declares more rows than it can hold."""
+    """Raise LogError if a file declares more rows than fit into its `size` bytes."""
     if reason := refusal(size, rows, columns):
         raise LogError(source, reason)
 
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the column in `names` with this name, number (from 1) or matrix notation, or None."""
+    """Return the name in `names` that `wanted` denotes, by name or number (from 1), or None."""
     name = find(names, wanted)
     return other_notation(names, str(wanted)) if name is None else name
 
 
 def other_notation(names: Sequence[str], wanted: str) -> str | None:
-    """Return the name of a matrix column or row that `wanted` writes in another notation, or None.
+    """Return the name in `names` of the matrix column or row `wanted`, or None.
 
-    Blanks are ignored, and both MATLAB's and NumPy's notations are accepted.
+    `wanted` may be in MATLAB's or in NumPy's notation. Blanks are ignored.
     """
     compact = {name.replace(" ", ""): name for name in names}
     match = _LINE.fullmatch(wanted.replace(" ", ""))

@@ -14,7 +14,7 @@ PIECE = 1 << 16  # bytes read at once
 
 
 class ByteStream:
-    """Bytes of a file from `start` on, at most `length`."""
+    """Bytes of a file from byte `start`, at most `length` bytes."""
 
     def __init__(self, path: Path, start: int, length: int) -> None:
         self._file: IO[bytes] = path.open("rb")
@@ -32,7 +32,7 @@ class ByteStream:
     def read(self, size: int, /) -> bytes:
         """Return the next `size` bytes.
 
-        If the stream ends early, fewer are returned and `damage` holds the reason.
+        If the stream ends early, fewer bytes are returned and `damage` states the reason.
         """
         parts = []
         while size > 0 and self.damage is None:
@@ -50,9 +50,9 @@ class ByteStream:
             size -= len(self.read(min(size, PIECE)))
 
     def check(self) -> None:
-        """Read the rest of the stream if its checksum is at the end.
+        """Read to the end of the stream if the stream ends with a checksum.
 
-        Sets `damage` if the bytes are wrong.
+        Sets `damage` if the checksum does not match the bytes.
         """
 
     def _piece(self, most: int) -> bytes:
@@ -70,7 +70,7 @@ class FileBytes(ByteStream):
     """Bytes as in the file; skipping takes no time."""
 
     def skip(self, size: int) -> None:
-        """Skip `size` bytes; record the damage if the file ends earlier."""
+        """Skip `size` bytes; set `damage` if the file ends earlier."""
         step = max(0, min(size, self._left))
         self._file.seek(step, 1)
         self._left -= step
@@ -80,14 +80,14 @@ class FileBytes(ByteStream):
 
 
 class InflatedBytes(ByteStream):
-    """Content of a zlib stream, whose checksum is verified at the end."""
+    """Content of a zlib stream; `check` verifies the checksum."""
 
     def __init__(self, path: Path, start: int, length: int) -> None:
         super().__init__(path, start, length)
         self._inflater = zlib.decompressobj()
 
     def check(self) -> None:
-        """Read to the end and record the first damage, also a missing end mark."""
+        """Read to the end; set `damage` at the first damage, or if the end mark is missing."""
         while self.damage is None and self._piece(PIECE):
             pass
         if not self._inflater.eof:
@@ -101,7 +101,7 @@ class InflatedBytes(ByteStream):
             try:
                 part = self._inflater.decompress(packed, most)
             except zlib.error as error:
-                self.damage = f"its compressed bytes are damaged ({error})"
+                self.damage = f"has damaged compressed bytes ({error})"
                 break
             if part:
                 return part
@@ -118,7 +118,7 @@ class ArchiveBytes(ByteStream):
         self.damage: str | None = None
 
     def check(self) -> None:
-        """Read to the end and record the first damage."""
+        """Read to the end; set `damage` at the first damage."""
         while self.damage is None and self._piece(PIECE):
             pass
 
@@ -126,5 +126,5 @@ class ArchiveBytes(ByteStream):
         try:
             return super()._piece(most)
         except Exception as error:  # zipfile raises BadZipFile, and errors of zlib, lzma and others
-            self.damage = f"its archive is damaged ({str(error) or type(error).__name__})"
+            self.damage = f"is in a damaged archive ({str(error) or type(error).__name__})"
             return b""

@@ -40,11 +40,11 @@ READERS = (
 )
 FRAMES = 100_000  # frames from which the messages of a log are listed
 CUT = "the file is cut off: its header declares {} bytes, but it has {}"
-NO_LINE_END = "the last line has no line end: the file may be cut"
+NO_LINE_END = "the last line has no line end: the file may be cut off"
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file begins as a CAN log."""
+    """Return whether the file begins like a CAN log."""
     return _reader_of(head) is not None
 
 
@@ -53,9 +53,9 @@ def _reader_of(head: bytes) -> str | None:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return a table for each message of the DBC in the log.
+    """Return a table for each message that the DBC defines and the log contains.
 
-    Raises LogError if there is no DBC, if it is damaged, or if it describes no frame of the log.
+    Raises LogError if the DBC is missing or damaged, or describes no frame of the log.
     """
     with open_log(path) as stream:
         reader = _reader_of(stream.read(4096))
@@ -73,11 +73,11 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
 
 @dataclass(kw_only=True)
 class MessageTable(LibraryTable):
-    """Frames of one message.
+    """Table of the frames of one message.
 
-    message: message of the DBC, as cantools describes it.
-    identifier: identifier of the frames, and whether it is an extended one.
-    reader: name of the reader of python-can.
+    message: definition of the message in the DBC, an object of cantools.
+    identifier: identifier of the frames, and True if it is an extended identifier.
+    reader: name of the class of python-can that reads the file.
     """
 
     message: Any
@@ -169,7 +169,10 @@ def _unit(signal: Any) -> str | None:
 
 
 def _frames(path: Path, reader: str, losses: list[DataLoss] | None) -> Iterator[Any]:
-    """Yield the data frames of a log; damage is an error or a loss."""
+    """Yield the data frames of a log.
+
+    Damage is appended to `losses`, or raises LogError if `losses` is None.
+    """
     import can
 
     damage = _cut(path, reader)

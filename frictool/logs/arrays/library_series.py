@@ -1,4 +1,4 @@
-"""Table of series that a library loads, column by column and part by part."""
+"""Table whose columns a library loads singly, one range of rows at a time."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Series = Callable[[int, int], NDArray[Any]]
 
 @dataclass(kw_only=True)
 class SeriesTable(LibraryTable):
-    """Table whose columns are Series of equal length.
+    """Table whose columns are functions (Series) that load a range of rows.
 
-    rows: number of rows.
-    times: times of the rows in ns; None if the file has none.
+    rows: number of rows of every column.
+    times: function that loads times of rows in ns; None if the file has no times.
     damage: description of damage in the file; None if there is none.
     """
 
@@ -48,5 +48,5 @@ class SeriesTable(LibraryTable):
 
 
 def loaded(values: NDArray[Any]) -> Series:
-    """Return the series of an array in memory."""
+    """Return a Series that returns parts of an array in memory."""
     return lambda first, end: values[first:end]

@@ -31,11 +31,11 @@ class Mat4Header(NamedTuple):
     """Head of an array.
 
     order: byte order.
-    number: index in NUMBERS of the type of its values.
-    kind: index in KINDS.
-    shape: rows and columns.
+    number: index in NUMBERS of the number type of the values.
+    kind: index in KINDS of the kind of the array.
+    shape: numbers of rows and columns.
     is_complex: True if an imaginary part follows the real part.
-    name_bytes: length of its name in bytes.
+    name_bytes: length of the array's name in bytes.
     """
 
     order: str
@@ -57,7 +57,7 @@ class Mat4Header(NamedTuple):
 
 
 def looks_like(head: bytes) -> bool:
-    """Return whether a file may be of version 4, which has no signature."""
+    """Return whether a file may be a file of version 4; such files have no signature."""
     element = _head(head[:HEAD])
     return (
         element is not None and _NAME.fullmatch(head[HEAD : HEAD + element.name_bytes]) is not None
@@ -67,8 +67,7 @@ def looks_like(head: bytes) -> bool:
 def arrays(path: Path, size: int) -> Iterator[MatArray]:
     """Yield the arrays of a file of `size` bytes.
 
-    Raises ValueError if the file is truncated or damaged. A truncated array is yielded before the
-    error.
+    Raises ValueError if the file is truncated or damaged, after a truncated array has been yielded.
     """
     position = 0
     with path.open("rb") as file:

@@ -1,7 +1,7 @@
 """Reader of MATLAB files of version 7.3 and other HDF5 files, with h5py (extra `mat73`).
 
-Names are those of mat_format.py: `data.signals.values(:,2)`, `runs(2).x`, `cells{1}`. Links to
-other files are not followed.
+The names of columns follow the rules of mat_format.py: `data.signals.values(:,2)`, `runs(2).x`,
+`cells{1}`. Links to other files are not followed.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the table of all vectors of the file, then its MATLAB tables.
+    """Return one table with all vectors of the file, followed by its MATLAB tables.
 
     Vectors that are requested together must have the same length.
     """
@@ -130,7 +130,10 @@ def _described(item: Any) -> str:
 
 @dataclass(frozen=True)
 class HdfVector:
-    """Vector in a dataset; `index` has one entry per axis, None for the axis along the vector."""
+    """Vector in a dataset of HDF5.
+
+    index: index of the vector along each axis of the dataset; None for the axis along the vector.
+    """
 
     dataset: Any
     index: tuple[int | None, ...]
@@ -173,7 +176,7 @@ def _columns(name: str, dataset: Any) -> Iterator[tuple[str, HdfVector]]:
 
 
 class HdfTable(LibraryTable):
-    """Vectors of an open file."""
+    """Table of the vectors of an open file."""
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None

@@ -1,4 +1,4 @@
-"""Array of a MATLAB file of any version, and the names of its columns."""
+"""Array of a MATLAB file of any version, and the names of the array's columns."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ MOST_COLUMNS = 1000  # maximum number of columns of a matrix; a wider one is an 
 class MatrixLine(NamedTuple):
     """One column or row of a matrix.
 
-    first: index of its first number in column order.
-    rows: number of its values.
-    stride: distance of its values in column order.
+    first: index of the first value in the matrix, counted in column order.
+    rows: number of values.
+    stride: step of this index from one value to the next.
     """
 
     name: str
@@ -34,10 +34,10 @@ class MatrixLine(NamedTuple):
 class MatArray:
     """Array of a MATLAB file.
 
-    name: name with its path, such as `data.signals.values`.
+    name: path of the array in its variable, such as `data.signals.values`.
     kind: MATLAB class.
-    column: location of the numbers in the file, in column order; None unless they are real.
-    text: content of a char array, else None.
+    column: location of the numbers in the file, in column order; None if they are not real numbers.
+    text: content of a char array; None for other arrays.
     """
 
     name: str
@@ -50,7 +50,7 @@ class MatArray:
         return f"{'x'.join(map(str, self.shape))} {self.kind}".strip()
 
     def columns(self) -> Iterator[tuple[str, ArrayColumn]]:
-        """Yield name and column of each vector in the array."""
+        """Yield the name and the location of each vector in the array."""
         if self.column is None:
             return
         for line in lines(self.name, self.shape):
@@ -69,7 +69,7 @@ class MatArray:
 def lines(name: str, shape: tuple[int, ...]) -> Iterator[MatrixLine]:
     """Yield the array itself if it is a vector, else the columns of a matrix as `name(:,1)`.
 
-    A matrix that is wider than high (Simulink's To File) is divided into rows instead.
+    A matrix with more columns than rows (Simulink's To File) is divided into rows instead.
 
     >>> [line.name for line in lines("x", (9, 2))], [line.name for line in lines("x", (1, 1, 9))]
     (['x(:,1)', 'x(:,2)'], ['x'])
@@ -89,5 +89,5 @@ def lines(name: str, shape: tuple[int, ...]) -> Iterator[MatrixLine]:
 
 
 def described(arrays: list[MatArray]) -> dict[str, str]:
-    """Return name -> description of the arrays that are not columns themselves."""
+    """Return the descriptions, by name, of the arrays that are not columns."""
     return {array.name: str(array) for array in arrays if array.name not in dict(array.columns())}

@@ -67,8 +67,8 @@ class MatTag:
     """Head of an element.
 
     kind: type of the element.
-    length: bytes of its content.
-    inline: content if it is packed into the head, else None.
+    length: size of the content in bytes.
+    inline: content that is packed into the head; None if the content follows the head.
     fill: padding bytes after the content.
     """
 
@@ -167,7 +167,7 @@ class _MatVariableReader:
         return tag.kind, self.exactly(tag.length + tag.fill)[: tag.length]
 
     def matrix(self, path: str, length: int, depth: int) -> Iterator[MatArray]:
-        """Yield the arrays in a MATRIX of `length` bytes whose head has been read.
+        """Yield the arrays in a MATRIX element of `length` bytes, of which the head has been read.
 
         path: name of a field or cell; "" for a variable, whose name is in its content.
         """

@@ -25,15 +25,15 @@ VERSION_5 = (b"\x00\x01IM", b"\x01\x00MI")
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file has the signature of version 5 to 7, or looks like version 4."""
+    """Return whether the file has the signature of versions 5 to 7, or looks like version 4."""
     return head[124:128] in VERSION_5 or mat4_elements.looks_like(head)
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the table of all vectors of the file, then its MATLAB tables.
+    """Return one table with all vectors of the file, followed by its MATLAB tables.
 
     Vectors that are requested together must have the same length. Raises LogError if there is no
-    vector; `blocks` reports other damage.
+    vector. Damage inside the vectors is reported when they are read.
     """
     with open_log(path) as stream:
         head = stream.read(HEAD_BYTES)

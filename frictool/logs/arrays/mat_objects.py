@@ -1,7 +1,7 @@
 """Tables and timetables of MATLAB files, with mat-io (extra `matlab`).
 
-Each `table` and `timetable` is a table. Row times, or a column of dates or durations, give the
-times of its rows; the units are MATLAB's `VariableUnits`.
+The times of the rows are the row times, or a column of dates or durations. The units are MATLAB's
+`VariableUnits`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def can_read() -> bool:
 
 
 def open_objects(path: Path) -> Sequence[LibraryTable]:
-    """Return the tables and timetables that hold numbers; runs in the reader process."""
+    """Return the tables and timetables that contain numbers; runs in the reader process."""
     import matio
     import pandas
 

@@ -1,8 +1,8 @@
 """Writer of streams as a MATLAB file of version 5, as MATLAB saves with -v6.
 
-The variables are `time`, `position`, ... and a structure `units`. Several streams become structures
-in `streams`: `streams.axis.position`, `streams.axis.units.position`. The file does not contain the
-date or the computer of its creation.
+The variables are `time`, the signals, such as `position`, and a structure `units`. If there are
+several streams, each is a structure in `streams`: `streams.axis.position`,
+`streams.axis.units.position`. The file does not contain the date or the computer of its creation.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> 
 def pieces(values: Mapping[str, Value]) -> Iterator[bytes]:
     """Yield the bytes of a whole file of named variables.
 
-    values: texts, structures, arrays (n,) that are written as columns, or arrays (n, m).
+    values: texts, structures, vectors (n,), which are written as columns, and matrices (n, m).
 
     Raises OutputError if a variable is too long.
     """

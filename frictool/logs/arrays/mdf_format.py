@@ -1,9 +1,9 @@
 r"""Reader of ASAM MDF (2 to 4) with asammdf (extra `mdf`).
 
-Each channel group is a table; its master channel gives the times of the rows. Channels are named as
-in the file, such as `nAct\ETKC:1`; a name that occurs in several groups is `GROUP/NAME`. Values are
-physical; a channel whose conversion gives texts keeps its raw numbers. In a salvage, a sample that
-is marked as invalid becomes an empty cell; otherwise it is an error.
+Each channel group is a table; its master channel gives the times of the rows. Channels have their
+names in the file, such as `nAct\ETKC:1`; `GROUP/NAME` selects a name that occurs in several groups.
+Values are physical values; if the conversion of a channel gives texts, the raw numbers are kept. A
+sample that is marked as invalid is an error, or an empty cell in a salvage.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def sniff(head: bytes, path: Path) -> bool:
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return a table for each channel group with samples and numeric channels.
 
-    Raises LogError if there is no such group, or if the file is damaged.
+    Raises LogError if no group has numbers, or if the file is damaged.
     """
     open_log(path).close()
     return open_guarded(path, _open)
@@ -176,7 +176,11 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int |
 
 @dataclass(frozen=True)
 class MdfChannel:
-    """Index of a channel in its group, and a flag, True if its raw numbers are used."""
+    """Channel of a group.
+
+    index: index of the channel in the group.
+    raw: True if the raw numbers are used, because the conversion gives texts.
+    """
 
     index: int
     raw: bool
@@ -184,7 +188,7 @@ class MdfChannel:
 
 @dataclass(kw_only=True)
 class MdfTable(LibraryTable):
-    """Channel group of an open file.
+    """Table of a channel group of an open file.
 
     group: index of the group.
     start: start time of the file in ns since 1970.
@@ -231,7 +235,7 @@ class MdfTable(LibraryTable):
             losses.append(DataLoss((), cut, samples=self.rows - readable))
 
     def _read(self, name: str, first: int, n: int, losses: list[DataLoss] | None) -> Vector:
-        """Return n samples of a channel from sample `first` on, NaN if marked as invalid.
+        """Return n samples of a channel from sample `first`; NaN replaces invalid samples.
 
         Raises LogError at an invalid sample if `losses` is None.
         """

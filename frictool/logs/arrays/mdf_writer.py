@@ -1,6 +1,6 @@
-"""Writer of streams as MDF 4.10, one channel group each, with asammdf (extra `mdf`).
+"""Writer of streams as channel groups of an MDF 4.10 file, with asammdf (extra `mdf`).
 
-The start time of the file is that of the log's clock, or 1970 without a clock.
+The start time of the file is the clock time at 0 of the log, or 1970 if the log has no clock.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ VERSION = "4.10"
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Write all streams, one after the other, through a temporary file."""
+    """Write all streams to a temporary file, then copy this file to `target`."""
     from asammdf import MDF
 
     with (

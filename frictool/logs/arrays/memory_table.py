@@ -25,7 +25,7 @@ class MemoryTable:
 
     columns: name -> (n,) numbers.
     units: name -> unit in the file, or None.
-    source, topic, clock: as in RawTable.
+    source, topic, clock: see RawTable.
     time_ns: (n,) times of the rows in ns; None if the file gives no times.
     first_line: line of the first row in the file; None if the rows have no lines.
     """
@@ -72,9 +72,9 @@ class MemoryTable:
 
 
 def in_memory(table: RawTable, wanted: Sequence[str], most: int) -> MemoryTable:
-    """Return the columns `wanted` of a table: whole blocks, until they have `most` rows.
+    """Return the columns `wanted` of a table, block by block until there are `most` rows or more.
 
-    Raises LogError as the table's blocks do.
+    Raises LogError if a block of the table cannot be read.
     """
     blocks = []
     rows = 0

@@ -1,7 +1,7 @@
 """Reader of NumPy's `.npy` and `.npz`, without unpickling.
 
 Columns are vectors, columns of matrices and fields of structured arrays. The first vector of dates
-(`datetime64`) is the clock of the rows.
+(`datetime64`) gives the times of the rows.
 """
 
 from __future__ import annotations
@@ -43,12 +43,11 @@ HEADS = {
 
 @dataclass(frozen=True)
 class NpyArray:
-    """Array in an `.npy` or `.npz` file, as its header describes it.
+    """Array that the header in an `.npy` or `.npz` file describes.
 
-    open: function that returns a stream of the array's bytes, header included.
+    open: function that returns a stream of the header and the numbers.
     start: offset of the first number in that stream, in bytes.
     by_columns: True if the numbers are stored column by column (Fortran order).
-    shape, dtype: as declared in the header.
     """
 
     name: str
@@ -69,7 +68,7 @@ class NpyArray:
         return f"{'x'.join(map(str, self.shape)) or 'single'} {kind}"
 
     def columns(self) -> Iterator[tuple[str, ArrayColumn]]:
-        """Yield name and column of each vector in the array."""
+        """Yield the name and the location of each vector in the array."""
         sides = [n for n in self.shape if n != 1]
         if self.dtype.hasobject or math.prod(self.shape) < 2:
             return
@@ -90,7 +89,7 @@ class NpyArray:
         return ArrayColumn(self.open, self.start + first * size, self.dtype, rows, stride * size)
 
     def _fields(self) -> Iterator[tuple[str, ArrayColumn]]:
-        """Yield name and column of the vector, or of each scalar field of a structured vector."""
+        """Yield name and location of the vector, or of each scalar field of a structured vector."""
         rows = math.prod(self.shape)
         if self.dtype.names is None or self.dtype.fields is None:
             yield (
@@ -109,7 +108,7 @@ class NpyArray:
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file is an array, or a zip archive whose first member is one."""
+    """Return whether the file is an array, or a zip archive that begins with an array."""
     return head.startswith(NPY) or (
         head.startswith(ZIP)
         and head[30 : 30 + int.from_bytes(head[26:28], "little")].endswith(b".npy")
@@ -119,8 +118,8 @@ def sniff(head: bytes, path: Path) -> bool:
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return the file's columns as one table.
 
-    Raises LogError if the file holds no vector of real numbers, or if the directory of its
-    archive cannot be read.
+    Raises LogError if the file has no vector of real numbers, or if the directory of the archive
+    cannot be read.
     """
     with open_log(path) as stream:
         is_array = stream.read(len(NPY)) == NPY
@@ -176,7 +175,7 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
 def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
     """Return a stream of the bytes of one member of a zip archive.
 
-    If it cannot be opened, the stream is empty and its `damage` has the reason.
+    If the member cannot be opened, the stream is empty and its `damage` states the reason.
     """
     try:
         with zipfile.ZipFile(path) as archive:

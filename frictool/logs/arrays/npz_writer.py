@@ -1,4 +1,4 @@
-"""Writer of streams as NumPy arrays; `np.load(file)["position"]` returns one of them.
+"""Writer of streams as NumPy arrays, such as `np.load(file)["position"]`.
 
 If a log has several streams, the name of each array begins with that of its stream, for example
 `axis_force.position`. Units and notes are arrays of text.

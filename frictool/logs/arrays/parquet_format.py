@@ -1,7 +1,7 @@
-"""Reader of Parquet with pyarrow (extra `parquet`), one row group after the other in batches.
+"""Reader of Parquet with pyarrow (extra `parquet`), in batches of rows.
 
 Nested fields are named `a.b`, and units are read from the fields' metadata. The first column of
-timestamps is the clock of the rows, exact to 1 ns.
+timestamps gives the times of the rows, exact to 1 ns.
 """
 
 from __future__ import annotations
@@ -143,7 +143,8 @@ class ParquetTable(LibraryTable):
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield the rows (see RawTable.blocks).
 
-        The rest of a row group is lost after damage in it; reading continues with the next group.
+        After damage in a row group, the later rows of this group are lost; reading continues with
+        the next group.
         """
         chosen = [*wanted, *([] if self.clock is None else [self.clock])]
         total = self.file.metadata.num_rows

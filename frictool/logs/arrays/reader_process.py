@@ -44,7 +44,7 @@ TEXT = 300  # maximum characters of a library's message
 class LibraryTable:
     """Table of a file that a library has opened (a RawTable); each subclass defines `blocks`.
 
-    columns: name -> column, in the library's terms.
+    columns: name -> column, an object that the subclass can read.
     others: name -> description of each item that is no column of numbers.
     """
 
@@ -119,7 +119,7 @@ class GuardedTable:
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield the rows (see RawTable.blocks).
 
-        Any failure of the library raises LogError; with `losses` it is recorded as a loss.
+        A failure of the library raises LogError or, if `losses` is a list, is appended to it.
         """
         read = 0
         try:
@@ -145,9 +145,9 @@ class GuardedTable:
 
 
 def open_guarded(path: Path, opened: Open) -> tuple[GuardedTable, ...]:
-    """Return the tables of `opened(path)`, to be read in child processes.
+    """Return the tables that `opened(path)` finds; their rows are read in child processes.
 
-    Raises LogError if they cannot be opened.
+    Raises LogError if the file cannot be opened.
     """
     for kind, *answer in _child(path, _tables, (opened,)):
         if kind == "tables":

@@ -1,8 +1,8 @@
 """Reader of TDMS, the binary files of LabVIEW and DIAdem, with npTDMS (extra `tdms`).
 
-The channels of a group with the same start, increment and number of samples are a table. Their
-waveform properties give the times of the rows; without an increment, a channel of time stamps gives
-them.
+The channels of a group with the same start, increment and number of samples form a table. The times
+of the rows follow from the waveform properties of the channels; without an increment, they are read
+from a channel of time stamps.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 MAGIC = b"TDSm"
 REPLACEMENT = "\ufffd"  # sign that npTDMS puts in place of bytes that are no text
-CUT = "its last segment is incomplete: the file is cut, or its logger was switched off"
+CUT = "its last segment is incomplete: the file is cut off, or its logger was switched off"
 UNITS = ("unit_string", "NI_UnitDescription")
 
 
@@ -38,7 +38,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return a table for each time base; raise LogError if the file has no channel of numbers."""
+    """Return a table for each group and time base; raise LogError if no channel has numbers."""
     open_log(path).close()
     return open_guarded(path, _open)
 

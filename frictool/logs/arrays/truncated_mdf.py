@@ -1,7 +1,7 @@
 """Reading of an MDF file whose end is missing because its logger lost power.
 
-Such a file contains the heads and the first records. asammdf rejects it. Therefore asammdf gets a
-`ZeroPaddedFile`, and only the records before the real end are used.
+asammdf rejects such a file, although it contains the heads and the first records. Therefore asammdf
+gets a `ZeroPaddedFile`, and only the records before the real end are used.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Reader of ULog, the log of PX4, with pyulog (extra `ulog`).
 
-Each topic is a table such as `esc_status`; further instances of the topic are the tables
-`esc_status.1`, ... The field `timestamp` gives the times of the rows.
+Each topic is a table such as `esc_status`; a further instance of the topic is a table such as
+`esc_status.1`. The field `timestamp` gives the times of the rows.
 """
 
 from __future__ import annotations
@@ -47,7 +47,9 @@ def _open(path: Path) -> Sequence[LibraryTable]:
     if log.file_corruption:
         damage = "its messages are damaged"
     elif not log.has_data_appended and _is_cut(path):
-        damage = "its last message is incomplete: the file is cut, or its logger was switched off"
+        damage = (
+            "its last message is incomplete: the file is cut off, or its logger was switched off"
+        )
     tables = []
     for topic in log.data_list:
         rows = len(topic.data.get(TIMESTAMP, ()))

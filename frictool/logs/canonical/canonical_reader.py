@@ -1,8 +1,8 @@
 """Reader of the canonical log (mcap_layout.py) in the order of the file, with every CRC checked.
 
-Canonical logs rewritten by other tools are read as well if the messages are unchanged. Such a file
-may have other chunks, several streams in one chunk, lz4 or no compression, no chunks, or no
-summary. An MCAP file with other messages is an error.
+A canonical log that another tool has rewritten is read, too, if its messages are unchanged. The
+tool may have changed the chunks, put several streams into one chunk, compressed with lz4 or not at
+all, or omitted the chunks or the summary. An MCAP file with other messages is an error.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class CanonicalReader:
     path: name of the file for messages.
     stream: the open file.
     lost: list to which unreadable data is appended; None raises LogError instead.
-    only: byte offsets of the chunks to open; None opens all.
+    only: byte offsets of the chunks to decompress; None for all chunks.
     """
 
     def __init__(
@@ -67,7 +67,8 @@ class CanonicalReader:
     def pieces(self) -> Iterator[ChannelSamples]:
         """Yield the samples.
 
-        Raises LogError if the file is damaged or not a canonical log, and OSError.
+        Raises LogError if the file is damaged or not a canonical log, and OSError if the operating
+        system cannot read it.
         """
         over = False  # True after the data section: no sample follows
         for item, done in contents(self._records, self._only):
@@ -160,10 +161,7 @@ class CanonicalReader:
             )
 
     def _of_one_channel(self, part: FileSection) -> ChannelSamples | None:
-        """Return the samples of a section with only valid messages of one channel, else None.
-
-        Nearly all chunks are read in this fast way.
-        """
+        """Return the samples of a section with valid messages of one channel only, else None."""
         data = part.data
         if len(data) <= RECORD_HEAD + 2 or data[0] != MESSAGE_OPCODE:
             return None
@@ -264,7 +262,7 @@ class CanonicalReader:
         time: Nanoseconds,
         good: NDArray[np.bool_],
     ) -> None:
-        """Record readable samples that are left out; raise LogError if losses are not allowed."""
+        """Record readable samples that are left out; raise LogError if no loss is allowed."""
         if self._missing is None:
             self.fail(
                 f"stream {channel.topic}: {what} at sample {channel.samples + row + 1}, "
@@ -276,10 +274,9 @@ class CanonicalReader:
         )
 
     def _check_counts(self) -> None:
-        """Compare the sample counts with the statistics.
+        """Compare the numbers of samples read with the file's statistics.
 
-        In a salvage, the statistics complete the counts of the losses. Otherwise a difference
-        raises LogError.
+        In a salvage, a difference becomes the number of lost samples. Otherwise it raises LogError.
         """
         counts = self._declarations.counts or {}
         samples = {

@@ -9,7 +9,7 @@ PIECE = 1 << 19  # bytes of the buffer
 
 
 class CountedBytes:
-    """Bytes of a stream of `size` bytes, taken in order; `offset` is the read position.
+    """Buffer of a stream of `size` bytes, which are taken in order; `offset` is the read position.
 
     All methods that read raise OSError.
     """

@@ -20,8 +20,8 @@ class RecordBounds(NamedTuple):
     """Kinds and byte positions of n consecutive records.
 
     opcode: (n,) kind of each record.
-    start: (n,) index of the first byte of its body.
-    length: (n,) length of its body in bytes.
+    start: (n,) index in the data of the first byte of each record's body.
+    length: (n,) length of each record's body in bytes.
     """
 
     opcode: NDArray[np.uint8]
@@ -34,9 +34,9 @@ class RecordBounds(NamedTuple):
 
 
 def record_bounds(data: bytes) -> RecordBounds:
-    """Return the records of a chunk; raise ValueError at a broken record.
+    """Return the bounds of the records of a chunk; raise ValueError at an invalid record.
 
-    `whole_records` returns the records before a broken one.
+    `whole_records` returns the records before an invalid one.
     """
     bounds, end = whole_records(data)
     if end != len(data):
@@ -55,7 +55,7 @@ def record_bounds(data: bytes) -> RecordBounds:
 
 
 def whole_records(data: bytes) -> tuple[RecordBounds, int]:
-    """Return the complete records, and the index of the byte after the last one.
+    """Return the bounds of the complete records, and the index of the byte after the last one.
 
     The search stops at a record of kind 0 and after MOST_SHORT short records.
     """

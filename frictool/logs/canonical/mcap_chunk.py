@@ -1,4 +1,4 @@
-"""Decompression of MCAP chunks within their declared size, with the CRC checked."""
+"""Decompression of MCAP chunks up to their declared size, with a check of their CRC."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _per_thread = _ThreadDecompressor()
 
 
 def chunk_data(body: bytes) -> bytes:
-    """Return the plain records of the chunk with content `body`.
+    """Return the uncompressed records of a chunk record with content `body`.
 
-    Raises ValueError if sizes disagree, decompression fails, or the CRC is wrong. A CRC of 0 means
-    that the writer computed none.
+    Raises ValueError if the data does not have the declared size, cannot be decompressed, or has a
+    wrong CRC. A CRC of 0 means that the writer computed none.
     """
     _, _, size, crc, name_length = _FIXED.unpack_from(body)
     name_end = _FIXED.size + name_length
@@ -49,7 +49,7 @@ def chunk_data(body: bytes) -> bytes:
 
 
 def plain_size(body: bytes) -> int:
-    """Return the plain size in bytes that the head of a chunk declares, at most LARGEST.
+    """Return the uncompressed size in bytes that the head of a chunk declares, at most LARGEST.
 
     Returns 0 if the head is truncated.
     """
@@ -78,9 +78,10 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
 
 
 def chunk_prefix(rest: bytes) -> bytes:
-    """Return the plain records of a truncated chunk as far as they can be decompressed.
+    """Return the bytes of a truncated chunk that can be decompressed.
 
-    The last record may be incomplete. Raises ValueError if the head of the chunk is truncated.
+    The last record in these bytes may be incomplete. Raises ValueError if the head of the chunk is
+    truncated.
     """
     if len(rest) < _FIXED.size + _U64.size:
         raise ValueError("the head of a chunk is cut")

@@ -22,7 +22,7 @@ UNREADABLE = (McapError, struct.error, ValueError)  # errors that a damaged reco
 class McapDeclarations:
     """Collector of the schemas, channels, metadata and counts that records declare.
 
-    counts: channel -> number of messages according to the statistics; None without statistics.
+    counts: channel -> number of messages in the file's statistics; None until they are read.
     """
 
     schemas: dict[int, Schema] = field(default_factory=dict)
@@ -31,7 +31,7 @@ class McapDeclarations:
     counts: dict[int, int] | None = None
 
     def take(self, opcode: int, body: bytes) -> Channel | None:
-        """Read a record; return the channel if the record declares one, else None.
+        """Read a record; return the channel that the record declares, or None for other records.
 
         Records that declare nothing are skipped. A damaged record raises one of UNREADABLE.
         """

@@ -24,12 +24,12 @@ from frictool.logs.stream_source import SampleBlock
 def read_mcap(path: Path) -> Log:
     """Return the canonical log at `path`, with time in s and signals in SI.
 
-    The streams are in the order of their channels. The memory used is bounded by the actual content
-    of the file and not by its declared sizes.
+    The streams have the order of their channel numbers. The memory needed depends on the actual
+    content of the file, not on the sizes that the file declares.
 
     Raises LogError if the file is missing, not MCAP, truncated or damaged (every CRC is checked).
-    The message names the byte and the time reached. Also raises LogError, with the name of the
-    channel, if the MCAP file is not canonical.
+    The message names the byte and the time up to which the file could be read. Also raises
+    LogError, with the name of the channel, if the MCAP file is not canonical.
     """
     with open_log(path) as stream:
         walk = CanonicalReader(path, stream)
@@ -67,7 +67,7 @@ def write_mcap(log: Log, stream: BinaryIO) -> None:
     shift.
 
     Raises LogError if a stream is empty, a value is not finite, or times do not increase by at
-    least 1 ns. Raises ValueError if ROS 2 does not allow the name of a topic or a signal.
+    least 1 ns. Raises ValueError if the name of a topic or signal is not allowed in ROS 2.
     """
     written = tuple(_head(one) for one in log.streams)
     times = [_nanoseconds(log.source, one) for one in log.streams]

@@ -10,8 +10,8 @@
     DataEnd                CRC of everything before it
     summary                schemas, channels, statistics, chunk and metadata indexes, offsets
 
-A message holds the time in ns (log time = publish time) and the values of all fields. All messages
-of a stream have the same dtype, with 35 bytes of framing and 8 bytes per field.
+A message consists of the time in ns (log time = publish time) and the values of all fields. All
+messages of a stream have the same dtype: 35 bytes of framing, then 8 bytes for each field.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ Records = NDArray[np.void]
 
 @dataclass(frozen=True)
 class StreamHeader:
-    """Topic of a stream, and its fields with their units in the order of the file."""
+    """Topic, fields and units of a stream, in the order of the file."""
 
     topic: str
     fields: tuple[str, ...]
@@ -111,5 +111,5 @@ def schema_fields(text: str) -> tuple[str, ...] | None:
 
 
 def message_path(topic: str, field: str) -> str:
-    """Return the name of a signal in plotting tools and in the `units` record."""
+    """Return the message path of a field, such as `/axis.position`."""
     return f"{topic}.{field}"

@@ -10,8 +10,8 @@ from frictool.logs.canonical.mcap_sections import FileSection
 class CanonicalLoss(NamedTuple):
     """Loss of samples that cannot be read; None means unknown.
 
-    channel: the channel; None for all channels.
-    first, last: bounds of the loss in ns, as stored.
+    channel: channel that lost the samples; None if any channel may have lost samples.
+    first, last: times in ns, as stored in the file, between which the samples are lost.
     samples: number of lost samples.
     """
 
@@ -58,16 +58,16 @@ class MissingSamples:
             self.lost.append(CanonicalLoss(reason, first=last))
 
     def until(self, time: int) -> None:
-        """End an interruption at the time, in ns, of the next readable sample."""
+        """Set the end of an open loss to the time, in ns, of the next readable sample."""
         if self._endless is not None:
             self.lost[self._endless] = self.lost[self._endless]._replace(last=time)
             self._endless = None
 
     def check(self, counts: dict[int, int], samples_read: dict[int, int]) -> None:
-        """Complete the counts of the losses from the statistics.
+        """Compute unknown numbers of lost samples from the file's statistics.
 
-        If exactly one loss has no count, this loss gets the missing samples. Otherwise the missing
-        samples become further losses.
+        If exactly one loss has no number of samples, all missing samples belong to this loss.
+        Otherwise the missing samples become further losses.
 
         counts: channel -> number of samples in the statistics.
         samples_read: channel -> number of samples read.

@@ -68,7 +68,7 @@ def _nanoseconds(path: Path, metadata: Metadata, key: str) -> int | None:
 
 
 def notes(metadata: Metadata) -> Metadata:
-    """Return the records without units and time shift, because the streams contain both."""
+    """Return the metadata records without units and time shift, which the streams contain."""
     clocks = {key: text for key, text in metadata.get(TIME, {}).items() if key != SHIFT_KEY}
     others = {name: entries for name, entries in metadata.items() if name not in (UNITS, TIME)}
     return {**others, **({TIME: clocks} if clocks else {})}

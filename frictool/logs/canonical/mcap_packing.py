@@ -36,7 +36,11 @@ _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
 
 class ChunkSamples(NamedTuple):
-    """Samples to be packed as a chunk; `before` is the number of earlier samples of the stream."""
+    """Samples that become a chunk.
+
+    stream: index of the stream.
+    before: number of samples of this stream in earlier chunks.
+    """
 
     stream: int
     before: int
@@ -47,9 +51,9 @@ class ChunkSamples(NamedTuple):
 class PackedChunk(NamedTuple):
     """Packed chunk and its message index.
 
-    span: first and last time in ns.
+    span: times of the first and the last sample in ns.
     record: bytes of the chunk record.
-    behind: bytes of the message index record after the chunk.
+    behind: bytes of the message index record that follows the chunk.
     sizes: compressed and plain size of the content in bytes.
     """
 
@@ -68,14 +72,17 @@ class PackedChunk(NamedTuple):
 
 
 class ChunkPacker:
-    """Packer of samples into chunks; `heads` are the headers of the streams."""
+    """Packer of samples into chunks.
+
+    heads: headers of the streams.
+    """
 
     def __init__(self, heads: tuple[StreamHeader, ...]) -> None:
         self._blanks = [_blank(number, head) for number, head in enumerate(heads)]
         self._compressor = zstandard.ZstdCompressor(compression_params=COMPRESSION)
 
     def packed(self, chunk: ChunkSamples) -> PackedChunk:
-        """Return a chunk of samples as an MCAP chunk."""
+        """Return an MCAP chunk with the samples."""
         channel = chunk.stream + 1
         time = chunk.time
         n = chunk.time.size

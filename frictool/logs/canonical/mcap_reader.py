@@ -27,8 +27,8 @@ def open_mcap(
 ) -> tuple[list[CanonicalStream], dict[str, dict[str, str]], list[DataLoss]]:
     """Return the streams of a canonical log, its metadata records and its losses.
 
-    The whole file is read once and checked. Raises LogError as `read_mcap` does. With
-    `salvage`, raises LogError only if nothing can be read.
+    The whole file is read and checked. Raises LogError if the file is missing, damaged or not
+    canonical; with `salvage`, only if nothing can be read.
     """
     lost: list[CanonicalLoss] | None = [] if salvage else None
     chunks: dict[int, set[int]] = {}
@@ -73,7 +73,7 @@ class CanonicalStream:
     """One stream of a checked canonical log (a StreamSource).
 
     number: channel number.
-    chunks: byte offsets of the chunks that hold its samples.
+    chunks: byte offsets of the chunks with samples of the stream.
     shift: time in ns that the writer added to every time.
     epoch: clock time in ns at 0 of the log; None without a clock.
     """
@@ -92,7 +92,7 @@ class CanonicalStream:
     warnings: tuple[str, ...] = ()
 
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
-        """Yield the samples (see StreamSource); `open_mcap` has already reported any damage."""
+        """Yield the samples (see StreamSource); damage was reported by `open_mcap` already."""
         path = Path(self.source)
         with open_log(path) as stream:
             walk = CanonicalReader(path, stream, [] if salvage else None, self.chunks)
@@ -105,10 +105,10 @@ class CanonicalStream:
 
 
 def is_canonical(path: Path) -> bool:
-    """Return whether a file is an MCAP log written by frictool, judged by its first channel.
+    """Return whether the first channel of a file is a channel of a canonical log.
 
-    An MCAP file without channels, or with damage before the first one, is treated as canonical,
-    too. Raises LogError if the file cannot be read.
+    Also returns True if an MCAP file has no channel or is damaged before the first one. Raises
+    LogError if the file cannot be read.
     """
     if not head_of(path).startswith(MAGIC[:5]):
         return False

@@ -2,8 +2,8 @@
 
     file ──▶ FileRecord, FileRecord, DamagedBytes, FileRecord, LooseMessages, ...
 
-The reader yields `DamagedBytes` if bytes cannot be records, a CRC is wrong, or the file ends too
-early. Reading resumes at the next plausible record. Only a salvage continues after `DamagedBytes`.
+`DamagedBytes` replaces bytes that are no records or have a wrong CRC, and marks an early end of the
+file. Reading resumes at the next plausible record. Only a salvage continues after `DamagedBytes`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _KINDS = frozenset(int(opcode) for opcode in Opcode)
 
 
 class FileRecord(NamedTuple):
-    """One record at byte `offset`; the body of an attachment is empty, because no log needs it."""
+    """Record at byte `offset`; the body of an attachment is left empty, because no log needs it."""
 
     opcode: int
     body: bytes
@@ -49,7 +49,7 @@ class FileRecord(NamedTuple):
 
 
 class LooseMessages(NamedTuple):
-    """Consecutive messages outside of chunks: whole records, the first at byte `offset`."""
+    """Consecutive complete message records outside of chunks; the first is at byte `offset`."""
 
     data: bytes
     offset: int
@@ -58,8 +58,8 @@ class LooseMessages(NamedTuple):
 class DamagedBytes(NamedTuple):
     """Bytes `start` to `end` of the file that are lost, and the reason.
 
-    rest: available part of a chunk that the end of the file truncates.
-    bare: True if only the head of a chunk is lost, so that the records of the chunk follow singly.
+    rest: beginning of a chunk that is cut off by the end of the file; empty without such a chunk.
+    bare: True if only the head of a chunk is lost; the records of the chunk then follow one by one.
     """
 
     start: int
@@ -80,11 +80,11 @@ class FileRecords:
 
     @property
     def offset(self) -> int:
-        """Return the offset in the file of the next byte."""
+        """Return the offset of the next byte in the file."""
         return self._bytes.offset
 
     def __iter__(self) -> Iterator[FileRecord | LooseMessages | DamagedBytes]:
-        """Yield the records up to the footer; may raise OSError."""
+        """Yield the records up to the footer; raise OSError if the file cannot be read."""
         take = self._bytes.take
         if take(len(MAGIC)) != MAGIC:
             yield DamagedBytes(

@@ -1,4 +1,4 @@
-"""Declarations and message sections of any MCAP file in order; all MCAP readers use this module.
+"""Declarations and message sections of any MCAP file in order, for all MCAP readers.
 
     FileRecords ──▶ FileRecord, FileSection, FileSection, FileRecord, ...
 
@@ -41,9 +41,9 @@ class FileSection:
 
     data: consecutive records.
     reason: why a part of the section cannot be read; "" if all of it can.
-    whole: True if `data` is the complete content of chunks. One invalid record then makes all of
-        their records doubtful, because records are found by the lengths before them.
-    empty: True if the unreadable part held no message.
+    whole: True if `data` is the complete content of chunks. An invalid record then makes all
+        records doubtful, because each record is located by the lengths of the records before it.
+    empty: True if the unreadable part contained no message.
     """
 
     at: int
@@ -71,9 +71,9 @@ class FileSection:
 def contents(
     records: FileRecords, only: frozenset[int] | None = None
 ) -> Iterator[tuple[FileRecord | FileSection, int]]:
-    """Yield all items in order, each with the file offset of its end; may raise OSError.
+    """Yield all records and sections in order, each with the file offset of its end.
 
-    only: byte offsets of the chunks to open; None opens all.
+    only: byte offsets of the chunks to decompress; None for all chunks.
     """
     worker = ThreadPoolExecutor(1)
     waiting: deque[tuple[Future[list[tuple[FileRecord | FileSection, int]]], int]] = deque()

@@ -1,4 +1,4 @@
-"""Declared streams of a canonical log and their samples during reading."""
+"""Streams of a canonical log and their samples, used while the log is read."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class DeclaredStream:
     """Stream of an MCAP file, as the file's channel declares it.
 
     samples: number of samples read so far.
-    last: time in ns of the last sample, as stored; None before the first.
+    last: time in ns, as stored, of the last sample read; None before the first sample.
     """
 
     number: int
@@ -59,13 +59,16 @@ class DeclaredStream:
         self._head = head.view(self._heads)[0]
 
     def are_mine(self, records: Records) -> bool:
-        """Return whether records are messages of this channel and of its layout."""
+        """Return whether all records are messages of this channel with its layout."""
         heads = records.view(self._heads)
         return all(bool((heads[name] == self._head[name]).all()) for name in _WORDS)
 
 
 class ChannelSamples(NamedTuple):
-    """Samples of a channel with times as stored; `chunks`: byte offsets of their file sections."""
+    """Samples of a channel, with the times as stored in the file.
+
+    chunks: byte offsets of the chunks that contain the samples.
+    """
 
     channel: int
     samples: SampleBlock
@@ -73,7 +76,7 @@ class ChannelSamples(NamedTuple):
 
 
 def axis_fields(channel: Channel, schema: Schema | None) -> tuple[str, ...] | None:
-    """Return the fields of a canonical stream; None if the channel is not canonical."""
+    """Return the fields of a channel; None if the channel is not canonical."""
     text = schema.data.decode() if schema is not None and schema.encoding == SCHEMA_ENCODING else ""
     fields = schema_fields(text)
     return (

@@ -51,7 +51,7 @@ Notes = dict[str, dict[str, str]]  # metadata records: name -> key -> text
 
 
 class CanonicalWriter:
-    """Writer of the head of a log, its chunks and its summary.
+    """Writer of the head, the chunks and the summary of a log.
 
     stream: binary output, which may be a pipe.
     heads: headers of the streams; `chunk` identifies a stream by its index in `heads`.
@@ -125,7 +125,7 @@ class CanonicalWriter:
             start += len(one.record) + len(one.behind)
 
     def finish(self) -> None:
-        """Write the end of the data, the summary and the footer; the stream stays open."""
+        """Write the end of the data, the summary and the footer; do not close the output."""
         self._drain()
         self._thread.shutdown()
         self._put(_bytes(DataEnd(self._crc)))

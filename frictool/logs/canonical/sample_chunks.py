@@ -16,9 +16,9 @@ CHUNK_BYTES = 4_000_000  # maximum bytes of a chunk; a fast log has several in C
 
 
 def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
-    """Yield the samples of a stream in chunks of CHUNK_NS, counted from its first sample.
+    """Yield the samples of a stream in chunks that span CHUNK_NS, from the first sample on.
 
-    A chunk has at most CHUNK_BYTES.
+    A chunk with more than CHUNK_BYTES is divided.
     """
     pending: list[SampleBlock] = []  # parts of the current chunk
     # samples and time limit (ns) left for the current chunk, maximum samples of a chunk
@@ -57,7 +57,7 @@ def join_blocks(parts: Sequence[SampleBlock]) -> SampleBlock:
 
 
 def merged(streams: Sequence[Iterator[SampleBlock]]) -> Iterator[tuple[int, SampleBlock]]:
-    """Yield (stream index, block) of all streams in order of the blocks' first times.
+    """Yield (stream index, block) of all streams, in the order of the first time in each block.
 
     One block of each stream is read ahead.
     """
