@@ -2,9 +2,9 @@
 
     streams ──regrouped──▶ writer ──▶ bytes
 
-One stream is written at a time, block after block if the format allows it. Each file holds `time
-[s]` and then the signals in SI with their units. Reading it back returns the same numbers, bit for
-bit.
+The streams are written one after the other, block by block if the format allows it. Each file has
+`time [s]` and then the signals in SI with their units. A file that is read again gives the same
+numbers, bit for bit.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TIME_NAME, TIME_UNIT = "time", "s"
 
 @dataclass
 class OutgoingStream:
-    """Header and samples of a stream to be converted; the samples can be read once."""
+    """Stream to be converted; its samples can be read only once."""
 
     head: StreamHeader
     samples: Iterator[SampleBlock]
@@ -58,7 +58,7 @@ class OutgoingStream:
             yield _columns(join_blocks(pending))
 
     def whole(self) -> list[Vector]:
-        """Return time in s and the signals, all samples at once."""
+        """Return all samples: the time in s, then the signals."""
         return _columns(join_blocks([*self.samples]))
 
 
@@ -76,7 +76,7 @@ class FormatWriter(Protocol):
 def convert(
     source: str, streams: Sequence[OutgoingStream], notes: Notes, form: Format, target: BinaryIO
 ) -> None:
-    """Write the streams in a format; raise LogError if one file cannot hold them all."""
+    """Write the streams in a format; raise LogError if its files have one stream only."""
     if len(streams) > 1 and not form.several:
         topics = ", ".join(stream.head.topic for stream in streams)
         several = ", ".join(name for name, other in WRITTEN.items() if other.several)

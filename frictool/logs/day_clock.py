@@ -1,4 +1,4 @@
-"""Times of day without a date, continued over midnight.
+"""Times of day without a date, continued after midnight.
 
 A step back by more than half a day is treated as the next day.
 """
@@ -14,7 +14,7 @@ DAY = 86_400 * NS  # ns per day
 
 
 class DayClock:
-    """Day counter of one reading, block after block.
+    """Counter of the days while one file is read.
 
     Stamps with a date, counted in ns from 1970-01-01, pass unchanged.
     """
@@ -24,7 +24,7 @@ class DayClock:
         self._days = 0
 
     def onward(self, stamps: Nanoseconds) -> Nanoseconds:
-        """Return the stamps (n,) in ns, plus one day for each midnight since the first stamp."""
+        """Return the times `stamps` (n,) in ns, plus one day for each midnight passed so far."""
         if not stamps.size or (self._last is None and not 0 <= stamps[0] < DAY):
             return stamps
         steps = np.diff(stamps, prepend=stamps[0] if self._last is None else self._last)

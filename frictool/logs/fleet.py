@@ -20,14 +20,14 @@ PARQUET_MAGIC = b"PAR1"
 
 @dataclass(frozen=True)
 class FleetLog:
-    """A log of the fleet with its path, and its name as listed or relative to the listed folder."""
+    """Log of the fleet; `name` is its path as the user wrote it, or below the listed folder."""
 
     path: Path
     name: LogName
 
 
 def is_fleet(logs: Sequence[Path]) -> bool:
-    """Return whether there are several logs, or a folder that is not itself a recording."""
+    """Return whether several logs are listed, or a folder other than a ROS 2 bag."""
     return len(logs) > 1 or (logs[0].is_dir() and not _is_bag(logs[0]))
 
 
@@ -37,11 +37,11 @@ def _is_bag(folder: Path) -> bool:
 
 
 def members(logs: Iterable[Path]) -> list[FleetLog]:
-    """Return the listed logs and those in the listed folders.
+    """Return the listed logs and the logs in the listed folders.
 
-    Hidden files are left out. Tables about logs are left out, too, because an earlier run may have
-    written such a table into the folder. If one folder is listed, the name of a log is relative to
-    this folder. If several folders are listed, the name begins with the name of the folder.
+    Hidden files are left out, and so are tables that frictool wrote about logs. If one folder is
+    listed, the name of a log is relative to this folder. If several folders are listed, the name
+    begins with the name of the folder.
 
     Raises LogError if a folder holds no log.
     """
@@ -92,8 +92,7 @@ def _logs(folder: Path) -> Iterator[Path]:
 def is_table(path: Path) -> bool:
     """Return whether a file is a table about logs (CSV or Parquet) written by frictool.
 
-    The columns decide and not the file name, so that a log is never mistaken for a table. Returns
-    False if the file cannot be read.
+    The columns decide, not the file name. Returns False if the file cannot be read.
     """
     if not path.is_file():
         return False

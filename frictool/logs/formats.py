@@ -28,13 +28,14 @@ class Format(NamedTuple):
 
     name: short name, such as the value of `convert --to`.
     title: name in messages.
-    suffixes: suffixes of its files, the first for a file to be written.
-    reader: module that reads it.
-    writer: module that writes it; "" if no command writes it.
-    written: name that the help gives to a written file.
+    suffixes: suffixes of files in this format; a written file gets the first.
+    reader: module that reads the format.
+    writer: module that writes the format; "" if frictool does not write it.
+    written: name of the format in the help of commands that write it.
     several: True if a written file can hold several streams.
-    library: required library and the extra of frictool that installs it, if any.
-    other_suffixes: further suffixes, only of files that are read.
+    library: library that the format needs, and the extra of frictool that installs this library;
+        None if none is needed.
+    other_suffixes: further suffixes of files that are read.
     """
 
     name: str
@@ -235,7 +236,7 @@ def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[Ra
 
 
 def format_for(path: Path) -> Format | None:
-    """Return the format to write for the suffix of a file name, or None."""
+    """Return the format that is written to a file with this suffix, or None."""
     return next((one for one in WRITTEN.values() if path.suffix.lower() in one.suffixes), None)
 
 

@@ -65,7 +65,7 @@ class IngestRequest:
 
     @property
     def facts(self) -> dict[str, str]:
-        """Return the requested entries of the log's record KIND."""
+        """Return kind, unit and date as entries of the metadata record KIND."""
         entries = ((TEST, self.kind), (UNIT, self.unit), (DATE, self.date))
         return {key: text for key, text in entries if text}
 
@@ -75,7 +75,7 @@ USUAL = IngestRequest()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IngestedLog(ResultView):
-    """Headers and time bases of the written streams, and the assembly of their files."""
+    """Written streams, each with its header and time base, and their assembly from the files."""
 
     streams: tuple[tuple[StreamHeader, TimeBase], ...]
     assembly: LogAssembly
@@ -92,23 +92,24 @@ def ingest(
     Parameters
     ----------
     paths : sequence of Path or str
-        Files of any format that frictool reads. The first becomes /axis, each further /axis/NAME.
+        Files of any format that frictool reads. The first file becomes `/axis`, each further file
+        `/axis/NAME`.
     target : Path or str
         File to write; after an error it is unchanged.
     bench : Bench, optional
-        Bench whose columns describe the files; canonical logs need none.
+        Bench with `columns` that describe the files; not needed for canonical logs.
     request : IngestRequest, optional
-        Part of the log, grid and facts.
+        Choices of the conversion.
 
     Returns
     -------
     IngestedLog
-        Written streams; `assembly.warnings` and `assembly.losses` list the defects of the files.
+        Written streams. `assembly.warnings` and `assembly.losses` list the defects of the files.
 
     Raises
     ------
     LogError
-        If a file cannot be read or does not fit the bench, or no sample is left.
+        If a file cannot be read or does not fit the bench, or if no sample is in the window.
     OutputError
         If the target cannot be written.
     FrictoolError
@@ -132,9 +133,11 @@ def write_assembly(
     provenance: Provenance,
     tick: Callable[[float], None] = lambda part: None,
 ) -> IngestedLog:
-    """Write the requested part of the assembly, with its facts and provenance.
+    """Write the requested part of the assembled streams, with kind, unit, date and provenance.
 
-    tick: callback that receives the fraction done, 0 to 1. Raises LogError as `write` does.
+    tick: callback that receives the completed fraction, 0 to 1.
+
+    Raises LogError if a sample cannot be read, or if no sample is left.
     """
     notes = {PROVENANCE: provenance_record(provenance)}
     if request.facts:

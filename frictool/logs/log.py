@@ -1,8 +1,8 @@
 """Logs in memory.
 
-A `Log` holds one `Stream` per time base: `/axis`, and `/axis/NAME` for each further instrument or
+A `Log` has one `Stream` per time base: `/axis`, and `/axis/NAME` for each further instrument or
 simulated variant. A stream has a time vector in s and signals of the same length in SI. Signals
-carry the names of the canonical MCAP: `position`, `reference`, `current`, ...
+have the names of the canonical log, such as `position`, `reference` or `current`.
 """
 
 from __future__ import annotations
@@ -98,11 +98,11 @@ class Log(ResultView):
     streams : tuple of Stream
         Streams in the order of the file.
     metadata : dict of str to dict of str to str
-        Metadata records such as `provenance`: record name -> key -> text. Units are in the streams.
+        Metadata records such as `provenance`: record name -> key -> text, without the units.
     source : str
-        File or name that error messages show.
+        File name or other name of the log in error messages.
     warnings : tuple of str
-        Oddities that the reader tolerated in a raw file. They are shown to the user and not stored.
+        Warnings of the reader about a raw file. They are shown to the user and not stored.
     """
 
     streams: tuple[Stream, ...]
@@ -111,14 +111,14 @@ class Log(ResultView):
     warnings: tuple[str, ...] = ()
 
     def plot(self) -> Figure:
-        """Return a matplotlib figure with a panel for each signal, over time."""
+        """Return a matplotlib figure that shows each signal against time in a panel."""
         from frictool.logs.log_figure import log_figure
 
         return log_figure(self)
 
     @property
     def axes(self) -> tuple[Stream, ...]:
-        """Return the streams of axes, without those of a mechanism's blocks."""
+        """Return the streams of axes, without the stream of a mechanism's blocks."""
         return tuple(one for one in self.streams if one.topic.split("/")[1] != MECHANISM_TOPIC[1:])
 
     @property

@@ -84,13 +84,14 @@ EVERYTHING = TimeWindow()
 class LogAssembly:
     """Streams, metadata and losses of a log that is to be written.
 
+    flows: streams in the order of the files.
     notes: metadata records.
     lost: losses noticed when the files were opened.
     earlier_losses: losses that the metadata of a canonical input reports from an earlier salvage.
     origin: clock time in ns at 0 of the log; None until the first sample of a clock is known.
-    ahead: topic -> lead of its instrument's clock in ns.
-    findings: functions that return the warnings of each raw table.
-    salvage: leave out unreadable data instead of raising.
+    ahead: topic -> time in ns by which the clock of the stream's instrument leads.
+    findings: functions that return the warnings about each raw table.
+    salvage: True if unreadable data is left out; False if it raises LogError.
     """
 
     flows: list[StreamSource] = field(default_factory=list)
@@ -104,7 +105,7 @@ class LogAssembly:
 
     @property
     def progress(self) -> float:
-        """Return the fraction of the bytes that has been processed, 0 to 1."""
+        """Return the processed fraction of the files' bytes, 0 to 1."""
         return sum(flow.done for flow in self.flows) / max(1, sum(flow.size for flow in self.flows))
 
     @property
@@ -144,8 +145,8 @@ class LogAssembly:
 def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) -> LogAssembly:
     """Return the streams of the files.
 
-    The streams of the first file keep their topics. Those of each further file become `/axis/STEM`
-    or `/axis/STEM_NAME`.
+    The streams of the first file keep their topics. The streams of each further file become
+    `/axis/STEM` or `/axis/STEM_NAME`, STEM being the file's name without suffix.
 
     Raises LogError if a file cannot be read or does not fit the bench, or if a raw file has no
     bench.
@@ -182,9 +183,10 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
 def add_tables(
     made: LogAssembly, tables: Sequence[RawTable], bench: Bench, stem: str = "", ahead_ns: int = 0
 ) -> None:
-    """Add the streams of a raw file; raise LogError as `bind` does.
+    """Add the streams of a raw file; raise LogError if a column does not fit the bench.
 
-    ahead_ns: lead of the file's clock in ns.
+    stem: name, without suffix, of a file that is not the first of the log; "" for the first.
+    ahead_ns: time in ns by which the file's clock leads.
     """
     ready, findings = prepare_tables(tables, bench)
     flows = bind(
@@ -246,7 +248,7 @@ def _renamed(loss: DataLoss, topics: dict[str, str]) -> DataLoss:
 
 @dataclass
 class PendingStream:
-    """A stream that is ready to be written; `first` is the log time in ns of its first sample."""
+    """Stream that is ready to be written; `first` is the log time in ns of its first sample."""
 
     head: StreamHeader
     samples: Iterator[SampleBlock]
@@ -273,7 +275,7 @@ def write(
     notes: further metadata records.
     period_ns: sample period in ns of the one stream into which all streams are resampled; None
         keeps the streams as they are.
-    tick: callback that receives the fraction done, 0 to 1.
+    tick: callback that receives the completed fraction, 0 to 1.
 
     Raises LogError if a sample cannot be read, or if no sample is left.
     """
@@ -301,7 +303,7 @@ def _ticking(
 
 
 def assemble_log(made: LogAssembly) -> Log:
-    """Return the log in memory; raise LogError as `write` does."""
+    """Return the assembled log in memory; raise LogError if a sample cannot be read."""
     ready = start_streams(made)
     streams = []
     for one in ready:
@@ -348,7 +350,7 @@ def _since(pieces: Iterator[SampleBlock], origin: int) -> Iterator[SampleBlock]:
 
 
 def origins(made: LogAssembly, topics: list[str]) -> Notes:
-    """Return the metadata records of the raw columns and the clocks of these streams."""
+    """Return the metadata records that name the raw columns and the clocks of these streams."""
     flows = [flow for flow in made.flows if flow.head.topic in topics]
     columns = {
         message_path(flow.head.topic, name): text

@@ -1,4 +1,4 @@
-"""Figure of a log: a panel for each signal, over time."""
+"""Figure of a log with each signal against time in a panel."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAIN, FURTHER = (1.0, 1.2, 3.0), (0.35, 0.7, 2.0)  # opacity, width, order of a 
 
 
 def log_figure(log: Log) -> Figure:
-    """Return a figure with a panel for each signal of the main stream and faint further streams."""
+    """Return a figure with a panel for each signal of the main stream; other streams are faint."""
     from matplotlib.figure import Figure
 
     main = log.main

@@ -25,9 +25,9 @@ def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: 
     time : array_like, shape (n,)
         Time in s, strictly increasing, at least two samples.
     signals : mapping of str to array_like, shape (n,)
-        Signals in SI by the name of their channel (position, current, reference, ...).
+        Channel -> signal in SI; channels are `position`, `velocity`, `reference` and others.
     axis : {"rotary", "linear"}
-        Kind of the axis; it decides the units.
+        Kind of the axis; it decides the SI units of the signals.
     name : str
         Name of the log in error messages.
 
@@ -86,7 +86,7 @@ def write_log(log: Log, path: Path | str) -> None:
     Raises
     ------
     LogError
-        If the log cannot be represented (see `write_mcap`).
+        If the file format cannot represent the log (see `write_mcap`).
     OutputError
         If the file cannot be written.
     """

@@ -1,4 +1,4 @@
-"""Reader of any log file into memory; the content of the file decides its format."""
+"""Reading of any log file into memory; the content of the file determines its format."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from frictool.logs.log_assembly import assemble, assemble_log
 def read_log(path: Path | str, bench: Bench | None = None) -> Log:
     """Read a log into memory.
 
-    A canonical MCAP is read without changes. The bench maps the columns of a raw file to channels.
+    A canonical log is read without changes. For a raw file, the bench maps columns to channels.
 
     Parameters
     ----------
     path : Path or str
         Log file.
     bench : Bench, optional
-        Bench of a raw file. A canonical log does not need it and ignores it.
+        Bench for a raw file; not used for a canonical log.
 
     Returns
     -------
     Log
-        Streams with time in s and signals in SI.
+        The log, with time in s and signals in SI.
 
     Raises
     ------

@@ -28,7 +28,7 @@ class LossList(list[DataLoss]):
         ] = {}  # (channels, reason) -> count, index of the last
 
     def append(self, loss: DataLoss) -> None:
-        """Append a loss, or extend the last loss of its kind if the list is full."""
+        """Append a loss; after many losses of the same kind, merge it with the last of them."""
         kind = (loss.channels, loss.reason if len(self) < MOST else "")
         count, last = self._kinds.get(kind, (0, 0))
         if count >= MOST_OF_A_KIND or (count and len(self) >= MOST):
@@ -45,7 +45,7 @@ def _joined(one: DataLoss, other: DataLoss) -> DataLoss:
 
 
 def record_of(losses: list[DataLoss]) -> dict[str, str]:
-    """Return the entries of the metadata record."""
+    """Return the entries of the metadata record `lost`."""
     return {
         str(number): msgspec.json.encode(asdict(loss)).decode()
         for number, loss in enumerate(losses, start=1)
@@ -75,7 +75,7 @@ def as_rows(losses: list[DataLoss]) -> list[dict[str, Any]]:
 
 
 def loss_count_text(losses: list[DataLoss]) -> str:
-    """Return the number of lost samples and of losses as text."""
+    """Return a text with the number of lost samples and the number of losses."""
     samples = sum(loss.samples or 0 for loss in losses)
     known = f"{samples} sample{'s' * (samples != 1)}"
     number = f"in {len(losses)} place{'s' * (len(losses) != 1)}"

@@ -13,7 +13,7 @@ HEAD_BYTES = 4096
 def open_log(path: Path) -> BinaryIO:
     """Return the file, open for reading.
 
-    Raises LogError if it is missing, empty, a directory, not a regular file, or not readable.
+    Raises LogError if the path is missing, empty, a directory, not a regular file, or not readable.
     """
     try:
         if path.is_dir():

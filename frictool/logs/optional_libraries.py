@@ -1,4 +1,4 @@
-"""Import of libraries that only some formats need, when such a file is read or written."""
+"""Import of libraries that only some file formats need."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Actuator and date of a log, from its metadata or from the name of its file.
+"""Actuator and date of a log, from the metadata or from the path of the log.
 
-The first source that gives a value counts:
+The sources are tried in this order:
 
     unit    key `unit` of record `log` (`frictool ingest --unit`); the match of a pattern in the
             file's name; the folder of the file, if any
@@ -27,8 +27,7 @@ DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
 class NamePatterns:
     """Regular expressions for the path of a log; None extracts nothing.
 
-    The extracted text consists of the groups of the match, joined by "-". It is the whole match if
-    the pattern has no groups.
+    The extracted text is the whole match or, if the pattern has groups, the groups joined by "-".
     """
 
     unit: str | None = None
@@ -51,7 +50,7 @@ class LogOrigin:
 class LogName:
     """Path of a log, as shown to the user.
 
-    folder: name of the last folder in the path below the listed folder; "" if there is none.
+    folder: name of the folder with the file, if it is below the listed folder; else "".
     """
 
     file: str
@@ -65,7 +64,7 @@ def origin_of(
     name: LogName,
     patterns: NamePatterns,
 ) -> LogOrigin:
-    """Return the origin of a log that has been read.
+    """Return the origin of a log from its metadata, clock and name.
 
     noted: metadata record `log` of the log.
     clock_ns: clock time at 0 of the log, in ns; None without a clock.
@@ -87,13 +86,13 @@ def origin_of_log(log: Log, name: LogName, patterns: NamePatterns) -> LogOrigin:
 
 
 def origin_by_name(name: LogName, patterns: NamePatterns) -> LogOrigin:
-    """Return the origin that the path alone gives."""
+    """Return the origin that the log's path alone gives."""
     unit = _matched_text(patterns.unit, name.file) or name.folder
     return LogOrigin(unit or None, as_date(_matched_text(patterns.date, name.file) or ""))
 
 
 def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list[str]:
-    """Return a message for each pattern that extracts nothing usable from any name.
+    """Return a message for each pattern that finds no actuator or no date in any name.
 
     Such a pattern is probably misspelt.
     """

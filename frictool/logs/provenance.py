@@ -11,7 +11,7 @@ PROVENANCE = "provenance"  # metadata record: command, frictool, input_1, input_
 
 
 def provenance_record(provenance: Provenance) -> dict[str, str]:
-    """Return the entries of the metadata record."""
+    """Return the entries of the metadata record `provenance`."""
     inputs = {
         f"input_{number}": f"{one.name} sha256:{one.sha256}"
         for number, one in enumerate(provenance.inputs, start=1)

@@ -1,8 +1,8 @@
 """Check that a canonical log fits a bench, which may have changed since the log was made.
 
-A canonical log contains units, a
-clock and often an effort that was computed with the constant of an earlier bench. The units and the
-clock are compared with the bench in use, and a computed effort is recomputed from the drive.
+A canonical log contains units, times and often an effort that was computed with the actuator
+constant of the bench used at `ingest`. The units and the sample period are compared with the bench
+in use. A computed effort is recomputed from the drive.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ SAME_CONSTANT = 1e-6  # relative tolerance of an unchanged constant
 def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
     """Return the log with the effort of its main stream recomputed with the bench's constant.
 
-    An effort that was measured stays unchanged. Oddities and a changed constant become warnings of
-    the log.
+    A measured effort stays unchanged. Warnings about the log and about a changed constant are added
+    to `log.warnings`.
 
-    Raises LogError if a unit belongs to the other kind of axis, if the period differs from the
-    bench's by more than a factor of 30 (with `same_period`: by more than 20 %), or if the position
-    wraps.
+    Raises LogError if a unit belongs to the other kind of axis, if the position wraps, or if the
+    sample period of the log differs from that of the bench by more than a factor of 30 (with
+    `same_period`: by more than 20 %).
     """
     stream = log.main
     _check_units(log, stream, bench)
@@ -80,7 +80,7 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
 
 
 def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
-    """Return a warning about a possible wrap (unwrapping.py); raise LogError for a certain one."""
+    """Return warnings about a possible wrap (unwrapping.py); raise LogError at a certain wrap."""
     if "position" not in stream.signals:
         return ()
     wraps = WrapSearch(bench)
@@ -97,7 +97,7 @@ def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
 
 
 def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
-    """Return whether the effort was measured, and not computed from the drive; True without effort.
+    """Return False if the effort was computed from the drive, True if measured or missing.
 
     The metadata record `columns`, which `ingest` writes, decides. Without this record, the effort
     is treated as measured if it is not a multiple of the drive.
@@ -122,6 +122,6 @@ def _path_before(log: Log, path: str) -> str:
 
 
 def _ratio(drive: Vector, effort: Vector) -> float:
-    """Return effort over drive at the largest drive; 0 if the drive is 0."""
+    """Return the quotient effort/drive at the largest drive; 0 if the drive is 0."""
     largest = int(np.argmax(np.abs(drive)))
     return float(effort[largest] / drive[largest]) if drive[largest] else 0.0

@@ -1,6 +1,6 @@
 """Assignment of channels to the tables of a raw file.
 
-Each time base that provides a channel becomes a stream.
+Each table that provides a channel becomes a stream.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ def bind(
 ) -> list[ChannelMapper]:
     """Return the streams of a raw file.
 
-    The table with the position, or else the first table with a channel, becomes `/axis`. The others
-    become `/axis/NAME`.
+    The table with the position becomes `/axis`; without a position, the first table with a channel.
+    The other tables become `/axis/NAME`.
 
-    stem: stem of the file's name if it is not the first of its log; its streams are then
-        `/axis/STEM` and `/axis/STEM_NAME`.
+    stem: name, without suffix, of a file that is not the first of its log; the streams of this file
+        are `/axis/STEM` and `/axis/STEM_NAME`. "" for the first file.
     taken: topics already in use.
-    lost: list for channels whose column lies in the missing part of a truncated file; they are left
-        out. None raises LogError for them.
+    lost: list that receives each channel with a column in the missing part of a truncated file;
+        such a channel is left out. If `lost` is None, it raises LogError.
 
     Raises LogError if the bench maps no channel, a column is missing, is in several tables or has a
     unit that contradicts the bench, or a table has no time.
@@ -115,7 +115,7 @@ def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int
 
 
 def _time(table: RawTable, bench: Bench) -> ChannelColumns:
-    """Return the time column of a table, if the bench names one and the table contains it."""
+    """Return the time column that the bench names, if the table contains this column."""
     column = bench.columns.get("time")
     if column is None:
         return {}

@@ -71,9 +71,10 @@ LOAD_SIDE = (
 
 @dataclass(frozen=True)
 class OfferedColumn:
-    """Column that may be a channel, and its table.
+    """Column that may become a channel.
 
-    preset: record of the column in the preset of the log, or None.
+    table: table with the column.
+    preset: entry for the column in the preset of the log; None if there is none.
     """
 
     name: str
@@ -82,7 +83,7 @@ class OfferedColumn:
 
     @property
     def unit(self) -> str | None:
-        """Return the unit from the file, the preset or the end of the name; None without one."""
+        """Return the unit from the file, the preset or the end of the name, or None."""
         given = self.table.units.get(self.name)
         if given or self.preset is None:
             return given or unit_in(self.name)
@@ -97,11 +98,11 @@ class OfferedColumn:
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Column and unit chosen for a channel; each is OPEN while there is a question about it.
+    """Column and unit chosen for a channel; OPEN replaces one that `questions` asks for.
 
-    table: table of the first fitting column.
-    columns: all fitting columns.
-    questions: open questions.
+    table: table with the first of `columns`.
+    columns: columns that fit the channel equally well.
+    questions: questions for the user about the column and the unit.
     """
 
     column: str
@@ -112,12 +113,12 @@ class ColumnChoice:
 
 
 def dimension_of(channel: str) -> str:
-    """Return the dimension of a channel or of time."""
+    """Return the dimension of a channel, or that of time if `channel` is `time`."""
     return CHANNEL_DIMENSIONS.get(channel, TIME)
 
 
 def is_count(unit: str) -> bool:
-    """Return whether a unit is an encoder's count."""
+    """Return whether a unit means encoder counts."""
     return unit.lower() in COUNTS
 
 
@@ -133,7 +134,7 @@ def fits(unit: str, dimension: str, axis: Axis) -> bool:
 
 
 def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
-    """Return the choice for each channel that at least one column fits."""
+    """Return channel -> choice, for each channel that at least one column fits."""
     fitting: dict[str, list[tuple[int, OfferedColumn]]] = {}
     for one in offered:
         channels, rank = _channels(one, axis)
@@ -182,7 +183,7 @@ def _label(name: str) -> str:
 
 
 def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
-    """Return the channels that a column fits, and the rank of its clarity, 0 for the clearest.
+    """Return the channels that a column fits, and the rank of its name, 0 for the clearest name.
 
     Several channels are returned if the name of the column is ambiguous.
     """

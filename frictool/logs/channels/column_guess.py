@@ -55,11 +55,11 @@ MOST_ROWS = 1 << 18  # maximum number of rows read
 class ColumnGuess:
     """Channels, sample period and encoder step guessed from a file.
 
-    columns: channel -> (column, unit), each OPEN while one of `questions` concerns it.
-    left: columns that fit no channel, or only a channel with a better column.
+    columns: channel -> (column, unit); OPEN replaces one that `questions` asks for.
+    left: columns that are not used, because they fit no channel or another column fits better.
     period: sample period in s; None if unknown.
     step: encoder step in rad or m; None if unknown.
-    preset: title of the preset that gave units (logger_presets.py); None without one.
+    preset: title of the preset that gave units (logger_presets.py), or None.
     """
 
     axis: Axis
@@ -76,7 +76,7 @@ class ColumnGuess:
 
     @property
     def drive(self) -> Literal["current", "voltage"] | None:
-        """Return the drive that the file contains, `current` before `voltage`, or None."""
+        """Return `current` if the file has one, else `voltage` if the file has one, else None."""
         return (
             "current"
             if "current" in self.columns
@@ -89,10 +89,9 @@ class ColumnGuess:
 def guess_from(path: Path, axis: Axis | None = None) -> ColumnGuess:
     """Return the guess for the log or bag at `path`.
 
-    axis: kind of the axis if it is known.
+    axis: kind of the axis; None to infer it from the log.
 
-    Raises LogError if the file cannot be read, or if neither `axis` nor the log gives the kind of
-    axis.
+    Raises LogError if the file cannot be read, or if the kind of the axis remains unknown.
     """
     (parts,) = sources([path])
     if len(parts) == 1 and is_canonical(parts[0]):
@@ -101,7 +100,7 @@ def guess_from(path: Path, axis: Axis | None = None) -> ColumnGuess:
 
 
 def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = None) -> StartingRig:
-    """Return the initial documents of a rig, filled in from a log.
+    """Return the initial documents of a rig, with the columns and values guessed from a log.
 
     Raises LogError as `guess_from` does.
     """
@@ -197,16 +196,16 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
 
 
 def _liveliest_first(table: MemoryTable) -> list[str]:
-    """Return the column names, those of the joint with the most changing columns first."""
+    """Return the column names; those of the joint with the most changing columns come first."""
     label = {name: match[1] if (match := LABEL.search(name)) else "" for name in table.columns}
     moving = Counter(label[name] for name, values in table.columns.items() if np.ptp(values) > 0.0)
     return sorted(table.columns, key=lambda name: -moving[label[name]])
 
 
 def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
-    """Return the kind of axis given by the units of positions and velocities, else by the names.
+    """Return the kind of axis from the units of positions and velocities, else from the names.
 
-    Returns None if nothing indicates the kind or the indications contradict each other.
+    Returns None if units and names do not indicate the kind or contradict each other.
     """
     units = [
         unit for table in tables for unit in table.units.values() if unit and not is_count(unit)

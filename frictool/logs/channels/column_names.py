@@ -58,9 +58,10 @@ def words(name: str) -> list[str]:
 
 
 def quantities(name: str) -> list[str]:
-    """Return the channels that the clearest words of a name fit.
+    """Return the channels that the clearest word of a name can mean.
 
-    The result is empty if the name denotes no channel, and has several channels if it is ambiguous.
+    The result is empty if no word means a channel, and has several channels if the word is
+    ambiguous.
 
     >>> quantities("q_current"), quantities("TorqueCur")
     (['current'], ['current', 'effort'])
@@ -81,9 +82,9 @@ def quantities(name: str) -> list[str]:
 
 
 def clarity(name: str) -> int:
-    """Return the rank of the word that names the quantity, 0 for the clearest.
+    """Return the rank of the clearest word of a name that means a channel; 0 is the clearest rank.
 
-    Returns len(QUANTITIES) if there is no such word.
+    Returns len(QUANTITIES) if no word means a channel.
     """
     name_words = {*words(name), "".join(words(name))}
     levels = (set("|".join(level.values()).split("|")) for level in QUANTITIES)
@@ -93,12 +94,12 @@ def clarity(name: str) -> int:
 
 
 def is_command(name: str) -> bool:
-    """Return whether a name denotes a command and not a measurement."""
+    """Return whether a name means a command and not a measurement."""
     return any(map(_COMMAND.fullmatch, words(name)))
 
 
 def is_connector(name: str) -> bool:
-    """Return whether a name denotes a connector of an instrument, and no signal.
+    """Return whether a name means a connector of an instrument instead of a signal.
 
     >>> is_connector("CH1"), is_connector("Channel B"), is_connector("current")
     (True, True, False)

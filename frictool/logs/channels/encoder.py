@@ -7,8 +7,8 @@
              one pulse to the next, `start` changes by a whole number of revolutions, which restores
              the counts lost between the pulses.
 
-If a remaining step is too long for the top speed, counts were skipped. Such steps are counted and
-not repaired, because the sign of the skipped counts is unknown.
+If a step is still too long for the top speed, the counter has skipped counts. Such a step is not
+repaired, because the sign of the skipped counts is unknown; it is counted as a jump.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def folded(raw: Vector, bits: int, signed: bool) -> Vector:
 class EncoderCounter:
     """State of an encoder's counter during a reading.
 
-    jumps: steps that are too long for the axis and are neither wraps nor resets.
+    jumps: steps that are too long for the top speed of the axis, other than wraps and resets.
     resets: number of resets by index pulses.
     lost: number of counts that the index pulses restored.
     """
@@ -76,7 +76,7 @@ class EncoderCounter:
         """Return the counts (n,) of the next samples.
 
         time: (n,) in s, increasing.
-        raw: (n,) counter values, finite and accepted by `outside`.
+        raw: (n,) finite counter values, for which `outside` returns None.
         """
         if raw.size == 0:
             return raw.copy()
@@ -147,7 +147,7 @@ class EncoderCounter:
         return left
 
     def findings(self) -> tuple[str, ...]:
-        """Return the oddities of the counter, one line each."""
+        """Return warnings about jumps and lost counts, one line each."""
         odd = []
         if self.lost:
             odd.append(

@@ -34,7 +34,7 @@ class GuessedLog:
 
 
 def guess_log(path: Path) -> GuessedLog:
-    """Return the first rows of the table with the position, in the units of the file.
+    """Return the first rows of a file's table with the position, in the units of the file.
 
     Raises LogError if the file cannot be read, gives no times, or has no recognisable channel.
     """

@@ -1,4 +1,4 @@
-"""Bench adapted to the instrument of one file: its columns, layout and period."""
+"""Bench with the columns, the layout and the period of the instrument that recorded a file."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from frictool.logs.canonical.mcap_layout import NS
 class InstrumentBench:
     """Bench of one file.
 
-    name: name of the instrument; None if no instrument of the bench recorded the file.
-    bench: the adapted bench.
+    name: name of the instrument in the bench; None if the file belongs to no instrument.
+    bench: bench with the instrument's columns, layout and period.
     ahead_ns: known lead of the instrument's clock in ns; 0 without `clock_offset`.
     estimate: how to estimate the lead from the samples; None if it is known.
     """
@@ -30,9 +30,9 @@ class InstrumentBench:
 
 
 def view_of(path: Path, bench: Bench) -> InstrumentBench:
-    """Return the bench for a file, selected by the file's name.
+    """Return the bench for a file; the name of the file selects the instrument.
 
-    Raises LogError if the name fits several instruments.
+    Raises LogError if the file's name fits several instruments.
     """
     fitting = {
         name: one

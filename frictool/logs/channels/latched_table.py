@@ -1,4 +1,4 @@
-"""Table sampled at the bench's period: each column holds its last value, as input registers do.
+"""Table sampled at the bench's period, as an input register that keeps the latest value.
 
 An oscilloscope samples far faster than the bench, and a logic analyser writes changes only. The log
 keeps the values that a controller with the bench's period would have read.
@@ -24,9 +24,9 @@ NS = 1e9  # ns per s
 
 
 class LatchedTable(DerivedTable):
-    """Table with one row per `period_ns`, beginning at the first row; each value is the latest one.
+    """Table with one row per `period_ns` that contains the latest value of each column.
 
-    time: time column, and its unit in s; None if the blocks of the table have `time_ns`.
+    time: name of the time column, and its unit in s; None if the table's blocks have `time_ns`.
     """
 
     def __init__(self, table: RawTable, period_ns: int, time: tuple[str, float] | None) -> None:
@@ -91,9 +91,9 @@ class LatchedTable(DerivedTable):
 
 
 def row_times(block: RowBlock, time: tuple[str, float] | None) -> Nanoseconds:
-    """Return the times of the rows of a block in ns.
+    """Return the times (n,) in ns of the n rows of a block.
 
-    time: time column and its unit in s; None if the block has `time_ns`.
+    time: name of the time column, and its unit in s; None if the block has `time_ns`.
     """
     if time is None:
         assert block.time_ns is not None

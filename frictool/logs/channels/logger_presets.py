@@ -20,14 +20,14 @@ NO_CHANNEL = ""
 
 
 class PresetColumn(NamedTuple):
-    """Columns of a preset.
+    """Entry of a preset, for all columns with one pattern of names.
 
-    pattern: pattern of the whole name, without regard to case.
-    channel: channel of these columns; NO_CHANNEL if they belong to none.
-    unit: unit of the values; OPEN if the file does not determine it.
-    why: reason why the user has to state the unit.
-    whole: True if the unit holds for whole numbers only.
-    most: largest absolute value in this unit; a larger one was written in another unit.
+    pattern: regular expression for the whole name of a column; case does not count.
+    channel: channel of these columns; NO_CHANNEL if they are no channel.
+    unit: unit of the values; OPEN if the user has to state it.
+    why: reason why the user has to state the unit; "" unless it is OPEN.
+    whole: True if the unit is right only for whole numbers.
+    most: largest absolute value for which the unit is right.
     """
 
     pattern: str
@@ -47,8 +47,8 @@ class PresetColumn(NamedTuple):
 class LoggerPreset(NamedTuple):
     """Preset for the logs of one maker's drives or robots.
 
-    signature: patterns of names that only these logs have together.
-    columns: columns with known channels and units; others are judged by their names.
+    signature: patterns of names; only these logs have columns that match all of them.
+    columns: entries for columns with known channels; other columns are judged by their names.
     """
 
     title: str
@@ -56,7 +56,7 @@ class LoggerPreset(NamedTuple):
     columns: tuple[PresetColumn, ...]
 
     def column(self, name: str) -> PresetColumn | None:
-        """Return the record of a column, or None."""
+        """Return the entry for the column `name`, or None."""
         return next((one for one in self.columns if _matches(one.pattern, name)), None)
 
 

@@ -17,7 +17,7 @@ Rows = NDArray[np.intp]  # indices into a block
 
 
 class DroppedRows(NamedTuple):
-    """Rows of a block that are left out of all channels, and the reason."""
+    """Indices of rows of a block that are left out of all channels, and the reason."""
 
     reason: str
     rows: Rows

@@ -70,13 +70,13 @@ class ChannelMapper:
 
     table: the table.
     bench: bench whose `columns` are mapped.
-    columns: channel -> column of the bench, and its name in the table; includes `time` if the
-        table has a time column.
+    columns: channel -> column of the bench, and its name in the table; also for `time` if the table
+        has a time column.
     topic: topic of the stream.
     derive: True if `effort` is to be computed from the drive.
-    period: expected sample period in s; None disables the check.
+    period: expected sample period in s; None to accept any period.
 
-    Raises LogError if a unit in the bench contradicts the unit in the file.
+    Raises LogError if a unit of the bench contradicts the unit in the file.
     """
 
     def __init__(
@@ -196,7 +196,7 @@ class ChannelMapper:
         return self._intervals.last_ns if self._intervals.samples else None
 
     def _finite(self, block: RowBlock, salvage: bool) -> tuple[Rows, list[DroppedRows]]:
-        """Return the rows with valid numbers (finite, at most LARGEST), and the dropped ones."""
+        """Return the rows with valid numbers (finite, at most LARGEST), and the dropped rows."""
         bad = {name: ~(np.abs(block.columns[name]) <= LARGEST) for name in self._wanted}
         bad = {name: mask for name, mask in bad.items() if mask.any()}
         if not bad:
@@ -348,10 +348,11 @@ def _same(unit: str, dimension: str, bench: Bench, factor: float) -> bool:
 def check_rate(
     source: str, base: TimeBase, wanted: float | None, *, same: bool = False
 ) -> tuple[str, ...]:
-    """Return the oddities of a stream's times; raise LogError if the period is wrong.
+    """Return warnings about a stream's times; raise LogError if the period is wrong.
 
-    wanted: expected period in s; None disables the check of the period.
-    same: True if the period has to be the expected one within 20 %.
+    wanted: expected period in s; None to accept any period.
+    same: True if the period may differ from the expected period by at most 20 %; False if by at
+        most a factor of 30.
     """
     period = 1.0 / base.rate_hz
     noted = []

@@ -14,7 +14,7 @@ from frictool.logs.raw_table import DataLoss, DerivedTable, RawTable, RowBlock, 
 
 
 class QuadratureTable(DerivedTable):
-    """Table with an additional column of counts for each of `encoders`."""
+    """Table with an additional column for the counts of each encoder in `encoders`."""
 
     def __init__(self, table: RawTable, encoders: Mapping[str, Quadrature]) -> None:
         super().__init__(table)
@@ -31,7 +31,7 @@ class QuadratureTable(DerivedTable):
         return pick(self._table.names, wanted, self.source) if name is None else name
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column or encoder `wanted`; None if there is none."""
+        """Return the name of the column or encoder `wanted`; None if there is none."""
         if isinstance(wanted, str) and wanted in self._channels:
             return wanted
         return super().find(wanted)

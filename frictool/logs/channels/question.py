@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ColumnQuestion:
-    """Open question on the column or the unit of a channel.
+    """Question to the user on the column or the unit of a channel.
 
-    key: `column` or `unit`.
-    candidates: columns or units that fit.
-    why: reason for the question.
+    key: key of the bench that the user has to fill in, `column` or `unit`.
+    candidates: columns or units from which the user chooses.
+    why: reason why the file does not decide.
     """
 
     channel: str
@@ -22,7 +22,7 @@ class ColumnQuestion:
 
     @property
     def note(self) -> str:
-        """Return the comment next to the key in the bench."""
+        """Return the comment that the generated bench shows next to the key."""
         return f"fill in {self.key} {alternatives(self.candidates)}: {self.why}"
 
 

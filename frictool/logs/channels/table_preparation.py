@@ -28,9 +28,10 @@ FindingTexts = Callable[[], tuple[str, ...]]
 def prepare_tables(
     tables: Sequence[RawTable], bench: Bench
 ) -> tuple[tuple[RawTable, ...], list[FindingTexts]]:
-    """Return the prepared tables, and functions that return warnings after reading.
+    """Return the prepared tables, and functions that return warnings after the reading.
 
-    Raises LogError if no table has a channel of an encoder, or if the file has several tables.
+    With an encoder in `quadrature`, raises LogError if a channel is missing or if the file has
+    several tables.
     """
     ready = tuple(zeroed(table, bench.columns) for table in tables)
     if not bench.quadrature:
@@ -44,7 +45,7 @@ def prepare_tables(
 
 
 def _latched(table: RawTable, bench: Bench) -> RawTable:
-    """Return the table at the bench's period, unchanged if it already has this period."""
+    """Return the table at the bench's period; the same table if it has this period already."""
     time = None
     column = bench.columns.get("time")
     name = None if column is None else table.find(column.column)

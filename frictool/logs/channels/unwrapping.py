@@ -1,7 +1,7 @@
 """Unwrapping of positions and references that a sensor shows modulo a period, block by block.
 
-A wrap is a jump of the shown value y by the period P while the position x moves on. Of the steps of
-x that are possible for a step of y, the shortest is taken:
+A wrap is a jump of the shown value y by the period P while the position x moves on. A step of y may
+belong to several steps of x; the shortest step of x is taken:
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
@@ -27,7 +27,7 @@ SLACK = 0.01  # tolerance of the range of the numbers, relative to the period
 
 
 class PeriodicSignal:
-    """Unwrapping of one signal; the period has the unit of the signal."""
+    """Unwrapping of one signal; `period` is in the unit of the signal."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -37,10 +37,10 @@ class PeriodicSignal:
         self._high = -math.inf
 
     def follow(self, shown: Vector) -> Vector:
-        """Return the next samples (n,) without the jumps by one period.
+        """Remove the wraps from the next samples `shown` (n,); return the unwrapped samples (n,).
 
-        Raises ValueError if a step is longer than half a period although the numbers cover more
-        than one period, because such numbers do not wrap at this period.
+        Raises ValueError if the values do not wrap at this period: a step is longer than half a
+        period, but the values cover more than one period.
         """
         if not shown.size:
             return shown
@@ -61,8 +61,8 @@ class Unwrapping:
     """Unwrapping of the position and the reference of one stream.
 
     source: name of the file for messages.
-    bench: bench that states the period.
-    columns: channel -> name of its column, for all channels of the stream.
+    bench: bench with the keys `encoder.wrap` and `encoder.wrap_bits`.
+    columns: channel -> name of the channel's column in the file.
     count: size of one count of the position in rad or m; None if the position is not in counts.
     """
 
@@ -84,11 +84,11 @@ class Unwrapping:
         )
 
     def follow(self, channel: str, shown: Vector) -> Vector:
-        """Return the next samples (n,) of a channel without the jumps by one period.
+        """Return the next samples (n,) of a channel without wraps.
 
         shown: (n,) raw values: counts if the position is in counts, else rad or m.
 
-        Raises LogError if the numbers cover more than the period of the bench.
+        Raises LogError if the values cover more than one period, so that they do not wrap.
         """
         if channel not in self._periodic:
             return shown
@@ -111,7 +111,7 @@ class Unwrapping:
         self._refuse()
 
     def finish(self) -> None:
-        """After the last block, raise LogError if the remaining samples have an undeclared wrap."""
+        """Search the samples not judged by `check` yet; raise LogError at an undeclared wrap."""
         self._wraps.finish()
         self._refuse()
 

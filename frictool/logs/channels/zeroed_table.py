@@ -1,6 +1,6 @@
-"""Subtraction of a zero from columns; the zero is the mean of the first samples.
+"""Subtraction of a zero from a column; the zero is the mean of the column's first samples.
 
-An example is the offset of an amplifier, measured while nothing moves.
+The zero is, for example, the offset of an amplifier, recorded while nothing moves.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from frictool.logs.raw_table import DataLoss, DerivedTable, LostColumnError, Raw
 
 
 class ZeroedTable(DerivedTable):
-    """Table with the zeros subtracted from the columns in `counts`.
+    """Table from which the zeros of the columns in `counts` are subtracted.
 
-    counts: column -> number of first finite values whose mean is the zero.
+    counts: column -> number of finite values, from the first on, that are averaged.
     """
 
     def __init__(self, table: RawTable, counts: Mapping[str, int]) -> None:
@@ -41,8 +41,9 @@ class ZeroedTable(DerivedTable):
     def _zero(self, name: str, losses: list[DataLoss] | None) -> float:
         """Return the mean of the first values, from a separate reading that stops early.
 
-        If the table has fewer values, all of them are averaged, and a note is appended to
-        `losses`. Raises LogError if `losses` is None or if there is no value.
+        If the table has too few values, all values are averaged, and a note is appended to
+        `losses`; if `losses` is None, this raises LogError. Also raises LogError if there is no
+        value.
         """
         wanted = self._counts[name]
         samples = np.empty(0)
@@ -70,7 +71,7 @@ class ZeroedTable(DerivedTable):
 
 
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
-    """Return the table with the zeros subtracted that the bench's columns request.
+    """Return the table, minus the zeros of the columns with `zero_first_samples`.
 
     A column that may lie in damaged data is not changed; `bind` reports it.
     """

@@ -20,7 +20,7 @@ MOST_SAMPLES = 1_000_000  # maximum number of samples compared, from the start o
 def aligned(
     reference: StreamSource, flow: StreamSource, estimate: ClockEstimate, reference_ahead_ns: int
 ) -> tuple[int, str]:
-    """Return the lead in ns of the clock of `flow`, and a text on the estimation of this lead.
+    """Return the lead in ns of the clock of `flow`, and a text that says how it was estimated.
 
     Raises LogError if the samples do not determine the lead, or if both streams are from one file.
     """

@@ -46,11 +46,11 @@ LagOf = Callable[[Vector, Vector], tuple[float, float]]
 class ClockDrift:
     """Offset and drift of one clock relative to another.
 
-    offset: in s, at the middle of the evaluated time.
-    drift: in s/s; None if there are too few windows.
+    offset: offset in s at the middle of the evaluated time.
+    drift: drift in s/s; None if there are too few windows.
     windows: number of windows or messages used.
-    spread: largest distance of a window's lag from the line in s; for messages, the mean delay
-        beyond the shortest in s.
+    spread: in s; for windows, the largest distance of a lag from the line; for messages, the mean
+        delay minus the shortest delay.
     """
 
     offset: float
@@ -62,9 +62,9 @@ class ClockDrift:
 def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
     """Return offset and drift of the receiver's clock relative to the sender's.
 
-    Returns None if fewer than two sent times differ.
+    Returns None if all messages were sent at the same time.
 
-    sent, received: (n,) in ns, in the order of the messages.
+    sent, received: times (n,) in ns of the messages, in order.
     """
     middle = int((int(sent[0]) + int(sent[-1])) // 2) if sent.size else 0
     first = int(received[0] - sent[0]) if sent.size else 0
@@ -131,8 +131,8 @@ class ClockPair:
 def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:
     """Return offset and drift of the clock of `other` relative to the clock of `one`.
 
-    They are estimated from a signal that both streams have. Returns None if the two records of the
-    signal do not correlate for long enough.
+    Both are estimated from the signal `name`, which both streams contain. Returns None if the two
+    records of the signal correlate for too short a time.
     """
     period = max(one.period, other.period)
     low, high = max(one.time[0], other.time[0]), min(one.time[-1], other.time[-1])
@@ -181,7 +181,7 @@ def _line(
 
 
 def _lag(one: Vector, other: Vector) -> tuple[float, float]:
-    """Return the lag of `other` (n,) behind `one` (n,) in samples, and their correlation at it."""
+    """Return the lag of `other` (n,) behind `one` (n,) in samples, and their correlation there."""
     one, other = one - one.mean(), other - other.mean()
     scale = float(np.linalg.norm(one) * np.linalg.norm(other))
     if scale == 0.0:

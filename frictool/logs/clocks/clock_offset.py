@@ -32,7 +32,7 @@ NORMAL_95 = 1.96  # standard deviations of a 95 % interval
 
 
 class ClockOffset(NamedTuple):
-    """Offset tau and its 95 % interval in s, and the explained share of the variance of y."""
+    """Offset tau in s, bounds of its 95 % interval in s, and explained share of y's variance."""
 
     value: float
     low: float
@@ -41,12 +41,12 @@ class ClockOffset(NamedTuple):
 
 
 def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> ClockOffset:
-    """Return the offset tau of the clock of y relative to the clock of x.
+    """Return the time tau by which the clock of y leads the clock of x.
 
     Raises ValueError, with a message for users, if the signals do not determine the offset.
 
-    t, x: (n,) times in s and values of the first signal.
-    u, y: (m,) times in s and values of the second signal.
+    t, x: (n,) times in s, by the first clock, and values of the quantity.
+    u, y: (m,) times in s, by the second clock, and values of the quantity.
     most: largest absolute offset in s.
     """
     within = np.flatnonzero((u - most >= t[0]) & (u + most <= t[-1]))
@@ -127,7 +127,7 @@ def _deviation(t: Vector, x: Vector, u: Vector, y: Vector, tau: float, width: fl
 
 
 def _refuse_others(lags: Vector, misfit: Vector, best: int, near: float) -> None:
-    """Raise ValueError if another minimum of `misfit` is as good, as in periodic motion."""
+    """Raise ValueError if `misfit` has another minimum that is as small, as in periodic motion."""
     inner = misfit[1:-1]
     minima = 1 + np.flatnonzero((inner <= misfit[:-2]) & (inner <= misfit[2:]))
     others = [

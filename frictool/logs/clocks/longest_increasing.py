@@ -1,7 +1,7 @@
 """Longest strictly increasing subsequence of sample times, used if a clock has jumped back.
 
-The algorithm is Fredman's (1975). For each length, it keeps the smallest last element of all
-subsequences of this length. Each new element replaces the first kept element that is not smaller.
+The algorithm is Fredman's (1975). For each length, it keeps the smallest last time of all
+increasing subsequences of this length. A new time replaces the first kept time that is not smaller.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from frictool.logs.raw_table import Nanoseconds
 def increasing(time: Nanoseconds, after: int | None) -> NDArray[np.intp]:
     """Return the indices (m,) of a longest strictly increasing subsequence of the times (n,) in ns.
 
-    All chosen times are later than `after`; None sets no such limit.
+    All times of the subsequence are later than `after`, if it is not None.
     """
     ends: list[int] = []  # smallest last time of a subsequence of each length
     indices: list[int] = []

@@ -33,9 +33,9 @@ RESAMPLED = "resampled"
 class GridField:
     """One field of the resampled stream.
 
-    stream: index of the stream that provides it.
-    field: index of the field within this stream.
-    is_held: True if the value is held, False if it is interpolated.
+    stream: index of the original stream.
+    field: index of the field in the original stream.
+    is_held: True if the last value is kept until the next sample, False if values are interpolated.
     """
 
     stream: int
@@ -48,7 +48,7 @@ class ResamplingGrid:
     """Resampled stream `/axis`.
 
     head: header of the resampled stream.
-    parts: origin of each field.
+    parts: origin of each field of the resampled stream.
     period_ns: sample period in ns.
     note: entries of the metadata record RESAMPLED.
     """
@@ -60,9 +60,10 @@ class ResamplingGrid:
 
 
 def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) -> ResamplingGrid:
-    """Return the fields of all streams as one stream.
+    """Return the resampled stream with the fields of all streams.
 
-    derived: topics whose effort is computed from the drive; such an effort is held, too.
+    derived: topics of streams with an effort that is computed from the drive; such an effort keeps
+        its value until the next sample, as a drive does.
     """
     fields: list[str] = []
     units: list[str] = []
@@ -105,7 +106,7 @@ def resampled(
 ) -> Iterator[SampleBlock]:
     """Yield the resampled stream in blocks.
 
-    Only those samples of each stream are kept in memory that later grid times need.
+    Only the samples that later grid times need are kept in memory.
     """
     kept: list[SampleBlock | None] = [None] * len(streams)
     start: int | None = None

@@ -1,8 +1,8 @@
 """Time base of a stream that is read block by block, without keeping its times.
 
-The intervals are counted in classes that are 0.1 % wide. Each class holds two sums: the excess of
-its intervals over the first interval of the stream, and the square of this excess. The period is
-the mean of the class that contains the median. If all intervals are equal, the period is exact.
+The intervals are counted in classes that are 0.1 % wide. Each class has two sums: the differences
+between its intervals and the stream's first interval, and their squares. The period is the mean of
+the class that contains the median. If all intervals are equal, the period is exact.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class SampleIntervals:
             kept[lowest:highest] += np.bincount(classes - lowest, weights, highest - lowest)
 
     def base(self) -> TimeBase:
-        """Return the time base so far; with one sample, rate and jitter are NaN."""
+        """Return the time base of the samples so far; rate and jitter are NaN for one sample."""
         if self.samples < 2:
             return TimeBase(self.samples, math.nan, math.nan, 0, 0.0, 0.0)
         upto = np.cumsum(self._counts)

@@ -101,7 +101,7 @@ def rounded(digits: np.uint64, power: int) -> tuple[float, int]:
 
 @inner_kernel
 def _over_digits(text: NDArray[np.uint8], at: int, digits: np.uint64) -> tuple[int, np.uint64]:
-    """Return the end of the digits at `at`, and `digits` extended by them, modulo 2^64."""
+    """Return the end of the digits at `at`, and `digits` with these appended, modulo 2^64."""
     digit = np.uint64(text[at]) - _ZERO
     while digit <= _NINE:
         digits = digits * _TEN + digit

@@ -1,4 +1,4 @@
-"""Pointer to the first element of an array, for loops that pass it from function to function.
+"""Pointer to the first element of an array, for loops that pass the array to functions.
 
 numba counts references to an array in every call, inlined or not, with an atomic addition. This
 addition takes longer than reading a digit. References to a pointer are not counted, and

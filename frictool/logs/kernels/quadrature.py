@@ -30,13 +30,13 @@ def count_quadrature(
     state: NDArray[np.int64],
     counts: NDArray[np.float64],
 ) -> None:
-    """Fill `counts` (n,) with the counts at the levels a, b (n,).
+    """Fill `counts` (n,) with the counts at the samples of the channels a, b (n,).
 
-    A level becomes high at `high` or above, and low at `low` or below; low <= high. A sample that
-    is not finite leaves its level unchanged.
+    A channel becomes high at samples >= `high`, and low at samples <= `low`; low <= high. A sample
+    that is not finite does not change the level.
 
-    state: (4,) levels of A and B, count, and number of illegal transitions; passed from block to
-        block, (UNKNOWN, UNKNOWN, 0, 0) at the start.
+    state: (4,) levels of A and B, count, and number of illegal transitions, updated in place;
+        (UNKNOWN, UNKNOWN, 0, 0) before the first block.
     """
     for k in range(a.size):
         before = (

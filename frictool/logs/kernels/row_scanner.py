@@ -1,7 +1,7 @@
 """Conversion of text rows to numbers: quoted or plain cells between delimiters, in one pass.
 
 The bytes may have any encoding that contains ASCII (UTF-8, Latin-1). A cell that is not a plain
-number is not judged here but listed as an issue for the caller.
+number is listed as an issue, which the caller judges.
 
     text ──▶ cell ──▶ slot >= 0: values[slot, row]     issue CELL: no plain number; the cell is
                                                        text[start:stop]
@@ -35,10 +35,10 @@ class ScanProgress(NamedTuple):
     """Progress of a scan.
 
     rows: number of rows filled in total.
-    used: bytes of the rows read.
+    used: number of bytes read.
     lines: number of lines read.
-    issues: number of issues listed.
-    last_line: line of the last row in the text.
+    issues: number of rows filled in the array `issues`.
+    last_line: number of the text line on which the last row is.
     """
 
     rows: int
@@ -83,7 +83,7 @@ def _scan(
 
     dates: order of the parts of a stamp's date; NO_STAMP for a number.
 
-    plain: True if the whole cell is a number or a stamp.
+    plain: False if the cell is anything else than a number or a stamp.
     """
     value = 0.0
     stamp = 0
@@ -159,15 +159,15 @@ def read_rows(
 ) -> ScanProgress:
     """Read whole rows from the start of the text until the text, `values` or `issues` is exhausted.
 
-    buffer: (end + PADDING,) bytes; those from `end` on are line feeds.
+    buffer: (end + PADDING,) the text, followed by line feeds from index `end` on.
     last: True if nothing follows the text. If False, a row that reaches the end is left for the
         next call.
     delimiter: byte between cells; BLANK stands for any number of blanks and tabs.
     mark: byte before decimals.
-    slots: (columns,) destination of each column.
-    values: (slots, rows), filled from `row` on; NaN for each CELL issue.
-    stamps: (rows,), or (0,) if no column is a STAMP.
-    issues: (m, ISSUE_FIELDS) with m > columns + 1.
+    slots: (columns,) row of `values` for each column, or STAMP or SKIP.
+    values: (slots, rows), filled from column `row` on; NaN for each CELL issue.
+    stamps: (rows,) times in ns, filled from `row` on; (0,) if no column has time stamps.
+    issues: (m, ISSUE_FIELDS), filled with the issues; m > columns + 1.
     dates: order of the parts of a stamp's date (iso8601.py).
     """
     columns = slots.size

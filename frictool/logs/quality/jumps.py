@@ -1,9 +1,9 @@
 """Jumps of a position that no motion explains: lost counts, counter overflow, index reset.
 
-A step is a jump if it exceeds two counts plus twice the distance that an axis at top speed covers
-between the two samples. The factor two allows for a servo that is faster than specified. If no top
-speed is known, a step is a jump if it is ten times as long as its neighbours and three times as
-long as the 99 % quantile of the steps in the block.
+A step from one sample to the next is a jump if it exceeds two counts plus twice the distance that
+the axis covers at top speed. The factor two allows for a servo that is faster than specified. If
+the top speed is unknown, a step is a jump if it is ten times as long as the steps before and after
+it, and three times as long as the 99 % quantile of the steps in the block.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ FEWEST_RESETS = 3  # least number of jumps to one value that are index resets
 
 
 def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
-    """Return the longest steps (n,) in counts that motion explains.
+    """Return the longest step (n,) in counts that motion can cause in each interval.
 
-    top_speed: rad/s or m/s.
-    intervals: (n,) in s.
+    top_speed: top speed of the axis in rad/s or m/s.
+    intervals: (n,) times between successive samples in s.
     resolution: size of one count in rad or m.
     """
     return np.asarray(SPEEDING * top_speed * intervals / resolution + SLACK_COUNTS)
 
 
 def lone(steps: Vector) -> NDArray[np.bool_]:
-    """Return a mask (n,), True at each isolated step that no motion explains.
+    """Return a mask (n,), True at each jump, if the top speed is unknown.
 
-    steps: (n,) in counts.
+    steps: (n,) differences of successive samples in counts.
     """
     size = np.abs(steps)
     if size.size < 3 or size.max() <= ALONE * SLACK_COUNTS:
@@ -52,11 +52,14 @@ def lone(steps: Vector) -> NDArray[np.bool_]:
 
 @dataclass
 class PositionJumps:
-    """Jumps of one position, collected block after block; lengths in counts, `first_s` in s.
+    """Jumps of one position in counts, collected block after block.
 
-    shortest, longest: bounds of the jumps' lengths.
-    lowest_landing, highest_landing: bounds of the counter's value after a jump.
-    slack: largest real motion within a jump.
+    count: number of jumps.
+    first_s, first_counts: time in s and length of the first jump.
+
+    shortest, longest: absolute lengths of the shortest and the longest jump.
+    lowest_landing, highest_landing: smallest and largest counter value after a jump.
+    slack: largest part of a jump that may be motion.
     """
 
     count: int = 0
@@ -75,7 +78,7 @@ class PositionJumps:
         time: (m,) in s.
         steps: (m,) lengths in counts.
         landings: (m,) counter values after the jump.
-        slack: largest real motion within a step, in counts.
+        slack: largest part of a jump that may be motion, in counts.
         """
         if not steps.size:
             return
@@ -94,8 +97,8 @@ class PositionJumps:
     def wrap_bits(self) -> int | None:
         """Return the number of bits of a counter that overflows, or None.
 
-        A counter overflows if several jumps are as long as the counter's range and end within one
-        such range, both to within the slack.
+        A counter overflows if several jumps are as long as the counter's range, and if the counter
+        values after the jumps span at most this range; both apart from `slack`.
         """
         if (
             self.count < FEWEST_WRAPS
@@ -108,7 +111,7 @@ class PositionJumps:
 
     @property
     def index(self) -> float | None:
-        """Return the count to which every jump returns within the slack, or None."""
+        """Return the counter value, within `slack`, at which every jump ends, or None."""
         if (
             self.count < FEWEST_RESETS
             or self.highest_landing - self.lowest_landing > 2.0 * self.slack

@@ -7,8 +7,8 @@ The kind decides which parameters can be identified.
             rests at one position after the other
     ramp    the axis rests for most of the time; during each rest the effort rises from a low level
             along a line until the axis starts (`ramps`)
-    sines   few spectral lines hold nearly all power of the reference's acceleration; if there is no
-            reference, the drive is examined instead, or else the position
+    sines   few spectral lines contain nearly all power of the reference's acceleration; if there is
+            no reference, the drive is examined, or else the position
     stroke  the axis moves in one direction, or in one direction and back
     free    any other motion
 """
@@ -39,7 +39,7 @@ ONE_WAY_AND_BACK = 2.2  # largest path of a stroke, relative to the position's r
 
 
 def kind_of(stream: Stream) -> Kind | None:
-    """Return the kind of test; None without a position or with too few samples."""
+    """Return the kind of test; None if there is no position or if there are too few samples."""
     signals = stream.signals
     position = signals.get("position")
     if position is None or position.size < 2 * REST:
@@ -92,7 +92,7 @@ def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
 
 
 def _is_lines(values: Vector) -> bool:
-    """Return whether LINES spectral lines hold at least the share PURE of the power.
+    """Return whether LINES spectral lines contain at least the share PURE of the power.
 
     Returns False if the spectrum is too coarse.
     """
@@ -113,7 +113,6 @@ def _is_lines(values: Vector) -> bool:
 def _path(position: Vector) -> float:
     """Return the length of the path of the axis.
 
-    Only about GRID_POINTS samples are used, so that noise and alternation between counts do not
-    count.
+    Only about GRID_POINTS samples are used, so that noise adds little to the path.
     """
     return float(np.abs(np.diff(position[:: max(1, position.size // GRID_POINTS)])).sum())

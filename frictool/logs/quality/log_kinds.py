@@ -1,4 +1,4 @@
-"""Kinds of test with their descriptions for users; kind_recognition.py distinguishes them."""
+"""Kinds of test, which kind_recognition.py distinguishes, and their descriptions for users."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ LONGEST = 1 << 18  # maximum number of samples kept
 
 
 class OpeningSamples:
-    """First samples of the stream with the header `head`, collected block after block."""
+    """First samples of a stream, collected block after block; `head` is the stream's header."""
 
     def __init__(self, head: StreamHeader) -> None:
         self._head = head
@@ -27,7 +27,7 @@ class OpeningSamples:
 
     @property
     def stream(self) -> Stream:
-        """Return the samples kept as a stream; at least one sample must have been added."""
+        """Return the first samples as a stream; at least one sample must have been added."""
         samples = join_blocks(self._pieces)
         fields = self._head.fields
         units = dict(zip(fields, self._head.units, strict=True))

@@ -12,7 +12,7 @@ MOST = 1 << 17
 
 
 class DistinctValues:
-    """Distinct values of one signal; collection stops once there are MOST of them."""
+    """Distinct values of one signal; no more are collected once there are MOST values."""
 
     def __init__(self) -> None:
         self._values: Vector = np.empty(0)
@@ -24,10 +24,10 @@ class DistinctValues:
 
     @property
     def count(self) -> int:
-        """Return a lower bound of the number of distinct values of the signal."""
+        """Return the number of distinct values collected."""
         return levels(self._values) if self._values.size else 0
 
     @property
     def step(self) -> float | None:
-        """Return the largest step for which all values are multiples of the step, or None."""
+        """Return the largest step of which all values are multiples; None if there is no step."""
         return encoder_step(self._values) if self._values.size else None

@@ -1,13 +1,13 @@
 """Recognition of breakaway ramps.
 
-In each ramp the drive rises along a line while the axis rests, the axis starts, and the drive falls
-back. A log has several ramps.
+In a breakaway ramp, the drive rises along a line while the axis rests; then the axis starts and the
+drive falls back. A log of breakaway ramps has several of them.
 
-A creeping axis also rests between two counts of its encoder. During such a rest the drive of the
-servo rises along a line, too, by the servo's gain times one count. The height of the rise
-distinguishes a ramp from creep. In a ramp the drive starts low, rises by most of the friction, and
-the axis starts in the direction of the drive. In a creeping motion, or a motion that follows a load
-such as gravity, the drive changes by a small share of its level, or it brakes the load.
+A creeping axis also rests between two counts of its encoder. During such a rest, the servo's drive
+rises along a line, too: by the servo's gain times one count. The height of the rise distinguishes a
+ramp from creep. In a ramp, the drive rises from a low level by most of the friction, and the axis
+starts in the direction of the drive. If the axis creeps or follows a load such as gravity, the
+drive changes by a small share of its level, or it brakes the load.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def rests_of(moved: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector) -> bool:
-    """Return whether the log consists of breakaway ramps; parameters as in `ramps_among`."""
+    """Return whether the log consists of breakaway ramps (parameters: see `ramps_among`)."""
     length = np.array([end - start for start, end in rests])
     if np.sum(length) < REST_SHARE * position.size:
         return False
@@ -61,9 +61,9 @@ def ramps_among(
     position: (n,) in any unit.
     drive: (n,) effort, current or voltage in any unit.
 
-    If the axis starts in both directions, the zero of the drive is midway between the levels of the
-    drive at the starts in either direction, so that a constant load or a sensor's offset has no
-    effect. If the axis starts in one direction only, no offset is removed from the drive.
+    If the axis starts in both directions, the drive is measured from the middle between its levels
+    at the starts in the two directions. A constant load or a sensor's offset then has no effect. If
+    the axis starts in one direction only, no offset is removed.
     """
     direction = np.array([_direction(position, end) for _, end in rests])
     lines = [
