@@ -1,8 +1,8 @@
 """Raw tables: named columns of a bench file, read in blocks before they become channels.
 
-A file holds one table for each of its time bases: the rows of a CSV, a channel group of an MDF
-file, a topic of a recording. Tables are read block after block, so that a log of several hours
-needs little memory.
+A file has one table for each time base: the rows of a CSV, a channel group of an MDF file, a topic
+of a recording. Tables are read block after block, so that a log of several hours needs little
+memory.
 
     RawTable ──blocks──▶ RowBlock, RowBlock, ... ──mapping──▶ samples in SI ──▶ canonical log
        └─ damage raises LogError; with `--salvage`, each loss is a DataLoss
@@ -31,14 +31,15 @@ Nanoseconds = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class DataLoss:
-    """Samples that could not be read: their channels, the reason, and the span and count if known.
+    """Samples that could not be read.
 
-    channels: signal paths, or column names while a table is read; empty if all columns are lost.
-    start_s, end_s: span in s of the log's time; None if unknown.
+    channels: paths of the affected signals (column names while a table is read); empty for all.
+    reason: why the samples could not be read.
+    start_s, end_s: first and last time of the loss in s of the log's time; None if unknown.
     samples: number of lost samples; None if unknown.
 
-    If a table leaves the span unknown, the mapper sets it to the times of the samples before and
-    after the loss. Therefore a table must append the loss before it yields the next block.
+    If a table leaves the times unknown, the mapper replaces them by the times of the samples before
+    and after the loss. Therefore a table must append the loss before it yields the next block.
     """
 
     channels: tuple[str, ...]
@@ -49,7 +50,7 @@ class DataLoss:
 
 
 class LostColumnError(LogError):
-    """Error: a requested column is missing, and may be in the damaged part of the file.
+    """Error for a requested column that is missing, but may be in the damaged part of the file.
 
     reason: the message without the name of the file.
     """
@@ -64,11 +65,11 @@ class RowBlock:
     """Consecutive rows of a table.
 
     first_row: index of the first row in the table, from 0.
-    columns: the requested columns, name -> (n,) numbers as in the file; NaN for an empty cell.
-    time_ns: (n,) exact times in ns since any epoch if the file contains such times (messages of a
-        recording, ISO 8601); None if time is an ordinary column or missing.
-    recorded_ns: (n,) times in ns at which the recorder stored the rows; None unless `time_ns` is
-        from another clock.
+    columns: requested column -> (n,) numbers as in the file, NaN for an empty cell.
+    time_ns: (n,) exact times in ns, if the file dates its rows (messages of a recording, ISO 8601);
+        None if the time is a column of numbers or missing.
+    recorded_ns: (n,) times in ns at which the recorder stored the rows, if another clock gives
+        `time_ns`; else None.
     """
 
     first_row: int
@@ -78,14 +79,14 @@ class RowBlock:
 
 
 class RawTable(Protocol):
-    """One time base of a raw file.
+    """Table of a raw file; all its columns have the same times.
 
     source: file name for messages.
     topic: name of the table in the file; "" if the file has only one table.
     names: columns in the order of the file, so that a column can be requested by number.
     units: column -> unit in the file, or None.
-    clock: clock of the rows (`header.stamp`, `log time`, ...); None if the time is a column.
-    size: bytes that `blocks` processes, for progress.
+    clock: name of the clock that dates the rows, such as `log time`; None if the time is a column.
+    size: number of bytes that `blocks` processes in total.
     """
 
     source: str
@@ -98,7 +99,7 @@ class RawTable(Protocol):
     def find(self, wanted: str | int) -> str | None:
         """Return the name of the column with this name or number (from 1); None if there is none.
 
-        Raises LogError if the column exists and holds no numbers.
+        Raises LogError if the column contains no numbers.
         """
         ...
 
@@ -107,21 +108,21 @@ class RawTable(Protocol):
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield blocks of the columns `wanted`, each with the number of bytes processed so far.
 
-        Without `losses`, damage raises LogError with the line or time, the column, the value read
-        and the allowed values. With `losses`, unreadable data is left out and appended to `losses`,
-        and reading continues.
+        If `losses` is None, damage raises LogError with the line or time, the column, the value
+        read and the allowed values. Otherwise unreadable data is left out, a loss is appended to
+        `losses`, and reading continues.
         """
         ...
 
     def line(self, row: int) -> int | None:
-        """Return the line of a row in the file, or None if the file has no lines."""
+        """Return the number of the line of `row` in the file; None if the file has no lines."""
         ...
 
 
 class DerivedTable:
-    """Table (a RawTable) with the source, columns and lines of `table`; a subclass has `blocks`.
+    """Table (a RawTable) that is made from `table`; a subclass defines `blocks`.
 
-    names, units: columns and their units; a subclass may add columns.
+    names, units: columns and units of `table`; a subclass may add columns.
     """
 
     def __init__(self, table: RawTable) -> None:
@@ -144,7 +145,7 @@ class DerivedTable:
 
 @runtime_checkable
 class DetectedLayout(Protocol):
-    """A table whose layout was detected from the file.
+    """Table of a file with a layout that frictool has detected.
 
     description: description of the layout for messages.
     """
@@ -157,7 +158,7 @@ SALVAGE = "`ingest --salvage` keeps the readable part"
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:
-    """Return an error that names the line of a row, or the row itself in a file without lines."""
+    """Return an error that names the line of a row, or the sample if the file has no lines."""
     line = table.line(row)
     return LogError(
         table.source, message if line is not None else f"sample {row + 1}, {message}", line=line
@@ -165,14 +166,14 @@ def fail_at(table: RawTable, row: int, message: str) -> LogError:
 
 
 def find(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element of `names` with this name or number (from 1), or None."""
+    """Return the element of `names` that `wanted` names or numbers (from 1), or None."""
     if isinstance(wanted, int):
         return names[wanted - 1] if 1 <= wanted <= len(names) else None
     return wanted if wanted in names else None
 
 
 def common_rows(source: str, rows: Mapping[str, int]) -> int:
-    """Return the number of rows of all columns, 0 without columns.
+    """Return the common number of rows of all columns; 0 if there are no columns.
 
     Raises LogError if the columns differ in length.
     """
@@ -203,5 +204,5 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
 
 
 def excerpt(reason: str) -> str:
-    """Return the beginning of a library's error text, because it may quote a damaged file."""
+    """Return the beginning of a library's error text, which may quote the damaged file."""
     return reason if len(reason) <= LONGEST_REASON else f"{reason[:LONGEST_REASON]}..."

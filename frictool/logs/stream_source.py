@@ -1,6 +1,6 @@
 """Interface of the streams from which a log is made: samples in SI, block after block.
 
-The source is a raw table (mapping.py) or a canonical log.
+The samples come from a raw table (mapping.py) or from a canonical log.
 
     StreamSource ──samples──▶ merged in time (log_assembly.py) ──▶ CanonicalWriter
 """
@@ -36,12 +36,12 @@ class StreamSource(Protocol):
 
     source: file name for messages.
     head: topic, fields and units.
-    columns: field -> raw column, for fields that were made from one column.
-    clock: clock of the samples; None if the samples already have the log's time.
-    size: bytes to process.
-    done: bytes processed so far.
+    columns: field -> name of the raw column, for each field that was made from one column.
+    clock: name of the clock of the samples' times; None if the samples have the log's time.
+    size: number of bytes to process.
+    done: number of bytes processed so far.
     losses: data that could not be read; filled while `samples` runs.
-    warnings: oddities without loss; complete when `samples` has ended.
+    warnings: warnings that are not losses; complete when `samples` has ended.
     """
 
     source: str

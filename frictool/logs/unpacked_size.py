@@ -1,4 +1,4 @@
-"""Bound of the unpacked size of a file; a file that exceeds it is damaged or an attack."""
+"""Limit of the unpacked size of a file; a file above the limit is damaged or an attack."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def allowed_bytes(size: int) -> int:
 
 
 class UnpackedBudget:
-    """Remaining budget of unpacked bytes for a file of `size` bytes."""
+    """Number of bytes that may still be unpacked from a file of `size` bytes."""
 
     def __init__(self, size: int) -> None:
         self._size = size
@@ -22,9 +22,9 @@ class UnpackedBudget:
         self._left = self._allowed
 
     def take(self, count: int) -> str | None:
-        """Subtract `count` bytes from the budget and return None.
+        """Subtract `count` bytes from the number, and return None.
 
-        If `count` exceeds the budget, return a message and leave the budget unchanged.
+        If `count` exceeds the number, return a message and leave the number unchanged.
         """
         if count <= self._left:
             self._left -= count

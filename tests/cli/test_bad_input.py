@@ -129,7 +129,7 @@ def test_a_raw_log_cut_in_its_last_number_is_refused(line: str, lost: int, tmp_p
     refused(
         result,
         3,
-        f"{log}:61: the last line has no line end: the file may be cut; if it is complete, "
+        f"{log}:61: the last line has no line end: the file may be cut off; if it is complete, "
         "add a line end",
     )
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]

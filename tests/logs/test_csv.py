@@ -357,7 +357,7 @@ def test_columns_before_the_last_do_not_hide_a_cut(tmp_path: Path):
     for wanted in (None, ["t"]):
         with pytest.raises(
             LogError,
-            match=":2: the last line has no line end: the file may be cut; if it is complete, "
+            match=":2: the last line has no line end: the file may be cut off; if it is complete, "
             "add a line end",
         ):
             read(tmp_path, "t,x\n0,1", wanted)

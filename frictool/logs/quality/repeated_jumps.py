@@ -1,22 +1,23 @@
 """Repeated jumps of one size in a position: detection of a wrap with any period.
 
-A step s is long if it exceeds half of the position's range, without outliers of one sample. If the
-sensor wraps, the axis moves by u against the direction of s, and the period is P = |s| + u. The
-four steps around s bound u, so that each long step gives an interval of P. The search chooses the
-period that lies in most of these intervals, and then classifies the motion around the steps:
+A step s from one sample to the next is long if it exceeds half of the position's range (outliers of
+one sample do not count for the range). At a wrap, the axis moves by u against the direction of s,
+and the period is P = |s| + u. The four steps around s bound u, so that each long step gives an
+interval of P. The search chooses the period that lies in most of these intervals. It then
+classifies the motion around each long step:
 
-    forward     the axis moves against s both before and after the step, as it does if it continues
+    forward     the axis moves against s both before and after the step, as an axis that continues
                 across the end of the period
     backward    the axis moves along s before or after the step, as after a dropout; the step is no
                 wrap
     at rest     the motion is neither forward nor backward: there is only noise, or the axis rests
 
-The motion on one side is the sum of 2, 8, 32 or 128 steps, if it exceeds noise and one count. Noise
-at the end of the period causes several long steps of alternating signs. If the number of these
-steps is odd, the first of them represents the wrap; if it is even, none does.
+The motion before or after the step is the sum of 2, 8, 32 or 128 steps, if this sum exceeds noise
+and one count. Noise at the end of the period causes several long steps of alternating signs. If the
+number of these steps is odd, the first of them counts as the wrap; if it is even, there is no wrap.
 
-If noise hides the motion of an axis that rests, turns or creeps at an end of the period, the
-positions before and after the long steps decide: they are the ends of a period that is known. A
+Noise may hide the motion of an axis that rests, reverses or creeps at an end of the period. The
+positions before and after each long step then decide: they must be the ends of a known period. A
 sawtooth motion that returns within one sample looks like a wrap. `RepeatedJump.movable` therefore
 states whether the drive can move the axis by such a jump in one sample.
 """
@@ -61,11 +62,11 @@ SPEED_SLACK = 2.0  # factor on the top speed of the bench
 class RepeatedJump:
     """Jumps that fit one period P.
 
-    low, high: bounds of the period in rad or m.
+    low, high: bounds of P in rad or m.
     reach: range of the raw position in rad or m.
     count: number of jumps.
-    first: time in s of the first jump, and positions before and after it.
-    forward: number of jumps that are classified as `forward` (module docstring).
+    first: time in s of the first jump, and the positions before and after this jump.
+    forward: number of jumps with forward motion (see the module docstring).
     slow: True if the axis moves by less than P / 100 in the steps before and after a jump.
     centred: True if every jump leads from one end of the range [-P/2, P/2] to the other.
     movable: True if the drive can move the axis by a jump in one sample.
@@ -83,7 +84,7 @@ class RepeatedJump:
 
 
 class RepeatedJumps:
-    """Search for repeated jumps in a position in rad or m, block after block."""
+    """Search for repeated jumps in a position, block after block."""
 
     def __init__(self, bench: Bench) -> None:
         mechanics, actuator = bench.mechanics, bench.actuator
@@ -113,7 +114,7 @@ class RepeatedJumps:
             self._judge(self._position.size - 1 - WINDOW)
 
     def finish(self) -> None:
-        """After the last samples, judge the remaining steps."""
+        """Judge the remaining steps after the last samples."""
         self._judge(self._position.size - 1)
 
     def result(self) -> RepeatedJump | None:
@@ -167,7 +168,7 @@ class RepeatedJumps:
         )
 
     def between(self, low: float, high: float) -> RepeatedJump | None:
-        """Return the jumps from one end of a period to the other, whatever the motion around them.
+        """Return the jumps between the ends of a period, whatever the motion around each jump.
 
         Returns None if less than MOSTLY of the long steps are such jumps, or if the position leaves
         the period.
@@ -201,7 +202,7 @@ class RepeatedJumps:
         )
 
     def _crossings(self) -> NDArray[np.intp]:
-        """Return the index of the first long step of each group with an odd number of them.
+        """Return the index of the first long step of each group with an odd number of steps.
 
         Long steps of alternating signs that follow each other closely form a group. A group with an
         even number of steps is left out, because it returns to its start, as a glitch does.

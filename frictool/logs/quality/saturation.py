@@ -1,12 +1,12 @@
 """Detection of flat tops, where an amplifier, sensor or converter saturates.
 
-Around a maximum a smooth signal is a parabola. If its values are sorted into classes of equal
-width, the topmost class holds at most 1/(sqrt(2) - 1) = 2.4 times the samples of the next class,
-for any quantisation. A clipped signal has most samples in the topmost class, in runs of the same
-value.
+Around a maximum, a smooth signal is a parabola. If its values are sorted into classes of equal
+width, the topmost class has at most 1/(sqrt(2) - 1) = 2.4 times as many samples as the next class,
+for any quantisation. A clipped signal has most samples in the topmost class, and stays at one value
+for several samples.
 
-Two kinds of signals are excluded. A signal that repeats its values everywhere (a command between
-two updates) also repeats them at the top. A signal whose extreme is 0 is at rest there.
+Two kinds of signals are excluded. The first kind repeats its values everywhere, such as a command
+between two updates. The second kind has the extreme value 0, because the axis rests.
 """
 
 from __future__ import annotations
@@ -27,7 +27,12 @@ REPEATING = 0.5
 
 @dataclass(frozen=True)
 class FlatTop:
-    """Flat top at the value `at`: number of its samples, and of samples in its longest run."""
+    """Flat top of a signal.
+
+    at: value of the flat top.
+    samples: number of samples at this value.
+    longest: largest number of successive samples at this value.
+    """
 
     at: float
     samples: int
@@ -35,7 +40,11 @@ class FlatTop:
 
 
 class FlatTopDetector:
-    """Detector of flat tops of one signal, with range and quantisation step from a first pass."""
+    """Detector of flat tops of one signal, block after block.
+
+    low, high: range of the signal.
+    step: quantisation step of the signal; None if it has none.
+    """
 
     def __init__(self, low: float, high: float, step: float | None) -> None:
         self._low, self._high = low, high
@@ -61,7 +70,7 @@ class FlatTopDetector:
         self._last = float(values[-1])
 
     def result(self) -> tuple[FlatTop, ...]:
-        """Return the flat tops, the lower before the upper."""
+        """Return the flat tops: at the lowest value, then at the highest."""
         if (
             self._high <= self._low
             or self._others < SHORTEST
@@ -77,7 +86,7 @@ class FlatTopDetector:
 
 
 class _ExtremeCounts:
-    """Numbers of samples in the outermost and the next class, and the longest outermost run."""
+    """Numbers of samples in the outermost and in the next class, and the longest outermost run."""
 
     def __init__(self) -> None:
         self.samples = self.neighbouring = self.longest = self._run = 0

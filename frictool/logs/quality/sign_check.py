@@ -1,17 +1,18 @@
 """Check of the signs of effort and motion.
 
 Friction dissipates energy. The work of the effort between two times of standstill, W = sum F dx,
-goes into friction and is positive. If one sensor is reversed, W is negative. A spring or a weight
-returns its work. Other signals show which sensor is reversed:
+goes into friction and is positive. If the sign of one sensor is reversed, W is negative. A spring
+or a weight does not change W, because it returns its work. Other signals show which sensor is
+reversed:
 
     correlation of velocity and differences of position    negative: velocity is reversed
     correlation of position and its reference              negative: position is reversed;
                                                            positive: effort is reversed
 
 On a slow axis with a coarse encoder, W alone misleads: a controller's derivative term brakes in
-each sample in which a new count appears. For a reversed sign the mean effort must therefore be
-opposite to the motion, too. It is the mean within each stroke, from the first to the last change of
-the position.
+each sample in which a new count appears. A sign therefore counts as reversed only if the mean
+effort is opposite to the motion, too. The mean is taken within each stroke, from the first to the
+last change of the position.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ WINDOWS = 400
 class SignCheck:
     """Result of the check.
 
-    work: net work divided by absolute work, -1 to 1; None if undetermined.
-    reversed: names of the signals with the wrong sign; both candidates if the check cannot decide.
+    work: quotient of net and absolute work of the effort, -1 to 1; None if undetermined.
+    reversed: names of the signals with a reversed sign; both candidates if the check cannot decide.
     """
 
     work: float | None
@@ -49,7 +50,7 @@ class SignCheck:
 
     @property
     def text(self) -> str | None:
-        """Return a warning if a signal is reversed, else None."""
+        """Return a warning about the reversed signal; None if no signal is reversed."""
         if not self.reversed:
             return None
         names = " or ".join(self.reversed)
@@ -65,7 +66,7 @@ class SignCheck:
 
 
 def sign_of(stream: Stream) -> SignCheck:
-    """Check the signs of a stream's signals."""
+    """Check the signs of a stream's effort, position and velocity."""
     signals = stream.signals
     position, velocity = signals.get("position"), signals.get("velocity")
     effort = next((name for name in ("effort", "current", "voltage") if name in signals), None)
@@ -107,12 +108,12 @@ def _window(position: Vector) -> int:
 
 
 def net_work(position: Vector, effort: Vector) -> float | None:
-    """Return the net work of the effort relative to its absolute work, -1 to 1.
+    """Return the quotient of the net work and the absolute work of the effort, -1 to 1.
 
-    The work is counted between the first and the last standstill. Returns None if this is too short
-    a part of the log, if nothing moves, or if noise could give this work.
+    The work is computed from the first to the last standstill. Returns None if this is too short a
+    part of the log, if nothing moves, or if noise could cause this work.
 
-    position, effort: (n,).
+    position, effort: (n,) samples.
     """
     window = _window(position)
     speed = np.abs(position[window:] - position[:-window])

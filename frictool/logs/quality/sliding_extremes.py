@@ -19,16 +19,16 @@ def sliding_maximum(values: Vector, length: int, before: int) -> Vector:
     Parameters
     ----------
     values : array, shape (n,)
-        Signal; beyond its ends it continues mirrored.
+        Signal; it is continued by reflection at its ends.
     length : int
         Number of samples of a window.
     before : int
-        Number of samples of a window before the sample itself.
+        Number of samples in the window before the current sample.
 
     Returns
     -------
     array, shape (n,)
-        The largest values, in the unit of `values`.
+        Largest value in each window.
     """
     largest = np.pad(values, (before, length - 1 - before), mode="symmetric")
     reached = 1

@@ -38,14 +38,14 @@ Pieces = Callable[[], Iterator[SampleBlock]]
 
 @dataclass
 class SignalSurvey:
-    """Survey of one signal; values in `unit`.
+    """Survey of one signal; all values are in `unit`.
 
-    low, high: range.
-    levels: lower bound of the number of distinct values.
+    low, high: smallest and largest value.
+    levels: number of distinct values, counted up to a limit.
     step: quantisation step; None if the values are not multiples of a step.
-    hold: number of samples for which a value is held; None if it is not held.
-    flat: flat tops.
-    at_limit: number of samples at the bench's limit; None if the signal has no limit.
+    hold: number of samples for which the signal keeps a value; None if it changes at every sample.
+    flat: flat tops of the signal (saturation.py).
+    at_limit: number of samples at the bench's limit of the signal; None if it has no limit.
     """
 
     name: str
@@ -66,7 +66,7 @@ class StreamSurvey:
     base: time base.
     opening: first samples.
     velocity: lowest and highest velocity of the position in rad/s or m/s.
-    window: number of samples between the positions whose difference gives the velocity.
+    window: number of samples between two positions from which a velocity is computed.
     jumps: jumps of the position.
     """
 
@@ -80,9 +80,9 @@ class StreamSurvey:
 
 
 def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> StreamSurvey:
-    """Return the survey of one stream; raise LogError as `pieces` does.
+    """Return the survey of one stream.
 
-    pieces: function that returns the samples from the start; called twice.
+    pieces: function that returns an iterator over all samples; it is called twice.
     limits: signal -> largest absolute value that the bench allows.
     """
     signals = {
@@ -145,7 +145,7 @@ def _second_pass(
 
 
 def _jumps(jumps: PositionJumps, time: Vector, position: Vector, step: float | None) -> None:
-    """Add the isolated steps of a block to the jumps, in counts."""
+    """Add the isolated steps of a block, in counts, to `jumps`."""
     if step is not None and position.size > 2:
         steps = np.diff(position) / step
         alone = lone(steps)
@@ -177,7 +177,7 @@ def _blocks(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
 
 
 def in_memory(stream: Stream) -> tuple[StreamHeader, Pieces]:
-    """Return a stream in memory in the form that `survey` takes."""
+    """Return header and samples of a stream in memory as arguments for `survey`."""
     samples = SampleBlock(
         np.rint(stream.time * NS).astype(np.int64), tuple(stream.signals.values())
     )
@@ -187,7 +187,7 @@ def in_memory(stream: Stream) -> tuple[StreamHeader, Pieces]:
 
 
 def row(report: StreamSurvey, one: SignalSurvey, column: str | None) -> dict[str, Any]:
-    """Return the survey of one signal for JSON output; times in s, values in the signal's unit."""
+    """Return the survey of one signal for JSON output."""
     base = report.base
     return {
         "name": one.name,

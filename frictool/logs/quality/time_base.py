@@ -19,9 +19,9 @@ class TimeBase:
     """Time base of a stream.
 
     samples: number of samples.
-    rate_hz: inverse of the median period, in Hz.
-    jitter_s: standard deviation of the intervals without gaps, in s.
-    gaps: number of gaps.
+    rate_hz: inverse of the median interval, in Hz.
+    jitter_s: standard deviation in s of the intervals that are not gaps.
+    gaps: number of intervals in which a sample is missing.
     longest_gap_s: longest gap in s.
     duration_s: time from the first to the last sample, in s.
     """
@@ -37,7 +37,7 @@ class TimeBase:
 def time_base(time: Vector) -> TimeBase:
     """Return the time base of strictly increasing times (n,) in s.
 
-    With one sample, rate and jitter are NaN.
+    Rate and jitter are NaN if there is only one sample.
     """
     if time.size < 2:
         return TimeBase(int(time.size), float("nan"), float("nan"), 0, 0.0, 0.0)
@@ -62,9 +62,9 @@ def levels(position: Vector) -> int:
 
 
 def _distances(position: Vector) -> Vector:
-    """Return the distances of neighbouring distinct values, in the order of the values.
+    """Return the differences between neighbouring distinct values, sorted by value.
 
-    Values that differ by rounding only are treated as one.
+    Values that differ only by rounding count as one value.
     """
     # of equal neighbours one is enough, so that a resting axis costs no sorting
     changed = np.append(True, position[1:] != position[:-1])
@@ -74,11 +74,11 @@ def _distances(position: Vector) -> Vector:
 
 
 def encoder_step(position: Vector) -> float | None:
-    """Return the step of which all positions (n,) are multiples, up to a common offset.
+    """Return the step of which all positions (n,), minus a common offset, are multiples.
 
-    Returns None if there is no such step. Neighbouring positions may be several steps apart. The
-    step is therefore the largest integer fraction of their smallest distance that divides every
-    distance.
+    Returns None if there is no such step. The smallest distance of two positions may be several
+    steps. Therefore the step is this distance, divided by the smallest integer for which the step
+    divides every distance.
     """
     distances = _distances(position)
     if distances.size < FEWEST_LEVELS - 1:

@@ -1,4 +1,4 @@
-"""Velocity range of a position, from differences over enough samples to suppress encoder counts."""
+"""Velocity range of a position, from differences that are long compared with a count."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class VelocityRange:
     def window(self) -> int:
         """Return the shortest window, in samples, over which the encoder resolves the motion.
 
-        If there is no such window, return the longest one that the length of the log allows.
+        If there is no such window, return the longest window that the length of the log allows.
         """
         longest = max(1, self._samples // SHARE_OF_LOG)
         allowed: list[int] = [window for window in WINDOWS if window <= longest]
@@ -56,6 +56,6 @@ class VelocityRange:
 
     @property
     def range(self) -> tuple[float, float] | None:
-        """Return (lowest, highest) velocity over `window`; None with too few samples."""
+        """Return (lowest, highest) velocity over `window` samples; None with too few samples."""
         low, high = self._ranges[self.window]
         return (low, high) if low <= high else None

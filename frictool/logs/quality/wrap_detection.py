@@ -1,6 +1,6 @@
 """Detection of positions that wrap: the sensor shows the position modulo a period.
 
-The period is one turn or the range of a counter. At a wrap the position goes from one end of the
+The period is one turn or the range of a counter. At a wrap, the position jumps from one end of the
 period to the other while the axis continues at constant speed. The period P is recognised if jumps
 of one size repeat during forward motion and the range of the position is within this size
 (`repeated_jumps.py`).
@@ -43,12 +43,12 @@ NATURAL_SLACK = 1e-3  # relative tolerance of a natural period outside the bound
 class Wrap:
     """Wrap of a position.
 
-    period: in rad or m.
+    period: period in rad or m.
     count: number of wraps.
     time: time of the first wrap in s.
-    before, after: positions before and after the first wrap.
+    before, after: positions before and after the first wrap, in `unit`.
     line: line to write under `encoder` of the bench.
-    unit: unit of the positions.
+    unit: unit of `before` and `after`.
     """
 
     period: float
@@ -79,7 +79,7 @@ class Wrap:
 
 
 class WrapSearch:
-    """Search for wraps in a position in rad or m, block after block.
+    """Search for wraps in a position, block after block.
 
     counted: True if the position was read in whole counts of the encoder, so that `wrap_bits`
         removes a wrap of 2^b counts.
@@ -99,18 +99,18 @@ class WrapSearch:
         self._jumps.take(time, position)
 
     def finish(self) -> None:
-        """After the last samples, judge the remaining steps."""
+        """Judge the remaining steps after the last samples."""
         self._jumps.finish()
 
     def result(self) -> Wrap | None:
-        """Return the certain wrap of the steps judged so far, or None."""
+        """Return the wrap that is certain from the steps judged so far, or None."""
         jump = self._jumps.result()
         if jump is None:
             return self._noisy()
         return self._wrap(jump) if self._is_sure(jump) else None
 
     def _noisy(self) -> Wrap | None:
-        """Return the certain wrap at whose ends noise hides the motion, or None."""
+        """Return the wrap that is certain although noise hides the motion at its ends, or None."""
         for period in self._natural:
             for low in (0.0, -0.5 * period):
                 jump = self._jumps.between(low, low + period)
@@ -119,7 +119,7 @@ class WrapSearch:
         return None
 
     def possible(self) -> Wrap | None:
-        """Return a jump of the steps judged so far that may be a wrap or lost samples, or None."""
+        """Return a repeated jump so far that may be a wrap or lost samples, or None."""
         jump = self._jumps.result()
         return None if jump is None or self._is_sure(jump) else self._wrap(jump)
 
@@ -134,8 +134,8 @@ class WrapSearch:
     def _natural_period(self, jump: RepeatedJump) -> float | None:
         """Return the natural period within the bounds of a jump.
 
-        Returns None if a round number between the position's range and the natural period fits as
-        well.
+        Returns None if a round number between the position's range and the natural period may be
+        the period, too.
         """
         slack = NATURAL_SLACK * jump.high
         natural = next(

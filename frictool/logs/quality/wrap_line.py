@@ -1,6 +1,6 @@
-"""Bench line that states the period of a position that a sensor shows modulo a period.
+"""Line of the bench that states the period at which a position wraps.
 
-The unit is that of the log or turns, whichever gives the shorter number.
+The unit is the log's unit, or turns if turns give a shorter number.
 """
 
 from __future__ import annotations
@@ -55,14 +55,14 @@ class WrapLine:
         return low < high and shortest(low / self._factor, high / self._factor)[0] <= ROUND
 
     def round(self, low: float, high: float) -> float:
-        """Return the shortest number between two bounds, converted to rad or m."""
+        """Return the number of fewest digits, in the log's unit, between two bounds in rad or m."""
         return float(shortest(low / self._factor, high / self._factor)[1]) * self._factor
 
 
 def shortest(low: float, high: float) -> tuple[int, str]:
-    """Return the number of digits and the text of the shortest positive decimal between two bounds.
+    """Return digits and text of the positive decimal with the fewest digits between two bounds.
 
-    The number has at most DIGITS digits.
+    The decimal has at most DIGITS digits.
 
     >>> shortest(24.98, 25.03), shortest(3.13, 3.15)
     ((2, '25'), (3, '3.14'))

@@ -1,8 +1,8 @@
 """Detection of zero-order hold: a signal that keeps its value for several samples of the log.
 
-Examples are a command, or a current that is measured once per control period. A signal is held if
-it rarely changes from one sample to the next, and its changes are larger than single steps of its
-quantisation. A slow position also changes rarely, but by one count each time.
+Examples are a command, and a current that is measured once per control period. A signal is held if
+it rarely changes from one sample to the next, and then by more than one quantisation step. A slow
+position also changes rarely, but by one count each time.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class HoldDetector:
         self._last = float(values[-1])
 
     def samples(self, step: float | None) -> int | None:
-        """Return the least number of samples for which a value is held, apart from rare exceptions.
+        """Return the least number of samples for which a value is kept, apart from rare exceptions.
 
         Returns None if the signal is not held.
 

@@ -1,14 +1,14 @@
 """Decoding of numbers from serialised messages: CDR of ROS 2, and the serialisation of ROS 1.
 
 The offset of a number in a message depends only on the lengths of the strings and sequences before
-it. One message is therefore parsed field by field. All other messages of its size with the same
+it. Therefore one message is parsed field by field. All messages of the same size with the same
 lengths at the same offsets (`MessageLayout.guards`) have the same layout, and their numbers are
 extracted together.
 
-In CDR, the first 4 bytes give the byte order. Counted from the end of these 4 bytes, each number is
-aligned to its own size (in version 2 to at most 4 bytes). The length of a text, with the closing
-NUL, precedes the text. The length of a sequence precedes the sequence. A fixed array has no such
-length.
+In CDR, the first 4 bytes give the byte order. The offset of a number, counted from the end of these
+4 bytes, is a multiple of the number's size (in version 2: of at most 4 bytes). The length of a
+text, with the closing NUL, precedes the text. The length of a sequence precedes the sequence. A
+fixed array is stored without its length.
 
 In ROS 1, numbers are little-endian and not aligned, and texts have no closing NUL.
 """
@@ -40,10 +40,11 @@ LARGEST_ALIGNMENT = {0: 8, 1: 8, 6: 4, 7: 4}
 class NumberField:
     """Number, or array of numbers, in a message.
 
-    offset: index of the first byte in the message.
+    path: name of the field, with the fields around it, such as `.pose.x`.
+    offset: index in the message of the first byte of the field.
     dtype: type of a number, such as `<f8`.
     count: length of the array; None for a single number.
-    labels: names of the elements; empty without names.
+    labels: names of the array's elements; empty if they have no names.
     """
 
     path: str
@@ -53,7 +54,7 @@ class NumberField:
     labels: tuple[str, ...] = ()
 
     def paths(self) -> Iterator[str]:
-        """Yield the paths of the numbers in the field, by label and by index."""
+        """Yield the paths of the field's numbers: with the labels, and with the indices."""
         if self.count is None:
             yield self.path
         elif self.count <= MOST_LISTED:
@@ -61,7 +62,7 @@ class NumberField:
             yield from (f"{self.path}[{index}]" for index in range(self.count))
 
     def slot(self, path: str) -> tuple[int, str] | None:
-        """Return offset and dtype of the number with this path, or None."""
+        """Return offset and dtype of the field's number with this path, or None."""
         if self.count is None:
             return (self.offset, self.dtype) if path == self.path else None
         if not path.startswith(self.path + "[") or not path.endswith("]"):
@@ -85,8 +86,8 @@ class NumberField:
 class MessageLayout:
     """Offsets of the numbers in a message of `size` bytes.
 
-    leaves: fields of numbers.
-    guards: (offset, bytes) of the lengths that determine the layout.
+    leaves: all fields of numbers in the message.
+    guards: (offset, bytes) of each length that the layout depends on.
     """
 
     size: int
@@ -101,7 +102,7 @@ class MessageLayout:
         ]
 
     def fits(self, messages: Messages) -> NDArray[np.bool_]:
-        """Return a mask (n,), True at the messages with this layout."""
+        """Return a mask (n,), True for each message with this layout."""
         fits: NDArray[np.bool_] = messages.length == self.size
         at = np.flatnonzero(fits)
         guards = np.concatenate(
@@ -246,7 +247,7 @@ class MessageDecoder:
     def columns(
         self, messages: Messages, paths: tuple[str, ...]
     ) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
-        """Return the numbers of messages (see Decoder)."""
+        """Return the numbers at `paths` in the messages (see Decoder)."""
         values = np.full((len(paths), messages.start.size), np.nan)
         present = np.zeros(values.shape, bool)
         failed: dict[int, str] = {}
@@ -282,7 +283,7 @@ class MessageDecoder:
         values: Vector,
         present: NDArray[np.bool_],
     ) -> NDArray[np.intp]:
-        """Fill in the values of the messages `left` that have this layout; return the others.
+        """Fill in the values of those messages in `left` that have this layout; return the others.
 
         `left` and the result are indices of messages.
         """

@@ -18,13 +18,13 @@ from frictool.logs.recordings.ros_message import parse_message, short_name
 def topic_of(
     path: Path, name: str, kind: str, encoding: str, form: str, definition: bytes
 ) -> Topic:
-    """Return a topic whose messages have the type `kind`.
+    """Return the topic `name`, which has messages of the type `kind`.
 
     encoding: encoding of the messages (`cdr`, `ros1`, `json`, `protobuf`).
-    form: language of the definition (`ros2msg`, ...).
-    definition: definition of the type.
+    form: language of the definition, such as `ros2msg`.
+    definition: definition of the type; empty if the recording has none.
 
-    If the messages cannot be decoded, the topic holds the reason.
+    If the messages cannot be decoded, `refused` of the topic is the reason.
     """
     try:
         return Topic(name, kind, _decoder(path, kind, encoding, form, definition))

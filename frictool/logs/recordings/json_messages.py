@@ -10,7 +10,7 @@ LONGEST = 2_000_000  # bytes, maximum size of a message
 
 
 def decoded(data: bytes) -> object:
-    """Return the value of a JSON text; raise ValueError if it is not JSON, or too long."""
+    """Return the value of a JSON text; raise ValueError if `data` is not JSON or too long."""
     if len(data) > LONGEST:
         raise ValueError(f"is {len(data)} bytes of JSON; allowed: {LONGEST}")
     try:
@@ -21,7 +21,7 @@ def decoded(data: bytes) -> object:
 
 
 class JsonDecoder(ObjectDecoder):
-    """Decoder of JSON messages; true is 1, false is 0, and null is no number."""
+    """Decoder of JSON messages; `true` becomes 1, `false` 0, and `null` a missing number."""
 
     def __init__(self) -> None:
         super().__init__(decoded)

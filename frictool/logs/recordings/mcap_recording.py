@@ -35,7 +35,7 @@ class McapLoss:
     """Loss in an MCAP file.
 
     reason: reason of the loss.
-    of: channel -> number of lost messages; None if unknown.
+    of: channel -> number of lost messages; None if the channels are unknown.
     """
 
     reason: str
@@ -56,13 +56,13 @@ class _McapPass:
 
     @property
     def counts(self) -> dict[int, int]:
-        """Return channel -> number of messages according to the statistics."""
+        """Return channel -> number of messages in the file's statistics."""
         return self.declarations.counts or {}
 
     def pieces(self) -> Iterator[tuple[MessagesByChannel | McapLoss, int]]:
         """Yield messages and losses chunk by chunk, each with the bytes processed so far.
 
-        May raise OSError.
+        Raises OSError if the file cannot be read.
         """
         for item, done in contents(FileRecords(self.stream, self.size)):
             if isinstance(item, FileSection):
@@ -113,13 +113,13 @@ class _McapPass:
         }
 
     def take(self, opcode: int, body: bytes) -> None:
-        """Read a schema or channel record; a damaged one is reported when a message needs it."""
+        """Read a schema or channel record; damage is reported when a message needs the record."""
         with suppress(*UNREADABLE):
             self.declarations.take(opcode, body)
 
 
 class McapRecording:
-    """Open MCAP file with known topics and unread messages (a RecordingFile)."""
+    """MCAP file of which the topics have been read (a RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
         """Open the file and read its topics; raise LogError if the file cannot be read."""
@@ -233,7 +233,7 @@ class McapRecording:
             )
 
     def _summary(self, stream: BinaryIO, one: _McapPass) -> None:
-        """Read the summary, if there is one; may raise OSError."""
+        """Read the summary, if there is one; raise OSError if the file cannot be read."""
         end = self.size - len(MAGIC) - _FOOTER.size
         if end < 0:
             return

@@ -22,7 +22,7 @@ def numbers(
 ) -> Iterator[tuple[str, float]]:
     """Yield path and value of each number in nested mappings and sequences.
 
-    An element of a sequence has one path with its index; an element with a label has another path
+    An element of a sequence is yielded with its index in the path; if the element has a label, also
     with the label. Raises ValueError if a mapping has more than MOST_VALUES keys.
     """
     if isinstance(message, bool | int | float):
@@ -53,7 +53,7 @@ def _labels(texts: object) -> Sequence[str]:
 
 
 class ObjectDecoder:
-    """Decoder based on a function that converts a message to objects, or raises ValueError."""
+    """Decoder that uses a function from messages to objects; the function may raise ValueError."""
 
     def __init__(self, objects: Callable[[bytes], object]) -> None:
         self._objects = objects
@@ -65,7 +65,7 @@ class ObjectDecoder:
     def columns(
         self, messages: Messages, paths: tuple[str, ...]
     ) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
-        """Return the numbers of messages (see Decoder)."""
+        """Return the numbers at `paths` in the messages (see Decoder)."""
         count = messages.start.size
         values = np.full((len(paths), count), np.nan)
         present = np.zeros(values.shape, bool)

@@ -57,7 +57,7 @@ def _add(pool: Any, files: dict[str, Any]) -> None:
 def _mapping(message: Any) -> dict[str, object]:
     """Return a message as a mapping of its fields.
 
-    Fields that are not set have their default. Messages and optional fields that are not set are
+    A field that is not set has its default value; messages and optional fields that are not set are
     omitted.
     """
     values: dict[str, object] = {}

@@ -44,7 +44,10 @@ HOUSEKEEPING = ("rcl_interfaces/", "rosgraph_msgs/", "bond/", "diagnostic_msgs/"
 
 
 class MessageGap(NamedTuple):
-    """Gap of unreadable messages of a topic; `samples` is their number, None if unknown."""
+    """Gap of unreadable messages of a topic.
+
+    samples: number of unreadable messages; None if unknown.
+    """
 
     reason: str
     samples: int | None = None
@@ -54,17 +57,16 @@ class Decoder(Protocol):
     """Decoder of the messages of one topic."""
 
     def names(self, data: bytes) -> list[str]:
-        """Return the paths of the numbers of a message; raise ValueError for a damaged message."""
+        """Return the paths of the numbers in a message; raise ValueError if it is damaged."""
         ...
 
     def columns(
         self, messages: Messages, paths: tuple[str, ...]
     ) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
-        """Return the numbers at `paths` in n messages, their presence, and the failures.
+        """Return (values, presence, failures) of the numbers at `paths` in n messages.
 
-        The first array (paths, n) holds the numbers, NaN if a message lacks one. The second array
-        (paths, n) is True if the message has the number. The dictionary maps the index of an
-        unreadable message to the reason.
+        values (paths, n) are the numbers, NaN for a missing number. presence (paths, n) is False
+        for a missing number. failures maps the index of an unreadable message to the reason.
         """
         ...
 
@@ -73,14 +75,15 @@ class Decoder(Protocol):
 class Topic:
     """Topic of a recording.
 
-    kind: type of the messages.
-    decoder: decoder of the messages; None if there is none.
-    refused: reason why the messages cannot be decoded; "" if they can.
-    paths: paths of the numbers in the first messages, as keys.
-    stamp: name of the time stamp in the messages and the paths of its parts; None without a stamp.
-    apart_s: largest difference of stamp and log time in s. A large difference shows that the clocks
-        were never synchronised.
-    sampled: number of messages from which paths, stamp and apart_s were read.
+    kind: name of the type of the messages.
+    decoder: decoder of the messages; None if they cannot be decoded.
+    refused: reason why the messages cannot be decoded; "" if there is a decoder.
+    paths: dictionary with the paths of the numbers in the first messages as keys.
+    stamp: path of the time stamp in the messages, and paths of its parts (seconds, nanoseconds);
+        None if the messages have no stamp.
+    apart_s: largest difference in s between stamp and log time; it is large if the two clocks were
+        never synchronised.
+    sampled: number of messages from which `paths`, `stamp` and `apart_s` were read.
     """
 
     name: str
@@ -123,15 +126,15 @@ class RecordingFile(Protocol):
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
         """Yield the messages of a topic and the gaps between them, in the order of the file.
 
-        The second element of each pair is the number of bytes processed so far.
+        The number is that of the bytes processed so far.
         """
         ...
 
 
 class TopicTable:
-    """Numbers of one topic (a RawTable).
+    """Table of the numbers of one topic (a RawTable).
 
-    clock: name of the stamp that gives the times of the rows, or `log time`.
+    clock: path of the stamp that gives the times of the rows, or `log time`.
     """
 
     def __init__(self, container: RecordingFile, topic: Topic, clock: str | None) -> None:
@@ -159,7 +162,7 @@ class TopicTable:
     def find(self, wanted: str | int) -> str | None:
         """Return the name of a column with this name or number (from 1); None if there is none.
 
-        A path by index is accepted for an array element that also has a label.
+        An array element that has a label may be requested by its index, too.
 
         Raises LogError if the topic has no numbers.
         """
@@ -179,8 +182,8 @@ class TopicTable:
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield the rows (see RawTable).
 
-        A message without any of the requested numbers is not a row, because several publishers may
-        share a topic.
+        A message that contains none of the requested numbers gives no row, because several
+        publishers may share a topic.
         """
         decoder = self._topic.decoder
         if decoder is None:
@@ -231,15 +234,14 @@ class TopicTable:
 
 
 def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[TopicTable, ...]:
-    """Return a table for each topic; topics without numbers have no columns.
+    """Return a table for each topic; the table of a topic without numbers has no columns.
 
-    clock: `log time`, or the path of a stamp in the messages. None selects the stamp for each topic
-        with a stamp, and the log time for the others. If some topic has no stamp and the stamps
-        differ from the log time by more than FARTHEST_APART, None selects the log time for all
-        topics, because the streams of one log need one clock.
+    clock: `log time`, or the path of a stamp in the messages. None selects the stamp of each topic
+        that has one, and the log time of the other topics. The streams of a log need one clock: if
+        some topic has no stamp and the stamps differ from the log time by more than FARTHEST_APART,
+        None selects the log time of all topics.
 
-    Raises LogError, with a list of the topics, if no topic carries numbers. Raises LogError if no
-    topic has the requested clock.
+    Raises LogError if no topic has numbers, or if no topic has the requested clock.
     """
     carrying = [
         topic
@@ -276,7 +278,7 @@ def _stamps(paths: Mapping[str, None]) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _listed(paths: Mapping[str, None]) -> list[str]:
-    """Return the paths without the index paths of labelled elements."""
+    """Return the paths; an element with a label is listed by its label only."""
     elements = [(path, *path[:-1].rpartition("[")[::2]) for path in paths if path.endswith("]")]
     labelled = {array for _, array, key in elements if not key.isdigit()}
     again = {path for path, array, key in elements if key.isdigit() and array in labelled}

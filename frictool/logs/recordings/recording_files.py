@@ -27,9 +27,9 @@ _NUMBERED = re.compile(r"(.+_)(\d+)")
 def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
     """Return the recordings among files and folders, each as its parts in order.
 
-    Neighbouring files with the names `run_0.mcap`, `run_1.mcap`, ... (in any order, numbered from 0
-    on) are parts of one recording. Any other file is a recording of one part. Raises LogError as
-    `parts_of` does.
+    Files listed one after the other with names such as `run_0.mcap` and `run_1.mcap` (numbered from
+    0, in any order) are parts of one recording. Any other file is a recording of one part. Raises
+    LogError if a folder is not a ROS 2 bag.
     """
     recordings: list[tuple[Path, ...]] = []
     left = list(paths)
@@ -44,7 +44,7 @@ def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
 
 
 def parts_of(folder: Path) -> list[Path]:
-    """Return the files of a ROS 2 bag in order; raise LogError if the folder is no such bag."""
+    """Return the files of a ROS 2 bag in order; raise LogError if the folder is not a ROS 2 bag."""
     if not (folder / METADATA).exists():
         raise LogError(
             folder,
@@ -79,7 +79,7 @@ def parts_of(folder: Path) -> list[Path]:
 
 
 def are_parts(paths: Sequence[Path]) -> bool:
-    """Return whether the names of files are those of the parts of one split recording."""
+    """Return whether the names of the files are names of the parts of one split recording."""
     matches = [_NUMBERED.fullmatch(path.stem) for path in paths]
     alike = (
         len(

@@ -28,7 +28,7 @@ def sniff(head: bytes, path: Path) -> bool:
 def tables(path: Path, layout: Layout | None) -> tuple[RawTable, ...]:
     """Return a table for each topic.
 
-    Raises LogError if no topic carries numbers, or if the file cannot be read.
+    Raises LogError if no topic has numbers, or if the file cannot be read.
     """
     return tables_of(_opened(path), None if layout is None else layout.clock)
 
@@ -36,7 +36,7 @@ def tables(path: Path, layout: Layout | None) -> tuple[RawTable, ...]:
 def tables_of_parts(paths: Sequence[Path], layout: Layout | None) -> tuple[RawTable, ...]:
     """Return the tables of the parts of one recording, in order.
 
-    Raises LogError as `tables` does.
+    Raises LogError if no topic has numbers, or if a file cannot be read.
     """
     return tables_of(
         SplitRecording(paths[0], [_opened(path) for path in paths]),

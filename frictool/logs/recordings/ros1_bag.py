@@ -1,6 +1,7 @@
 """Reader of ROS 1 bags (`.bag`, version 2.0).
 
-A bag consists of records with a header of named fields and data. Messages are in chunks.
+A bag consists of records; each has a header of named fields, and data. Chunk records contain the
+messages.
 """
 
 from __future__ import annotations
@@ -34,14 +35,17 @@ TopicMessages = dict[str, tuple[list[int], list[bytes]]]  # topic -> log times a
 
 @dataclass
 class BagLoss:
-    """Loss in a bag; `rest` holds the readable messages of the damaged part."""
+    """Loss in a bag.
+
+    rest: readable messages of the damaged part, by topic.
+    """
 
     reason: str
     rest: TopicMessages
 
 
 class BagRecording:
-    """Open `.bag` file (a RecordingFile)."""
+    """ROS 1 bag (a RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
         """Open the file and read its topics; raise LogError if the file cannot be read."""
@@ -79,9 +83,9 @@ class BagRecording:
                 raise LogError(self._path, f"cannot be read: {error.strerror or error}") from None
 
     def _list(self, stream: BinaryIO) -> set[str]:
-        """Return the topics that have messages, from the index of the bag; may raise OSError.
+        """Return the topics with messages from the bag's index; raise OSError if it cannot be read.
 
-        The result is empty if the bag has no index at its end.
+        The result is empty if the bag has no index.
         """
         topics: set[str] = set()
         try:
@@ -107,7 +111,7 @@ class BagRecording:
         return topics
 
     def _pieces(self, stream: BinaryIO) -> Iterator[tuple[TopicMessages | BagLoss, int]]:
-        """Yield the messages chunk by chunk; may raise OSError."""
+        """Yield the messages chunk by chunk; raise OSError if the bag cannot be read."""
         stream.seek(len(MAGIC))
         budget = UnpackedBudget(self.size)
         over = False  # True after the chunks, in the index of connections and chunks
@@ -159,7 +163,7 @@ class BagRecording:
             )
 
     def _grouped(self, data: bytes) -> tuple[TopicMessages, int]:
-        """Return the messages of a chunk by topic, and the end of the last whole record.
+        """Return the messages of a chunk by topic, and the end of the last complete record.
 
         Raises ValueError if a message's connection is not declared.
         """
@@ -203,7 +207,7 @@ class BagRecording:
 
 
 def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
-    """Return the header of a record in the file, and the length of its data.
+    """Return the header of a record in the file, and the length of the record's data.
 
     Raises ValueError if the record is truncated.
     """
@@ -221,7 +225,7 @@ def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
 
 
 def _record(data: bytes, position: int) -> tuple[Fields, int, int]:
-    """Return the header of a record in a chunk, and length and start of its data.
+    """Return the header of a record in a chunk, and length and start of the record's data.
 
     Raises ValueError if the record is truncated.
     """
@@ -253,7 +257,7 @@ def _fields(data: bytes) -> Fields:
 
 
 def _kind(fields: Fields) -> int:
-    """Return the kind of a record; 0 if its header does not contain it."""
+    """Return the kind of a record; 0 if the header does not contain the kind."""
     return int.from_bytes(fields.get(b"op", b"")[:1], "little")
 
 

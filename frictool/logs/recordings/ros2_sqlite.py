@@ -1,7 +1,7 @@
 """Reader of ROS 2 bags in SQLite (`.db3`).
 
-Such a bag has the tables `topics` and `messages` and, since ROS 2 Iron, the definitions of its
-messages.
+The database has the tables `topics` and `messages` and, since ROS 2 Iron, a table with the
+definitions of the messages.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ AT_ONCE_ROWS = 4096  # rows of a batch
 
 
 class Db3Recording:
-    """Open `.db3` file (a RecordingFile)."""
+    """ROS 2 bag in an SQLite file (a RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
-        """Open the file and read its topics; raise LogError if it cannot be read or is no bag."""
+        """Open the file and read its topics; raise LogError if it is unreadable or not a bag."""
         open_log(path).close()
         self.source = str(path)
         self._path = path
@@ -42,7 +42,7 @@ class Db3Recording:
             raise LogError(path, f"is not a ROS 2 bag, or is damaged: {error}") from None
 
     def _connection(self) -> sqlite3.Connection:
-        """Return a read-only connection, which takes no lock.
+        """Return a read-only connection that takes no lock.
 
         The connection neither reads nor writes a journal.
         """
@@ -55,7 +55,7 @@ class Db3Recording:
         return bag
 
     def _missing(self) -> int:
-        """Return the number of bytes that the file lacks according to its head."""
+        """Return by how many bytes the file is shorter than its head declares."""
         with open_log(self._path) as stream:
             head = stream.read(100)
         page = int.from_bytes(head[16:18], "big")

@@ -39,9 +39,9 @@ Type = tuple[str, Repeat, int]
 
 
 def parse_idl(name: str, text: str) -> MessageType:
-    """Return the message `name` (`sensor_msgs/msg/JointState`) of an IDL text.
+    """Return the message type `name`, such as `sensor_msgs/msg/JointState`, of an IDL text.
 
-    Raises ValueError if the text is not written as in ROS 2.
+    Raises ValueError if ROS 2 would not write the text.
     """
     parser = _IdlParser([match["token"] for match in _TOKENS.finditer(text) if match["token"]])
     parser.definitions(())

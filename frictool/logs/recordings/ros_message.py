@@ -1,6 +1,6 @@
 """Parser of ROS message definitions (`ros2msg`, `ros1msg`) into a tree of fields.
 
-A definition is one text that defines a type and all types nested in it.
+A definition is a text that defines a type and all types that this type contains.
 
     float64[] position        # a sequence; float64[6] is an array of fixed length; float64[<=6] has
                               # the same bytes as float64[]
@@ -54,7 +54,7 @@ class MessageField(NamedTuple):
     """Field of a message.
 
     kind: key of NUMBERS, one of TEXTS, or the type of a nested message.
-    size: length of a fixed array, else 0.
+    size: length of an array of fixed length, else 0.
     """
 
     name: str
@@ -68,7 +68,7 @@ Definitions = dict[str, list[tuple[str, str, Repeat, int]]]
 
 
 def parse_message(name: str, text: str) -> MessageType:
-    """Return the message `name` (`sensor_msgs/msg/JointState`) of a definition.
+    """Return the message type `name`, such as `sensor_msgs/msg/JointState`, of a definition.
 
     Raises ValueError if a line is not a field, or if a nested message is not defined.
     """
@@ -90,7 +90,7 @@ def short_name(name: str) -> str:
 
 
 def assembled(name: str, definitions: Definitions) -> MessageType:
-    """Return the tree of a message.
+    """Return the message type `name`, with all nested types.
 
     Raises ValueError if a nested message is not defined, or if the tree is too deep or too large.
     """

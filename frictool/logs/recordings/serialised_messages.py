@@ -23,7 +23,7 @@ class Messages:
 
     log_time: (n,) recording times in ns.
     data: bytes that contain all payloads.
-    start: (n,) index of the first byte of each payload.
+    start: (n,) index in `data` of the first byte of each payload.
     length: (n,) length of each payload in bytes.
     """
 
@@ -43,7 +43,7 @@ class Messages:
 
 
 def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
-    """Return one `Messages` made from messages that were read one by one."""
+    """Return messages that were read one by one as one `Messages`."""
     length = np.fromiter(map(len, payloads), np.int64, len(payloads))
     return Messages(
         np.array(log_time, np.int64),
@@ -54,7 +54,7 @@ def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
 
 
 def gather(data: Bytes, start: IntVector, width: int) -> Bytes:
-    """Return (n, width): the `width` bytes that begin at each `start`, all inside `data`."""
+    """Return a matrix (n, width) with the `width` bytes of `data` from each of `start` (n,) on."""
     if not start.size:
         return np.empty((0, width), np.uint8)
     windows = as_strided(data, (data.size - width + 1, width), (1, 1), writeable=False)

@@ -1,4 +1,4 @@
-"""Split recording: the parts of one recording, read in order as one file."""
+"""Reading of the parts of one split recording, in order, as one file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frictool.logs.recordings.serialised_messages import Messages
 
 
 class SplitRecording:
-    """Open parts of one recording (a RecordingFile); a part may lack topics of other parts."""
+    """Parts of one recording, read as one RecordingFile; a part may lack topics of other parts."""
 
     def __init__(self, path: Path, parts: list[RecordingFile]) -> None:
         self.source = str(path)

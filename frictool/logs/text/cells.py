@@ -1,6 +1,6 @@
-"""Cells of a line of text, the numbers in them, and detection of delimiter and decimal mark.
+"""Cells of a line of text, numbers in cells, and detection of delimiter and decimal mark.
 
-The delimiter and the mark that yield the most numbers in the first lines of the file are used.
+The detected delimiter and mark yield the most numbers in the first lines of the file.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _NUMBERS = {
 def cells_of(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line without blanks and quotes around them.
 
-    With blanks as delimiters there are no empty cells.
+    If blanks are the delimiter, there are no empty cells.
     """
     if delimiter == BLANK:
         return [cell.strip('"') for cell in _BETWEEN_BLANKS.findall(line)]
@@ -63,7 +63,7 @@ def cells_of(line: str, delimiter: str) -> list[str]:
 
 
 def number(cell: str, mark: str, thousands: str = "") -> float | None:
-    """Return the number in a cell, or None if it is no number.
+    """Return the number in a cell; None if the cell is no number.
 
     >>> number("1.234,5", ",", "."), number("-3e2", "."), number("1_0", ".")
     (1234.5, -300.0, None)
@@ -75,14 +75,14 @@ def number(cell: str, mark: str, thousands: str = "") -> float | None:
 
 
 def is_stamp(cell: str) -> bool:
-    """Return whether a cell holds a time of day, with or without a date."""
+    """Return whether a cell is a time of day, with or without a date."""
     return _STAMP.fullmatch(cell) is not None
 
 
 def order_of_dates(cells: Sequence[str]) -> int | None:
     """Return the order of the parts of the dates in `cells` (iso8601.py).
 
-    Returns None if the year comes last and the day and the month can be exchanged in each date.
+    Returns None if the year comes last and the day could be the month in each date.
 
     >>> order_of_dates(["03/04/2026 12:00"]), order_of_dates(["3.4.2026 12:00"])
     (None, 1)
@@ -98,7 +98,7 @@ def order_of_dates(cells: Sequence[str]) -> int | None:
 
 
 def dialect(lines: Sequence[str], layout: Layout) -> tuple[str, str]:
-    """Return the delimiter and the decimal mark, as in the bench's layout or else as detected."""
+    """Return the delimiter and the decimal mark, from `layout` or else as detected."""
 
     def numbers(tried: tuple[str, str]) -> float:
         total = 0.0

@@ -32,7 +32,7 @@ from frictool.logs.text.text_encoding import decoded, encoding_of, head_bytes, i
 from frictool.logs.text.text_layout import LONGEST_LINE, find_layout
 
 NO_END = (
-    "the last line has no line end: the file may be cut; if it is complete, add a line end, or "
+    "the last line has no line end: the file may be cut off; if it is complete, add a line end, or "
     "write layout.whole: true in the bench"
 )
 OVER_RANGE = "\u221e"  # infinity sign, of a sample beyond the range of a PicoScope
@@ -40,7 +40,7 @@ _DATE = re.compile(r"\d+[./-]\d+[./-]\d+\b")
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file may be text: it begins without a NUL character, or is UTF-16."""
+    """Return whether the file may be text: its first bytes are UTF-16, or have no NUL."""
     return is_text(head)
 
 
@@ -50,7 +50,7 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[CsvTable, ...]:
 
 
 class CsvTable:
-    """Rows of a text file (a RawTable).
+    """Table of the rows of a text file (a RawTable).
 
     description: description of the detected layout.
     """
@@ -89,7 +89,7 @@ class CsvTable:
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
-        """Return the line of a row; blank lines count as lines and not as rows."""
+        """Return the number of a row's line in the file, in which blank lines count as lines."""
         slots = np.full(len(self.names), SKIP)
         return next(
             (
@@ -105,8 +105,8 @@ class CsvTable:
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield the rows (see RawTable).
 
-        With `losses`, a cell without a number is NaN, and a row with the wrong number of cells is
-        left out.
+        If `losses` is a list, a cell without a number is NaN, and a row with the wrong number of
+        cells is left out.
         """
         chosen = [
             name
@@ -197,7 +197,7 @@ class CsvTable:
                 yield issue.row, DataLoss((), f"line {issue.line}: {message}", samples=1)
 
     def _ignored(self, issue: RowIssue) -> bool:
-        """Return whether an issue is none: a comment after the row, or an end that is known."""
+        """Return whether an issue is harmless: a comment after the row, or a known file end."""
         if issue.kind == CUT:
             return self._whole or decoded(issue.text, self.layout.encoding) == self.layout.trailer
         columns = len(self.names)

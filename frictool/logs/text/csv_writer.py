@@ -1,6 +1,6 @@
 """Writer of a stream as CSV with the header `name [unit]`.
 
-Each number has the fewest digits that restore it exactly.
+Each number is written with the fewest digits that give the same number again.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from frictool.logs.conversion import OutgoingStream
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Write the one stream; CSV cannot hold the notes."""
+    """Write the only stream in `streams`; the notes are not written."""
     (stream,) = streams
     target.write(
         (

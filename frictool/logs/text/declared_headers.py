@@ -1,4 +1,4 @@
-"""Headers of text files whose instrument declares where names, units and times are.
+"""Headers of instruments that declare where names, units and times are.
 
     LabVIEW         `***End_of_Header***` ends the metadata; `Delta_X` is the sample interval
     TwinCAT Scope   the line `Name` holds a time column before each group of channels, in ms
@@ -29,16 +29,18 @@ MOST_METADATA = 40  # lines, maximum length of the metadata beside the samples
 
 
 class HeaderError(ValueError):
-    """Error: the declared header is incomplete, or the columns have several time bases."""
+    """Error for a declared header that is incomplete, or for columns with several time bases."""
 
 
 @dataclass(frozen=True)
 class DeclaredHeader:
-    """Header of a file; lines are indices, None stands for a missing line.
+    """Header of a file; lines are counted from 0.
 
     labels: names and units of the columns, and the sample interval.
+    header: line with the names; None if there is none.
+    unit: line with the units; None if there is none.
     first: line of the first row of numbers.
-    commented: True if a row may end in one more cell, a comment.
+    commented: True if a row may have a comment as an additional last cell.
     trailer: text of a last line that ends the samples; "" if there is none.
     """
 
@@ -53,8 +55,8 @@ class DeclaredHeader:
 class HeaderReader(NamedTuple):
     """Reader of the headers of one instrument.
 
-    recognises: returns whether the rows begin a file of the instrument.
-    read: returns the header; raises HeaderError.
+    recognises: function that returns whether the first rows are from the instrument.
+    read: function that returns the header, or raises HeaderError.
     """
 
     recognises: Callable[[Rows], bool]
@@ -64,7 +66,7 @@ class HeaderReader(NamedTuple):
 def declared_header(rows: Rows, number: Number, is_number: IsNumber) -> DeclaredHeader | None:
     """Return the header that the instrument declares; None if no instrument is recognised.
 
-    Raises HeaderError.
+    Raises HeaderError if the declared header is incomplete.
     """
     for reader in READERS:
         if reader.recognises(rows):
@@ -73,7 +75,7 @@ def declared_header(rows: Rows, number: Number, is_number: IsNumber) -> Declared
 
 
 def _keyed(rows: Rows, end: int) -> dict[str, Sequence[str]]:
-    """Return the rows before `end` by their first cell in lower case; the last of equal cells."""
+    """Return the rows before `end` by their first cell in lower case."""
     return {row[0].lower(): row for row in rows[:end] if row and row[0]}
 
 
@@ -86,7 +88,7 @@ X_VALUE = "X_Value"
 def labview_dialect(lines: Sequence[str]) -> tuple[str | None, str | None, int]:
     """Return the declared delimiter and decimal mark, and the index of the first line of samples.
 
-    The first two are keys of `Layout`, None if they are not declared. The index is 0 if the file is
+    Delimiter and mark are values of `Layout`, None if not declared. The index is 0 if the file is
     no LabVIEW measurement.
     """
     if not lines or not lines[0].startswith(LABVIEW):
@@ -205,7 +207,7 @@ def _refuse_several_clocks(rows: Rows, times: Sequence[int]) -> None:
 
 
 def _twincat_time_unit(rows: Rows, column: int, steps: Sequence[str], number: Number) -> str | None:
-    """Return ms; None if the steps differ from the declared sample time, as an index's do."""
+    """Return ms; None if the steps differ from the declared sample time: an index column."""
     declared = number(steps[column + 1]) if column + 1 < len(steps) else None
     times = [number(row[column]) for row in rows if column < len(row)]
     if declared is None or len(times) < 2 or times[0] is None or times[1] is None:

@@ -1,4 +1,4 @@
-"""Units in the headers of instruments, converted to the spelling of the units library."""
+"""Units in the headers of instruments, in the spelling of the units library."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _AFTER_SLASH = re.compile(r"([^/]*\S)\s*/\s*(\S+)")
 
 
 def spelled(text: str) -> str | None:
-    """Return the unit in the spelling of the units library, or None.
+    """Return the unit `text` in the spelling of the units library; None if it is no unit.
 
     >>> spelled("[r/min]"), spelled("VOLT"), spelled(" - ")
     ('rpm', 'V', None)
@@ -56,7 +56,7 @@ def is_unit(text: str) -> bool:
 
 
 def _ends_in_unit(name: str) -> bool:
-    """Return whether the last word of a name is a unit; a number is the channel's."""
+    """Return whether the last word of a name is a unit; the number of a channel does not count."""
     last = name.split()[-1]
     return is_unit(last) and not last.isdigit()
 
@@ -64,8 +64,8 @@ def _ends_in_unit(name: str) -> bool:
 def name_and_unit(cell: str) -> tuple[str, str | None]:
     """Return name and unit of a header cell: `speed [rpm]`, `speed (rpm)` or `speed/rpm`.
 
-    Brackets hold a unit, or a whole number that is an index, `q[0]`. A text in parentheses or after
-    a slash is treated as a unit only if the units library contains it.
+    A text in brackets is a unit, or an index if it is a whole number, as in `q[0]`. A text in
+    parentheses or after a slash is a unit only if the units library knows it.
 
     >>> name_and_unit("speed (r/min)"), name_and_unit("torque (filtered)"), name_and_unit("U/V")
     (('speed', 'rpm'), ('torque (filtered)', None), ('U', 'V'))

@@ -1,9 +1,9 @@
-"""Reader of JSON lines: one object per line; the path of a nested number is the name of its column.
+"""Reader of JSON lines, with one object per line; the path of a number is the name of its column.
 
     {"t": 0.001, "axis": {"pos": [0.1, 0.2]}}  ->  t, axis.pos[0], axis.pos[1]
 
-The first key with a date or a time of day gives the times of the rows. A line without any of the
-requested numbers gives no row; a missing number is an empty cell.
+The first key with a date or a time of day gives the times of the rows. A line that contains none of
+the requested numbers gives no row; a single missing number is an empty cell.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
 
 
 class JsonLinesTable:
-    """Objects of a file of JSON lines (a RawTable)."""
+    """Table of the objects in a file of JSON lines (a RawTable)."""
 
     def __init__(self, path: Path) -> None:
         self.source = str(path)
@@ -86,13 +86,13 @@ class JsonLinesTable:
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
-        """Return None: a line without the requested numbers is no row."""
+        """Return None, because not every line gives a row."""
         return None
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable); a damaged line is an error, or with `losses` a loss."""
+        """Yield the rows (see RawTable); damage raises LogError or is appended to `losses`."""
         clock = DayClock()
         first = done = 0
         with open_log(self._path) as stream:
@@ -152,7 +152,7 @@ class JsonLinesTable:
 
 
 def _lines(stream: BinaryIO) -> Iterator[bytes]:
-    """Yield the lines that are not blank, each cut off behind the longest message."""
+    """Yield the lines that are not blank, each cut off after the longest allowed message."""
     while line := stream.readline(LONGEST + 2):
         if line.strip():
             yield line

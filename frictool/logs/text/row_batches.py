@@ -28,9 +28,9 @@ Pieces = Iterator[tuple[bytes, int]]
 class RowIssue:
     """Issue in row `row` of a batch.
 
-    kind: kind of issue in kernels/row_scanner.py.
-    line: line in the file.
-    what: index of the column for CELL, number of cells for ROW.
+    kind: CELL, ROW or CUT (kernels/row_scanner.py).
+    line: number of the line in the file.
+    what: index of the column if `kind` is CELL, number of cells if it is ROW.
     text: bytes of the cell or row.
     """
 
@@ -45,10 +45,12 @@ class RowIssue:
 class RowBatch:
     """Rows read by the scanner.
 
-    values: (slots, n).
-    stamps: (n,) times in ns, or (0,).
-    last_line: line of the last row.
-    done: bytes of the file read so far.
+    first_row: index in the file of the first row.
+    rows: number n of rows.
+    values: (slots, n) numbers.
+    stamps: (n,) times in ns; (0,) if no column has time stamps.
+    last_line: number of the line with the last row.
+    done: number of bytes of the file read so far.
     """
 
     first_row: int
@@ -61,7 +63,7 @@ class RowBatch:
 
 
 class TextWindow:
-    """Window of the text for the scanner; bytes are dropped once used, and new ones appended."""
+    """Part of the text for the scanner; used bytes are dropped, and new bytes are appended."""
 
     def __init__(self, pieces: Pieces, skipped: int) -> None:
         self._pieces, self._skip = pieces, skipped
@@ -72,7 +74,7 @@ class TextWindow:
 
     @property
     def text(self) -> NDArray[np.uint8]:
-        """Return the unused bytes, followed by the padding."""
+        """Return the unused bytes, followed by the line feeds that the scanner needs."""
         return self._text[self._begin :]
 
     @property
@@ -117,9 +119,9 @@ def batches(
     source: name of the file for messages.
     feed: the text; its first byte is in line `first_line`.
     dialect: byte between cells, byte before decimals, and order of a date's parts (iso8601.py).
-    slots: destination of each column, see `read_rows`.
-    width: number of value slots.
-    until: index of the last row to read; None reads all.
+    slots: destination of each column (see `read_rows`).
+    width: number of columns that are read as numbers.
+    until: index of the last row to read; None for all rows.
 
     Raises LogError if a row is longer than LONGEST_ROW.
     """

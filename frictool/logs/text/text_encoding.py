@@ -21,7 +21,7 @@ MARKS = {
 class TextEncoding:
     """Encoding of a text file.
 
-    name: name in Python.
+    name: name of the encoding in Python.
     mark: length of the byte-order mark before the text, in bytes.
     """
 
@@ -42,8 +42,9 @@ class TextEncoding:
 def encoding_of(head: bytes, requested: str | None = None) -> TextEncoding:
     """Return the encoding of a text that begins with `head`.
 
-    The byte-order mark decides. Without a mark, the encoding is `requested`. If this is None,
-    UTF-16 is recognised by its NUL bytes; other texts are UTF-8 if it is valid, else Latin-1.
+    The byte-order mark decides. Without a mark, the encoding is `requested`. If `requested` is
+    None, a text with NUL bytes is UTF-16; any other text is UTF-8 if it is valid UTF-8, else
+    Latin-1.
     """
     for mark, name in MARKS.items():
         if head.startswith(mark):
@@ -62,7 +63,7 @@ def encoding_of(head: bytes, requested: str | None = None) -> TextEncoding:
 def is_text(head: bytes) -> bool:
     """Return whether the bytes may begin a text.
 
-    A text contains no NUL character, except as every other byte of UTF-16.
+    Only UTF-16 may contain NUL bytes, as every other byte.
     """
     return b"\0" not in head or encoding_of(head).is_wide
 
@@ -91,7 +92,7 @@ def text_bytes(path: Path, encoding: TextEncoding) -> Iterator[tuple[bytes, int]
 
 
 def head_bytes(head: bytes, encoding: TextEncoding) -> bytes:
-    """Return the first bytes of a file in the form of `text_bytes`."""
+    """Return the first bytes of a file as `text_bytes` would convert them."""
     return _Transcoder(encoding).bytes(head[encoding.mark :])
 
 

@@ -67,8 +67,8 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
     """Return the index of the first row of numbers, or None.
 
     This row has the most frequent number of cells, and numbers in most of the numeric columns
-    (module docstring). A row such as `Probe Attenuation,10,10` begins with a text where the other
-    rows begin with a number; such a row is metadata if no row of numbers follows.
+    (module docstring). A row such as `Probe Attenuation,10,10`, with a text in the first column
+    although this column is numeric, is metadata if no row of numbers follows.
     """
     numeric = [(index, row) for index, row in enumerate(rows) if any(map(is_number, row))]
     if not numeric:
@@ -97,7 +97,7 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
 
 
 def _stands_over_units(rows: Rows, index: int) -> bool:
-    """Return whether a line with numbers names the columns of an oscilloscope.
+    """Return whether a line with numbers is the line of names of an oscilloscope's columns.
 
     An example is `x-axis,1,2` above `second,Volt,Volt`.
     """
@@ -106,9 +106,9 @@ def _stands_over_units(rows: Rows, index: int) -> bool:
 
 
 def labels_above(rows: Rows, first: int, is_number: IsNumber) -> tuple[int | None, int | None]:
-    """Return (header, units): the line indices of names and units above the first row.
+    """Return the indices of the lines with names and with units above the row `first`.
 
-    None stands for a missing line.
+    None replaces the index of a missing line.
     """
     above = [index for index in range(first) if any(rows[index])]
     keyed = {
@@ -128,15 +128,15 @@ def labels_above(rows: Rows, first: int, is_number: IsNumber) -> tuple[int | Non
 
 
 def _are_labels(rows: Rows, index: int, first: int) -> bool:
-    """Return whether a line may name columns.
+    """Return whether a line may contain the names of the columns.
 
-    A single cell above several columns is a title.
+    A single cell above several columns is a title, not a name.
     """
     return len(rows[first]) < 2 or len(rows[index]) > 1
 
 
 def _are_units(row: Sequence[str], is_number: IsNumber) -> bool:
-    """Return whether a line holds units.
+    """Return whether a line contains units.
 
     At least half of its texts must be units, or its first cell must be a unit of time.
     """
@@ -149,8 +149,8 @@ def _are_units(row: Sequence[str], is_number: IsNumber) -> bool:
 class ColumnLabels:
     """Names and units of columns, and the sample interval if the header gives it.
 
-    clock: words of the header that give the interval.
-    period_ns: interval of the rows in ns.
+    clock: words of the header that give the interval; None if the header gives no interval.
+    period_ns: interval of the rows in ns; None if the header gives no interval.
     start_ns: time of the first row in ns.
     """
 
@@ -202,7 +202,7 @@ def _label(
 ) -> tuple[str, str | None]:
     """Return name and unit of a column.
 
-    If the cell below the name contains a text other than a unit, this text replaces the name.
+    If the cell below the name contains a text that is no unit, this text replaces the name.
     """
     name, unit = name_and_unit(names[column]) if column < len(names) else ("", None)
     below = beneath[column] if column < len(beneath) else ""
@@ -247,7 +247,7 @@ def _steps_in(
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """Return the names, with the column number appended to missing and repeated ones."""
+    """Return the names; the column number is appended to each missing or repeated name."""
     count = Counter(names)
     return [
         name if name and count[name] == 1 else f"{name} (column {number})".strip()

@@ -45,13 +45,13 @@ class TextLayout:
 
     names, units: names and units of the columns.
     first_line: line of the first row of numbers.
-    clock: words that name the source of the times; None if times are missing or in a column of
-        numbers.
-    stamps: index of the column with dates or times of day, or None.
+    clock: words for messages that name the source of the times; None if the file has no times or a
+        numeric column of times.
+    stamps: index of the column with dates or times of day; None if there is none.
     dates: order of the parts of these dates (kernels/iso8601.py).
     period_ns, start_ns: interval and start of the rows in ns, from a line above the numbers or from
         the bench.
-    commented: True if a row may end in one more cell, a comment.
+    commented: True if a row may have a comment as an additional last cell.
     trailer: text of a last line that ends the samples; "" if there is none.
     """
 
@@ -98,8 +98,8 @@ def find_layout(
 
     whole: True if `head` is the complete file.
 
-    Raises LogError if there is no line, no row of numbers after the lines that the bench names, or
-    a line longer than LONGEST_LINE.
+    Raises LogError if the file is empty, has no row of numbers after the lines that the bench
+    gives, or has a line longer than LONGEST_LINE.
     """
     lines = _lines(path, head, whole, max(MOST_LINES, layout.first_line or 0))
     declared_delimiter, declared_mark, samples = labview_dialect(lines)
@@ -160,9 +160,9 @@ def find_layout(
 def _header(
     path: Path, rows: list[list[str]], layout: Layout, value: Number, is_number: IsNumber
 ) -> DeclaredHeader:
-    """Return the header that the instrument declares, else the detected one.
+    """Return the header that the instrument declares or, without one, the detected header.
 
-    A line that the bench names takes precedence over both.
+    If the bench gives the line of the header, this line takes precedence over both.
     """
     after = max(layout.header_line or 0, layout.unit_line or 0)
     if layout.header_line is None and layout.unit_line is None and layout.first_line is None:
@@ -181,7 +181,7 @@ def _header(
 
 
 def _order(path: Path, cells: list[str], layout: Layout) -> int:
-    """Return the order of the parts of dates; raise LogError if the file does not show it."""
+    """Return the order of the parts of dates; raise LogError if the dates are ambiguous."""
     order = ORDERS[layout.dates] if layout.dates else order_of_dates(cells)
     if order is None:
         raise LogError(
@@ -224,7 +224,7 @@ def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
 def _above(
     rows: Rows, first: int, layout: Layout, is_number: IsNumber
 ) -> tuple[int | None, int | None]:
-    """Return the indices of the header and the line of units, from the bench or as detected."""
+    """Return the indices of the lines with names and units, from the bench or as detected."""
     header, unit = labels_above(rows, first, is_number)
     if layout.unit_line is not None:
         unit = layout.unit_line - 1 if layout.unit_line else None
