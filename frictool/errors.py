@@ -28,8 +28,8 @@ EXIT_INTERRUPTED = 130  # as a shell has it
 class FrictoolError(Exception):
     """Root of every error that a user is meant to read.
 
-    exit_code: the process's exit code. document_key: the name of a document, as `design`, and its
-    wrong key; a command adds file and line.
+    exit_code: the process's exit code. document_key: kind of a document, such as "design", and its
+    wrong key; the command adds the file and the line. None if no key is to blame.
     """
 
     exit_code = EXIT_INPUT
@@ -39,12 +39,12 @@ class FrictoolError(Exception):
         super().__init__(" ".join(message.split()))
 
     def at(self, document: str, key: str) -> Self:
-        """Return the error, now of this key of a document."""
+        """Set `document_key`, and return the error."""
         self.document_key = document, key
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the error with its fields, whatever its constructor takes."""
+        """Pickle the error with its fields; unpickling does not call the constructor."""
         return _rebuilt, (type(self), self.args), self.__dict__
 
 
@@ -86,9 +86,9 @@ class NoSolutionError(FrictoolError):
 
 
 class WorkerLost(FrictoolError):
-    """The same job ended one worker process after another.
+    """The same job made one worker process after another end.
 
-    job: index of the job among those shared; None if no job began.
+    job: index of the job in the list of jobs; None if no job began.
     """
 
     def __init__(self, job: int | None, message: str) -> None:

@@ -23,7 +23,7 @@ Example:
   frictool assess --bench bench.yaml --wanted 5% --wanted inertia=10%
 
 State which parameters this bench can identify, how precisely, and by which method and test. The
-report contains the bounds due to quantisation, the filter that they require, the choice of the
+report contains the errors due to quantisation, the filter against these errors, the choice of the
 method, the precision of the proposed test (Cramér-Rao bounds), and the gain of a finer encoder. It
 also contains the shortest step response that the drive allows over the a-priori intervals.
 

@@ -79,7 +79,7 @@ Exit codes: 0 pass; 1 fail or undecided, or the lower confidence bound of the pa
 
 @dataclass(frozen=True)
 class CampaignOptions:
-    """Options of the command line."""
+    """Options of `frictool campaign`: what is played, and which files are written."""
 
     request: CampaignRequest
     worst: Path | None
@@ -91,7 +91,7 @@ class CampaignOptions:
 
     @property
     def kept(self) -> Path | None:
-        """Return the file for completed trials, or None."""
+        """Return the file for completed trials; None if the trials are not kept in a file."""
         if self.keep is not None or self.output in (None, STDOUT):
             return self.keep
         assert self.output is not None
@@ -248,7 +248,7 @@ def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
 
 
 def _check_targets(paths: CampaignPaths, options: CampaignOptions) -> None:
-    """Check before any simulation that outputs are separate files and no inputs."""
+    """Check, before any simulation, that no output is an input or another output."""
     if options.keep == STDOUT:
         raise click.UsageError("--keep needs a regular file, not a stream.")
     check_targets(

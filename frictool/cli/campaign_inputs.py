@@ -35,14 +35,14 @@ class CampaignPaths:
 
     @property
     def inputs(self) -> dict[str, Path]:
-        """Return the existing paths by name."""
+        """Return field name -> path for each path that is not None."""
         return {name: path for name, path in vars(self).items() if path is not None}
 
 
 def setting_of(
     paths: CampaignPaths, number: ProgramNumber
 ) -> tuple[CampaignSetting, CampaignPaths]:
-    """Load the documents; return the setting of the campaign, and the paths plus replayed log.
+    """Load the documents; return the setting of the campaign, and `paths` with `recorded` set.
 
     Raises InputFileError if the documents do not fit together.
     """
@@ -83,9 +83,10 @@ def setting_of(
 
 
 def commands_of(paths: CampaignPaths, folder: Path, number: ProgramNumber) -> Commands:
-    """Return a function from the file name of a scenario in `folder` to its two replay commands.
+    """Return a function that maps the name of a scenario file to two commands that simulate it.
 
-    The first command contains base names, the second the paths as typed.
+    The scenario is a file in `folder`. The first command contains the base names of all files, the
+    second command their paths as typed.
     """
     from frictool.campaign.trials.worst_case import replay_command
 
@@ -112,7 +113,7 @@ def header_of(
 ) -> dict[str, Any]:
     """Return the values that identify a campaign.
 
-    `count`: number of draws, included if the draws depend on it.
+    `count`: number of draws. It is included if `method` gives other draws for another number.
     """
     from frictool import __version__
     from frictool.documents.provenance import digest
@@ -151,7 +152,7 @@ def _plant(path: Path) -> Model | Mechanism:
 
 @contextmanager
 def mechanism_errors_with_line(path: Path) -> Iterator[None]:
-    """Add file and line to errors of a mechanism's element."""
+    """Turn an ElementError into a DocumentError with the file and line of the element."""
     from frictool.cli.mechanism_file import mechanism_error
     from frictool.plant.mechanism.element_error import ElementError
 
@@ -162,7 +163,7 @@ def mechanism_errors_with_line(path: Path) -> Iterator[None]:
 
 
 def _with_ends(document: Mechanism) -> Mechanism:
-    """Return the mechanism. Raises ElementError if no controller can read and drive it."""
+    """Return `document`. Raises ElementError if a controller cannot read and drive it."""
     from frictool.campaign.trials.trial_player import plant_of
 
     plant_of(document)

@@ -25,8 +25,8 @@ class NamedPath(click.Path):
     ) -> None:
         """Store the formats of an output.
 
-        `writes`, `chooses`: as in cli/file_endings.py `check_ending`; without formats any name is
-        allowed.
+        `writes`, `chooses`: as in cli/file_endings.py `check_ending`. If `writes` is empty, any
+        name is allowed.
         """
         self._writes, self._chooses = writes, chooses
         # existence and permission are checked on reading, so that the exit code is 3 and not

@@ -168,9 +168,9 @@ def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
 def _supporting(
     setting: ComparisonSetting, laws: tuple[str, ...], requested: bool, path: Path | None
 ) -> tuple[str, ...]:
-    """Return the laws that support the document's extension.
+    """Return the laws that can be simulated with the `extension` of the setting.
 
-    An unsupported law is an error if it was named on the command line, else it is left out.
+    Any other law is an error if --law names it (`requested`), else it is left out with a warning.
     """
     from frictool.compare.comparison import REFERENCE
     from frictool.compare.law_simulator import LawSimulator
@@ -191,9 +191,10 @@ def _supporting(
 def _check(
     setting: ComparisonSetting, laws: tuple[str, ...], path: Path | None, allow: bool
 ) -> None:
-    """Raise InputFileError for a parameter out of a law's range or a violated hybrid condition.
+    """Raise InputFileError if a parameter is outside a law's range or violates a condition.
 
-    With --allow a violated condition is a warning. A parameter that takes its default is noted.
+    The conditions are those for the stability of the hybrid laws. With --allow, a violated
+    condition is a warning only. A note names each parameter that has its default value.
     """
     from frictool.compare.law_simulator import LawSimulator, setting_violations
     from frictool.errors import InputFileError

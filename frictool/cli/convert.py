@@ -23,10 +23,10 @@ Example:
 Convert a log to {alternatives([one.written for one in WRITTEN.values()])}. The ending of OUTPUT, or
 --to, selects the format.
 
-Times are in s and signals in SI, with their units. A reader of the file gets the same numbers bit
-for bit. A raw bench file needs --bench. A file of
-{alternatives([name for name, one in WRITTEN.items() if one.several])} holds all streams of a log. A
-file of any other format holds one stream; select it with --stream if there are several.
+Times are in s and signals in SI, with their units. The numbers in OUTPUT equal those of LOG bit for
+bit. A raw bench file needs --bench. A file of
+{alternatives([name for name, one in WRITTEN.items() if one.several])} has all streams of LOG. A
+file of any other format contains one stream; select it with --stream if LOG has several.
 """
 
 

@@ -99,7 +99,7 @@ def _verdict(checks: list[InstallationFinding]) -> str:
     if wrong:
         return f"wrong: {', '.join(one.name for one in wrong)}"
     notes = [one.name for one in checks if one.state == "note"]
-    return f"in order{'; something less: ' + ', '.join(notes) if notes else ''}"
+    return f"in order{'; with restrictions: ' + ', '.join(notes) if notes else ''}"
 
 
 def _compiled() -> tuple[list[str], dict[str, Any]]:

@@ -51,8 +51,8 @@ Write a test to play on the bench, as CSV or MCAP with one row per sample: the r
 Kinds, with the parameters that each can identify:
 {chr(10).join(f"  {name:<10} {what}" for name, (what, _) in KINDS.items())}
 
-Defaults are chosen such that the worst axis of the bench (heaviest, most friction, weakest
-actuator) can follow. A reference is checked against travel, speed and drive; ramps are simulated on
+With the defaults, the worst axis of the bench (heaviest, most friction, weakest actuator) can
+follow the test. A reference is checked against travel, speed and drive; ramps are simulated on
 the lightest, the nominal and the heaviest axis. Numbers are in SI.
 
 With --for instead of --kind, the test is the shortest one that reaches the wanted precisions, or

@@ -34,7 +34,7 @@ def save_plot(sequence: ExcitationSequence, plot: Path, bench: Path) -> None:
 
 
 def save_test(sequence: ExcitationSequence, output: Path, words: str, inputs: list[Path]) -> None:
-    """Write a test as CSV or MCAP, by the ending of its file."""
+    """Write a test as CSV or MCAP; the ending of `output` selects the format."""
     from frictool.documents.provenance import provenance_of_command
     from frictool.logs.provenance import with_provenance
 

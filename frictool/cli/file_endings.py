@@ -61,7 +61,7 @@ def is_page(target: Path) -> bool:
 def check_folder(target: Path, otherwise: str = "") -> None:
     """Raise click.UsageError if the name of a folder has the ending of a file.
 
-    `otherwise`: text on other allowed names in the message.
+    `otherwise`: end of the message, on names that are allowed instead of a folder.
     """
     if target != Path("-") and says_file(target):
         raise click.UsageError(
@@ -70,11 +70,11 @@ def check_folder(target: Path, otherwise: str = "") -> None:
 
 
 def check_ending(target: Path, writes: Sequence[str], chooses: bool, what: str = "") -> None:
-    """Raise click.UsageError if the name of a file indicates another format than those written.
+    """Raise click.UsageError if the ending of `target` belongs to a format that is not in `writes`.
 
-    `writes`: names in FORMATS. `chooses`: the ending selects the format and is therefore required;
-    otherwise any ending that belongs to no other format is allowed. Stdout, devices and pipes have
-    no ending. `what`: text that names the output in the message.
+    `writes`: names in FORMATS. `chooses`: True if the ending selects the format, so that the name
+    must have an ending of `writes`. Stdout, devices and pipes are allowed without ending. `what`:
+    text that names the output in the message.
     """
     if target == Path("-") or (target.exists() and not target.is_file()):
         return

@@ -43,8 +43,8 @@ Methods (--method), and suitable data:
 {METHOD_LINES}
 
 A parameter that the logs do not determine is listed with the reason, and the model contains the
-bench's interval for it. Intervals hold for the bench's nominal effort constant; an error of the
-constant scales inertia and every friction alike.
+bench's interval for it. Intervals apply to the bench's nominal effort constant; an error of the
+constant scales inertia and every friction by the same factor.
 
 \b
 Many actuators, or many records of one actuator:
@@ -83,7 +83,7 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
     type=existing,
     nargs=-1,
     metavar="LOG...",
-    help="Logs of motion or breakaway ramps, canonical or raw. With --each folders of logs, too.",
+    help="Logs of motion or breakaway ramps, canonical or raw. With --each also folders of logs.",
 )
 @click.option("--bench", type=existing, required=True, help="Rig (bench.yaml).")
 @click.option(
@@ -160,7 +160,7 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option(
     "--plot",
     type=NamedPath(writes=("SVG",)),
-    help="Write the figures of the page alone, beneath each other (SVG).",
+    help="Write only the figures of the page, one below the other (SVG).",
 )
 @click.option(
     "--page",
@@ -356,12 +356,12 @@ def _show(
     model: Model | None = None,
     extra: Mapping[str, Any] | None = None,
 ) -> None:
-    """Print warnings, and the JSON view, which has the reasons if nothing is identified."""
+    """Print the warnings and, if requested, the JSON view."""
     for warning in result.warnings:
         note(f"warning: {warning}")
     if model is not None and model.bench_values_only is not None:
         note(
-            "warning: the model holds the bench's values only, since nothing was identified; "
+            "warning: the model contains only the bench's values, since nothing was identified; "
             "synth refuses it"
         )
     if as_json:

@@ -70,7 +70,8 @@ class IdentifyEachCommand:
 def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
     """Identify each log or folder and return the exit code.
 
-    The exit code is the first of 4, 1, 3 and 0 (`frictool.errors`) that a model gave.
+    Each log or folder has an exit code (`frictool.errors`). The returned one is the first of 4, 1,
+    3 and 0 that occurs.
     """
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest

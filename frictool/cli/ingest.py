@@ -32,9 +32,8 @@ SI. The first file becomes /axis, each further file of the same rig /axis/NAME.
 
 --from and --to keep the part of the log between two of its times. --resample puts all streams on
 one grid as /axis: commands, drives and efforts are held, other signals are interpolated linearly,
-nothing is
-extrapolated. There is no filter: do not resample fast signals to a longer period. --salvage keeps
-the readable part of a damaged file and lists the losses; the exit code is then 3.
+nothing is extrapolated. There is no filter: do not resample fast signals to a longer period.
+--salvage keeps the readable part of a damaged file and lists the losses; the exit code is then 3.
 """
 
 

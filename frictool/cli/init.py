@@ -84,7 +84,7 @@ def command(
     if log is not None and start.log_path is None:
         note(
             f"warning: make cannot read the path of {log.name} because of its blanks or "
-            "special signs; the Makefile uses the files in logs/"
+            "special characters; the Makefile uses the files in logs/"
         )
     if as_json:
         guessed = {

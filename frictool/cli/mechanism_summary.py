@@ -12,7 +12,7 @@ POSITION, VELOCITY, STUCK, CONTACT = "_position", "_velocity", "_stuck", "_conta
 
 
 def blocks_of(log: Log, stream: Stream) -> dict[str, Any]:
-    """Return the stream of all blocks with its records as JSON values."""
+    """Return a summary of blocks, contacts, energies and events of `stream` as JSON values."""
     names = [name.removesuffix(POSITION) for name in stream.signals if name.endswith(POSITION)]
     contacts = [name.removesuffix(CONTACT) for name in stream.signals if name.endswith(CONTACT)]
     records = {name: log.metadata.get(f"{name}{stream.topic}", {}) for name in ("energy", "events")}

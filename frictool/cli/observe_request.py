@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ObserveRequest:
-    """Command line with its documents loaded; `words` is the command for the provenance."""
+    """Options of `frictool observe run` with their documents; `words`: text of the command."""
 
     words: str
     model: Path
@@ -37,7 +37,7 @@ class ObserveRequest:
     allow_undecided: bool
 
     def answer_is_no(self, exceeded: bool | None) -> bool:
-        """Return True if the exit code must be 1; `exceeded` is None if undecided."""
+        """Return True if the exit code must be 1; `exceeded`: None if the limit is undecided."""
         return not self.allow_undecided if exceeded is None else exceeded
 
     @property
@@ -83,7 +83,7 @@ def check_outputs(request: ObserveRequest, logs: tuple[Path, ...], several: bool
 
 
 def observer_of(request: ObserveRequest) -> tuple[Path, Observer] | None:
-    """Return the additional observer with its path, or None."""
+    """Return the observer of --observer with its path; None without this option."""
     if request.observer is None:
         return None
     from frictool.documents.observer import Observer
@@ -93,9 +93,10 @@ def observer_of(request: ObserveRequest) -> tuple[Path, Observer] | None:
 
 
 def commissioning_of(request: ObserveRequest) -> Commissioning | None:
-    """Return the wear at commissioning, from a log or from the --json output of `observe run`.
+    """Return the wear at commissioning; None without --commissioning.
 
-    Raises InputFileError if this output contains no wear.
+    The file is a log, or the --json output of `observe run`. Raises InputFileError if this output
+    contains no wear.
     """
     path = request.commissioning
     if path is None:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 
 def check_document(target: Path, text: str) -> None:
-    """Check that a command can read the document `text`; a text that is no document passes.
+    """Raise NoSolutionError if `text` is a document that no command can read.
 
-    A model must describe an axis that can be simulated. Raises NoSolutionError with the fault.
+    A model must describe an axis that can be simulated. A text that is no document is allowed.
     """
     named = re.match(r"(?:#.*\n|\s*\n)*format: (\w+)/\d+\n", text)
     if named is None:

@@ -21,9 +21,9 @@ STDOUT = Path("-")
 
 
 def command_line(name: str, arguments: dict[str, Any]) -> str:
-    """Return the command for the provenance, in the order of the arguments.
+    """Return the text of a command for the provenance, with options in the order of `arguments`.
 
-    It contains base names only and no output path.
+    The text contains only the base names of files, and no output.
     """
     words = ["frictool", name]
     for key, value in arguments.items():
@@ -40,11 +40,11 @@ def command_line(name: str, arguments: dict[str, Any]) -> str:
 
 @contextmanager
 def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
-    """Yield a binary stream that becomes `target` if the block succeeds; else nothing remains.
+    """Yield a binary stream that becomes `target` if the `with` block succeeds.
 
-    `-` is stdout. A device or a pipe is written to and not replaced. A symbolic link is kept and
-    its target file is replaced. Raises OutputError if the target is an input, is a directory, or
-    cannot be written.
+    If the block fails, `target` stays as it was. `-` is stdout. A device or a pipe is written to
+    and not replaced. A symbolic link is kept; the file it points to is replaced. Raises OutputError
+    if `target` is an input, is a directory, or cannot be written.
     """
     if target == STDOUT:
         yield sys.stdout.buffer
@@ -101,7 +101,7 @@ def refuse_inputs(target: Path, inputs: list[Path]) -> None:
 def check_output(target: Path, inputs: list[Path]) -> None:
     """Raise OutputError if `target` is an input, is a directory, or cannot be written.
 
-    The check creates no file; it precedes long computations.
+    The check creates no file; commands call it before long computations.
     """
     refuse_inputs(target, inputs)
     if target == STDOUT or (target.exists() and not target.is_file() and not target.is_dir()):
@@ -116,10 +116,10 @@ def check_output(target: Path, inputs: list[Path]) -> None:
 
 
 def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> None:
-    """Check before any work that each target is a separate file and can be written.
+    """Check, before any work, that all targets differ and that each of them can be written.
 
     `targets`: option -> path or None. Raises click.UsageError if two targets are equal, and
-    OutputError as `check_output`.
+    OutputError under the conditions of `check_output`.
     """
     options: dict[Path, str] = {}
     for option, target in targets.items():
@@ -137,8 +137,8 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
 def save_text(target: Path, text: str, inputs: list[Path], draft: bool = False) -> None:
     """Write `text` as UTF-8 to `target`, completely or not at all.
 
-    Stdout gets no control characters. A document is read back first, unless it is a draft with
-    values to fill in.
+    On stdout, control characters are escaped. A document is checked first, unless it is a draft
+    with values to fill in.
     """
     if not draft:
         check_document(target, text)

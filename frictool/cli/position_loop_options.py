@@ -44,7 +44,7 @@ class ServoGains(NamedTuple):
 
     @property
     def closed(self) -> bool:
-        """Return True if the options set gains. Raises UsageError if a needed gain is missing."""
+        """Return True if gains are given. Raises UsageError if one of the two gains is missing."""
         if (self.position is None) != (self.speed is None) or (
             self.integral is not None and self.speed is None
         ):

@@ -12,7 +12,7 @@ import click
 class PrecisionParam(click.ParamType[tuple[str | None, float]]):
     """Precision option, such as `5%`, `0.05` or `inertia=5%`.
 
-    With `named`, the name of the parameter is required.
+    `named`: True if the value must contain the name of a parameter.
     """
 
     name = "precision"

@@ -11,10 +11,10 @@ from frictool.documents.quantity_notation import written_quantity
 
 
 def positive_si(option: str, text: str, dimension: str, axis: Axis) -> float:
-    """Return the number in SI.
+    """Return the number of `text` in SI.
 
-    Raises click.UsageError with the option's name if the number is not above 0 or its unit does not
-    suit.
+    Raises click.UsageError, with the name of the option, if the number is not above 0 or if its
+    unit has another dimension.
     """
     unit = si_unit(dimension, axis)
     written = written_quantity(text)

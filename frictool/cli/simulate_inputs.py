@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def with_observer_option(document: Controller, observer: Path | None) -> Controller:
-    """Return the controller with its speed from the observer, if there is one."""
+    """Return the controller with the speed signal of `observer`; unchanged if that is None."""
     if observer is None:
         return document
     from frictool.documents.observer import Observer
@@ -46,7 +46,7 @@ def compile_target(folder: Path, controller: Path, document: Controller) -> Comp
 
 
 def recorded_log(path: Path, scenario: Path, bench: Bench) -> Log:
-    """Return the log at `path` that the scenario replays; raise DocumentError without one."""
+    """Return the log that the scenario replays; raise DocumentError if `path` is no file."""
     from frictool.documents.key_lines import document_error
     from frictool.logs.log_reader import read_log
 

@@ -29,7 +29,7 @@ def is_mechanism(path: Path) -> bool:
 
 
 class EventsOutput:
-    """Output of --events: its path, and the table of events."""
+    """Output of --events: path of the file (None without --events) and table of the events."""
 
     def __init__(self, path: Path | None) -> None:
         self.path = path

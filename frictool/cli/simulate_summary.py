@@ -20,10 +20,7 @@ MOST_MECHANISMS = 1  # largest number of mechanisms shown block by block
 
 
 def summary(log: Log) -> dict[str, Any]:
-    """Return the streams of a scenario's log and their final states as JSON values.
-
-    The verdict is that of `frictool report`.
-    """
+    """Return the summary of a simulated scenario as JSON values; it contains no verdict."""
     from frictool.logs.log import MECHANISM_TOPIC
 
     plants = log.metadata.get("plants", {})

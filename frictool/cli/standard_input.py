@@ -22,7 +22,7 @@ NAME = "stdin"  # name of the temporary file in messages
 
 @contextmanager
 def stdin_as_file(paths: Sequence[Path]) -> Iterator[list[Path]]:
-    """Yield the paths, with standard input as a temporary file.
+    """Yield `paths` with `-` replaced by a temporary file that contains the standard input.
 
     Raises UsageError if `-` occurs twice, and LogError if the folder for temporary files (TMPDIR)
     is too small.

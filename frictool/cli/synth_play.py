@@ -50,7 +50,7 @@ class PlayedTest:
 
 
 def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | None:
-    """Return the test of the documents; None, with a note, if nothing can be simulated."""
+    """Return the test of the documents; None if nothing can be simulated (a note says why)."""
     from frictool.campaign.played_design import design_test, unjudged_target, untested_reason
     from frictool.documents.registry import load, same_axis
     from frictool.documents.scenario import Scenario
@@ -68,6 +68,6 @@ def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | N
 
 
 def play(test: DesignTest, controller: Controller) -> PlayedTest:
-    """Return the test with the verdict of a controller."""
+    """Simulate the test with a controller; return the test with the verdict."""
     note_step(f"playing {len(test.plants)} plants")
     return PlayedTest(test, test.judge(controller), controller.friction_compensation is not None)

@@ -56,14 +56,14 @@ class FoundDesign:
 
 
 def beside(controller: Path | None) -> Path | None:
-    """Return the path of the design next to the controller's file; None without a file."""
+    """Return the path of the design, in the folder of `controller`; None if that is no file."""
     if controller is None or controller == STDOUT:
         return None
     return controller.with_name(f"{controller.stem}.design.yaml")
 
 
 def unplayable(model: Model, spec: Spec) -> FrictoolError:
-    """Return the error of a search whose candidates cannot be simulated."""
+    """Return the error that says why a search cannot simulate its candidates."""
     from frictool.campaign.played_design import has_requirements, untested_reason
     from frictool.errors import FrictoolError, NoSolutionError
 

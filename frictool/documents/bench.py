@@ -56,7 +56,7 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
       counts. The position must move by less than half a period per sample.
     - `wrap_bits`: Number of bits of a counter that overflows. Write this key or `wrap`.
     - `signed`: True if the counter of `wrap_bits` is signed. Needed if the first count of the log
-      is possible for both formats.
+      does not show it.
     - `index_reset`: True if an index pulse resets the counter; the jumps of the position at the
       index are then removed. Needs `mechanics.top_speed`.
     """
@@ -192,12 +192,12 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     """Two encoder channels as recorded by an oscilloscope or a logic analyser.
 
     The decoded counts form a new column. A signal becomes high at `threshold` + `hysteresis` / 2
-    and low at `threshold` - `hysteresis` / 2. Both are voltages at the encoder.
+    and low at `threshold` - `hysteresis` / 2; these are voltages at the encoder.
 
     - `a`, `b`: Columns of channels A and B, by name or number.
     - `threshold`: Voltage between low and high [V].
     - `hysteresis`: Difference of the two switching voltages [V].
-    - `probe`: Attenuation of the probe: numbers in the file are multiplied by it first.
+    - `probe`: Attenuation of the probe; it multiplies the numbers in the file first.
     """
 
     a: str | int
@@ -227,8 +227,8 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `whole`: True if the last line is complete although it has no line end.
     - `dbc`: File that defines the signals of a CAN log, in the folder of the log. By default the
       `.dbc` file with the name of the log.
-    - `clock`: Time of a recording's rows: `log time`, or the path of a time stamp in its messages,
-      such as `header.stamp`.
+    - `clock`: Source of the times of a recording: `log time`, or the path of a time stamp in its
+      messages, such as `header.stamp`.
     """
 
     encoding: Literal["utf-8", "utf-16", "latin-1"] | None = None
@@ -258,7 +258,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Estimate of an instrument's clock offset by matching two channels.
 
-    Both measure the same quantity, up to a factor and an offset.
+    Both channels measure the same quantity, up to a factor and an offset.
 
     - `channel`: Channel of the instrument.
     - `reference`: Channel of the first file of the log.
@@ -279,7 +279,8 @@ class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `columns`: Column of each channel.
     - `layout`: Layout of these files.
     - `quadrature`: Encoder channels to decode, by the name of the new column.
-    - `clock_offset`: Lead of the instrument's clock, subtracted from its times.
+    - `clock_offset`: Lead of the instrument's clock over that of the log's first file; it is
+      subtracted from the instrument's times.
     - `clock_estimate`: Estimate this lead from the data instead.
     """
 
@@ -302,7 +303,7 @@ class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     `export --lang c` compiles the code for the core and refuses code that is above the budget.
 
     - `core`: `cortex-m4f` has a floating-point unit, `cortex-m4` has none.
-    - `instructions`: Largest number of instructions of a step.
+    - `instructions`: Largest number of instructions per sample.
     - `code_bytes`: Largest number of bytes of code and constants, without library functions.
     - `state_bytes`: Largest number of bytes of the state of one axis.
     """

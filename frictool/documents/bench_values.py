@@ -1,4 +1,4 @@
-"""Warnings about models that hold values of the bench only (`identify --keep-bench-values`)."""
+"""Warning about models that contain only values of the bench (`identify --keep-bench-values`)."""
 
 from __future__ import annotations
 
@@ -7,5 +7,5 @@ KEY = "bench_values_only"
 
 
 def bench_values_words(model: str, reason: str) -> str:
-    """Return the warning that `model` (name or path) holds the bench's values only."""
-    return f"{model} holds the bench's values only ({reason})"
+    """Return the warning that `model` (name or path) contains only the bench's values."""
+    return f"{model} contains only the bench's values ({reason})"

@@ -1,6 +1,6 @@
 """Certificate of a controller: the bounds that `frictool verify` proves again.
 
-A certificate holds the parameter intervals, the weights of the norm, and the value of each bound.
+A certificate contains the parameter intervals, the weights of the norm and the value of each bound.
 The proof needs nothing else and no search (verify/zero_exclusion.py). A certificate contains no
 digest, because the proof depends on the coefficients alone.
 """
@@ -116,11 +116,11 @@ class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `name`: `breakaway`: the least friction of all plants is above 0 [N m | N]. `band`: the band
       is not narrower than an encoder count [rad | m]. `released_effort`: the largest effort of the
-      released drive is below half of the least friction [N m | N]. `count_pulse`: the same holds
-      for its effort in response to one encoder count. `frozen_integrator`: integrators keep their
-      values while the drive is released. `arrival_speed`: the axis stops within the band from the
-      speed at which the drive is released [rad/s | m/s]. `stable_loop`: a bound of the linear
-      loop's largest sensitivity is proved.
+      released drive is below half of the least friction [N m | N]. `count_pulse`: the largest
+      effort in response to one encoder count is below the same limit. `frozen_integrator`:
+      integrators keep their values while the drive is released. `arrival_speed`: the axis stops
+      within the band from the speed at which the drive is released [rad/s | m/s]. `stable_loop`: a
+      bound of the linear loop's largest sensitivity is proved.
     - `state`: `holds`, `fails`, or `undecided` if a condition that is only sufficient fails.
     - `value`: Value of the checked quantity for this controller.
     - `limit`: Value that `value` is compared with.
@@ -147,10 +147,10 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `verdict`: `proved`, or `undecided` if a check of the band fails.
     - `disturbance`: Largest sum of disturbance and offset at which a resting axis stays at rest [N
       m | N].
-    - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` hold [N m | N].
+    - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` are valid [N m | N].
     - `speed`: Largest speed at the target from which the axis stops inside the band after the drive
       has decayed [rad/s | m/s]; 0 if the release of the drive depends on the speed.
-    - `stop_time_s`: Time after which the axis stands still.
+    - `stop_time_s`: Longest time until the axis, moving at `speed`, stands still.
     - `checks`: Hypotheses with their figures.
     """
 
@@ -183,7 +183,7 @@ class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `box`: Intervals of the parameters.
     - `weights`: Weights of the norm.
     - `bounds`: Bounds that are proved.
-    - `not_proved`: Reason for each bound without a proof, by its name.
+    - `not_proved`: Name of each bound without a proof, and the reason.
     - `rest`: Proof of rest inside the band; absent without a band.
     - `cycle`: Limit cycle of a controller without a band, if the simulation has one.
     """

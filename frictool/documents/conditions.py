@@ -117,7 +117,7 @@ class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `friction`: Factor on Coulomb friction, breakaway, their map over position, and the friction
       inside the backlash.
     - `viscous`: Factor on the viscous friction of every speed regime.
-    - `constant`: Factor on the effort per unit of the drive, and with it on the back-EMF.
+    - `constant`: Factor on the effort per unit of the drive and on the back-EMF.
     """
 
     friction: tuple[DriftPoint, ...] = ()

@@ -76,7 +76,7 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of the chain.
     - `conditional`: True if an integrator state is held while the drive is limited and the state's
       input has the direction of the limit. The state is also held while a position law sets the
-      drive to 0 in its band; without this key it is then reset.
+      drive to 0 in its band; if this key is false, the state is then reset.
     """
 
     discrete: StateSpace
@@ -323,11 +323,12 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One vertex of the polytope: its parameters (SI), and properties of the closed loop there.
 
     - `name`: Name of the vertex.
-    - `norm`: Norm from the weighted inputs to the weighted outputs, in the design domain.
+    - `norm`: Norm from the weighted inputs to the weighted outputs, in the time domain of the
+      synthesis.
     - `sampled_norm`: The same norm of the sampled loop.
     - `modulus_margin`: Modulus margin of the sampled loop.
     - `stable`: True if the sampled loop is stable.
-    - `checks`: The loop with other computational delays.
+    - `checks`: Checks of the loop with other computational delays.
     """
 
     name: str
@@ -366,7 +367,7 @@ class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
     For a loop without weights, the largest sensitivity replaces the norm. The block is absent if a
     certificate proves a bound. A missing key was not computed. `parameter_dependent` and `common`
-    hold for interpolations of the vertices' sampled models.
+    apply to interpolations of the vertices' sampled models.
 
     - `interior_points`: Number of plants at which the norm was computed.
     - `interior`: Largest norm at these plants and in a local search from the worst vertex; a lower
@@ -401,7 +402,8 @@ class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Verified properties of the loop; `frictool verify` computes them again.
 
-    - `gamma_asked`: Bound that the method claims for its own plants; null if it claims none.
+    - `gamma_asked`: Bound of the norm that the method claims for the plants of the design; null
+      if it claims none.
     - `gamma_verified`: Worst norm of the rebuilt sampled loop.
     - `modulus_margin_specified`: Modulus margin that the specification requires.
     - `vertices`: Properties at each vertex.
@@ -431,9 +433,10 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Controller at one corner of the scheduled parameters, in coordinates common to all corners.
+    """Controller at one corner of the intervals of the scheduled parameters.
 
-    The parameters that are not scheduled have their centre values.
+    All corners have the same state coordinates. The parameters that are not scheduled have their
+    centre values.
 
     - `discrete`: Matrices of the controller at this corner.
     - `anti_windup`: Anti-windup gains of this corner; the target interpolates them like the
@@ -458,8 +461,8 @@ class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Gain schedule for parameters that are known at run time.
 
-    The controller's matrices are those of the corners, weighted for the present parameters and
-    added.
+    The controller's matrices are a weighted sum of those of the corners; the weights follow from
+    the present parameters.
 
     - `parameters`: Scheduled parameters.
     - `corners`: Controllers at the corners.
@@ -501,10 +504,10 @@ class Controller(
     - `weights`: Weights of the generalised plant whose norm was verified, if no certificate
       contains them.
     - `schedule`: Controllers of the corners, if the design requests them.
-    - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices hold
-      with them; norms and certificate are those of the plant without them.
-    - `measurement_hold_samples`: Number of samples in a row for which an invalid input is replaced
-      by its last valid value. Then the drive becomes 0 and the fault is set.
+    - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices are
+      those with resonances; norms and certificate are those of the plant without them.
+    - `measurement_hold_samples`: Number of successive samples at which an invalid input is
+      replaced by its last valid value. At the next one, the drive becomes 0 and the fault is set.
     """
 
     # an external design: synth/external_design.py; invalid inputs: docs/theory/export.md
@@ -540,7 +543,7 @@ class Controller(
     def judged_by(self) -> CertifiedWeights | None:
         """Return the weights of the verified norm; None if a speed is the input of the loop.
 
-        They are those of the certificate, or else `weights`.
+        They are the weights of the certificate; without a certificate they are `weights`.
         """
         if self.linear.input == "speed_error":
             return None

@@ -94,7 +94,7 @@ class Design(
       default 0.
     - `schedule`: Parameters that span the polytope. By default `regime` for a method with an
       uncertainty channel, and all but `regime` for other methods. Parameters that are not listed
-      have their centre values, or are in the channel.
+      have their centre values, or belong to the uncertainty channel.
     - `vertices`: `exact`: exact vertices of the polytope. `inertia`: linearised in the inertia.
       `first_order`: linearised in all parameters.
     - `frozen_at`: Plant whose controller runs. `centre`: middle of the intervals. `identified`:
@@ -111,7 +111,7 @@ class Design(
     - `integrator`: True for a controller with an integrator. A method that solves matrix
       inequalities moves the slow pole of the reduced controller to 0.
     - `relax`: `auto` relaxes the weights on disturbance and effort only as far as gamma = 1
-      requires; `synth --plot` draws this trade.
+      requires; `synth --plot` draws this trade-off.
     - `prefilter`: Low-pass filter of the position reference.
     - `profile`: Profile with bounded jerk from the present position to the reference, in place of a
       prefilter.
@@ -122,12 +122,12 @@ class Design(
     - `pid`: Gains that the design provides.
     - `form`: Realisation of the difference equation on the target: matrices or second-order
       sections.
-    - `recentring`: The inequalities are solved at this multiple of the smallest gamma, because the
-      Lyapunov matrices X and Y grow near it.
+    - `recentring`: The inequalities are solved at this multiple of the smallest gamma. Near the
+      smallest gamma itself, the Lyapunov matrices X and Y become very large.
     - `ease`: The controller is computed at this multiple of the gamma of `recentring`. A larger
       multiple gives lower gains and more margin.
-    - `measurement_hold_samples`: Number of samples in a row for which an invalid input is replaced
-      by its last valid value. Then the drive becomes 0 and the fault is set.
+    - `measurement_hold_samples`: Number of successive samples at which an invalid input is
+      replaced by its last valid value. At the next one, the drive becomes 0 and the fault is set.
     """
 
     # structures 5.4.3, 5.4.4 and annex C; scheduled: weights (5.46) of the plant (5.64);

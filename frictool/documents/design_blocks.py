@@ -186,11 +186,11 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
     - `speed`: Largest speed. By default the bench's top speed.
     - `acceleration`: Largest acceleration. By default ((`drive_share` times the drive's largest
-      effort) - friction - load)/inertia at that speed, for the plant for which this is smallest.
+      effort) - friction - load)/inertia at that speed, for the plant with the smallest value.
     - `jerk`: Largest jerk. By default it lengthens a move by one period of the model's lowest
       resonance; without resonances by a tenth of the time to `speed`.
-    - `drive_share`: Part of the drive's limit that the default acceleration uses; the rest is for
-      the feedback.
+    - `drive_share`: Part of the drive's limit that the default acceleration uses; the remainder is
+      for the feedback.
     """
 
     speed: PositiveVelocity | None = None

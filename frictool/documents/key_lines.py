@@ -32,7 +32,7 @@ def line_of(path: Path, key: str) -> int | None:
 
 
 def document_error(name: Path | str, key: str, message: str) -> DocumentError:
-    """Return an error about `key` of the document `name`, with the line if it is a file."""
+    """Return an error about `key` of the document `name`, with the line if `name` is a file."""
     line = line_of(Path(name), key) if Path(name).is_file() else None
     return DocumentError(name, message, line=line, key=key)
 

@@ -52,7 +52,7 @@ def summary_of(kind: type[msgspec.Struct]) -> str:
 
 
 def meanings_of(kind: type[msgspec.Struct]) -> dict[str, str]:
-    """Return the meaning of each key of a struct that has one, in the order of the keys."""
+    """Return key -> meaning for each key that the docstring or COMMON explains, in their order."""
     meanings = {
         key: " ".join(text.split())
         for keys, text in ITEM.findall(inspect.cleandoc(kind.__doc__ or ""))

@@ -23,7 +23,7 @@ MOST_REGIMES, MOST_COEFFICIENTS = 4, 8
 
 
 class Backward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Friction levels of the negative direction; `parameters` then hold for the positive one."""
+    """Friction levels of the negative direction; `parameters` then apply to the positive one."""
 
     viscous: ViscousEstimate | None = None
     coulomb: NonNegativeEffortEstimate | None = None
@@ -35,7 +35,7 @@ class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     - `above`: Knee speed.
     - `viscous`: Viscous friction above the knee.
-    - `backward`: Viscous friction of the negative direction. By default the same.
+    - `backward`: Viscous friction of the negative direction. By default `viscous`.
     """
 
     # figure 4.10
@@ -48,7 +48,7 @@ class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     """Coefficients of powers of the position in SI (rad | m), lowest power first; 1 to 8 of them.
 
     - `forward`: Coefficients of the positive direction.
-    - `backward`: Coefficients of the negative direction. By default the same.
+    - `backward`: Coefficients of the negative direction. By default `forward`.
     - `forward_interval`, `backward_interval`: [low, high] of each coefficient, taken separately, if
       it was identified.
     """
@@ -80,9 +80,9 @@ class FrictionOverPosition(
     """Position-dependent friction over a travel, constant beyond its ends.
 
     Each polynomial, divided by its mean over the travel, is a factor on the model's parameter of
-    the same name, whose interval scales the whole curve.
+    the same name. The interval of this parameter scales the whole curve.
 
-    - `over`: Travel on which the polynomials hold.
+    - `over`: Travel on which the polynomials apply.
     - `coulomb`: Polynomials of the Coulomb friction.
     - `breakaway`: Polynomials of the breakaway. By default those of `coulomb`.
     """
@@ -125,8 +125,8 @@ class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     """Breakaway that rises with the time at rest.
 
     - `fresh`: Breakaway just after a stop, relative to that after a long rest.
-    - `rise_time_s`: Time at rest after which the breakaway has risen by half of the difference
-      between the two.
+    - `rise_time_s`: Time at rest after which the breakaway has risen half-way to its value after a
+      long rest.
     - `fresh_interval`, `rise_time_interval_s`: [low, high], if identified.
     """
 

@@ -57,8 +57,9 @@ class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
 class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Load terms to identify; an offset that is not listed is zero.
 
-    - `terms`: Terms to estimate. The terms from `drift` on are removed from the effort, so that the
-      other parameters do not absorb them; the model does not contain them.
+    - `terms`: Terms to estimate. `drift` and the terms after it in the list of allowed values are
+      only removed from the effort, so that the other parameters do not absorb them; the model does
+      not contain them.
     - `ripple`: Period of the ripple; required with the term `ripple`.
     - `most`: Largest sum of spring, gravity and ripple efforts anywhere on the travel, for the
       planning of tests.

@@ -2,8 +2,8 @@
 
 Each block has one coordinate q: an angle [rad] if it has an `inertia`, a distance [m] if it has a
 `mass`. A link has a name and a kind. `between` names its ends, the driving end first; `ground` is
-the frame. Blocks are initially at `start`; there, every rigid link is consistent, every backlash is
-centred and no compliance is strained.
+the frame. Blocks are initially at `start`. The links are assembled in these positions: every
+backlash is centred and no compliance is strained.
 
 If a link has a rotary and a linear end, the unit of a quantity determines its end: a backlash of 3
 rad is at the pinion, one of 0.6 mm at the rack. The links' compatibility is checked when the
@@ -68,7 +68,7 @@ class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Quantity over position: a monotone cubic between the points, constant beyond them.
+    """Quantity as a function of position: monotone cubic between the points, constant beyond them.
 
     - `position`: Positions of the points, rising.
     - `value`: Values at the points.
@@ -91,7 +91,7 @@ def _check_points(positions: tuple[float, ...], values: tuple[float, ...]) -> No
 
 
 class Level(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Factor over position: a monotone cubic between the points, constant beyond them.
+    """Factor as a function of position: monotone cubic between the points, constant beyond them.
 
     - `position`: Positions of the points, rising.
     - `factor`: Factors at the points.
@@ -301,7 +301,7 @@ class Spring(
     """Spring that pulls q_a - q_b (q_a against the ground) towards its free position.
 
     - `stiffness`: Stiffness of the spring. Write this key or `force`.
-    - `force`: Effort over q_a - q_b; a positive one opposes a positive q_a.
+    - `force`: Effort as a function of q_a - q_b; a positive effort pulls q_a to lower values.
     - `damping`: Viscous damping. By default none.
     - `free`: q_a - q_b at which the spring is relaxed. By default its value at the start.
     - `preload`: Opposing effort at `free`. By default 0.
@@ -339,8 +339,8 @@ class Cam(
     The block is subject to force tan(angle) in its positive direction and to Coulomb friction.
 
     - `on`: Block of the profile.
-    - `force`: Force of the spring over position, normal to the motion.
-    - `angle`: Slope angle of the profile over position.
+    - `force`: Force of the spring, normal to the motion, as a function of position.
+    - `angle`: Slope angle of the profile as a function of position.
     - `friction_coefficient`: Coulomb friction divided by `force`.
     - `breakaway_ratio`: Breakaway divided by the Coulomb friction.
     """
@@ -400,7 +400,7 @@ class FrictionOf(
     - `on`: Block with the friction.
     - `law`: Name of the friction law, as in `frictool compare`.
     - `parameters`: Parameters of the law by name; a number without dimension has the unit `'1'`.
-    - `level`: Factor on all efforts of the law over the position. By default 1.
+    - `level`: Factor on all efforts of the law, as a function of position. By default 1.
     """
 
     # laws and their parameters: friction/law_registry.py
@@ -423,7 +423,8 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `limit`: Largest magnitude of the drive. By default none.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for none.
     - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
-    - `effort`: Constant effort of `drive: effort`, such as a weight; a scenario adds to it.
+    - `effort`: Constant effort of `drive: effort`, such as a weight; commands of a scenario are
+      added to this effort.
     """
 
     on: str

@@ -91,9 +91,9 @@ class Metric:
     - needs: keys of NEEDS (report/measured_part.py) without which there is no value
     - table: table of the page
     - key: key of a specification that limits or needs the metric, if there is one
-    - limit: type of the key's value; None if another metric has the key. The value is a number with
-      its unit in the key's name (`PositiveNumber` of `rise_time_s`), a quantity
-      (`positive(dimension)`), or a record whose `limit` is either (`Energy`, `Settling`)
+    - limit: type of the key's value; None if another metric has the key. The value is a number, if
+      the key's name contains the unit (`PositiveNumber` of `rise_time_s`), a quantity
+      (`positive(dimension)`), or a record that contains such a limit (`Energy`, `Settling`)
     - meaning: meaning of the key, for the schema
     - requirement: name of the requirement in a verdict, from which its title follows; by default
       name and title are those of the metric
@@ -345,7 +345,7 @@ METRICS = (
         "drive_peak",
         "peak drive",
         "drive",
-        "as in a hold, over the whole record",
+        "the same metric as for a hold, over the whole record",
         scope="stream",
         compute="drive_peak.larger_peak",
         needs=("drive",),
@@ -358,7 +358,7 @@ METRICS = (
         "drive_rms",
         "rms drive",
         "drive",
-        "as in a hold, over the whole record",
+        "the same metric as for a hold, over the whole record",
         scope="stream",
         compute="drive_rms.drive_rms",
         needs=("drive",),
@@ -371,7 +371,7 @@ METRICS = (
         "saturation_time",
         "time at limit",
         "time",
-        "as in a hold, over the whole record",
+        "the same metric as for a hold, over the whole record",
         scope="stream",
         compute="saturation_time.saturation_time",
         needs=("drive", "drive_limit"),

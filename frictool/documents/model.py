@@ -109,7 +109,7 @@ class Model(
     bench_values_only: str | None = None
 
     def plot(self) -> Figure:
-        """Return a matplotlib figure of the friction over speed, and over position if known."""
+        """Return a figure of the friction against speed and, if known, against position."""
         view = importlib.import_module(FIGURE)
         figure: Figure = view.model_figure(self)
         return figure

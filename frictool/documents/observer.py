@@ -20,7 +20,7 @@ class FrictionMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
     The friction is constant beyond the travel.
 
-    - `over`: Travel on which the polynomials hold.
+    - `over`: Travel on which the polynomials apply.
     - `forward`, `backward`: Coefficients of the friction's magnitude in this direction [N m | N],
       lowest power of the position [rad | m] first.
     - `viscous`: Viscous friction [N m s/rad | N s/m], at every speed.
@@ -45,8 +45,8 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `gains`: Observer gains: a row for position [1], velocity [1/s] and alpha [per rad | m], a
       column for each measured signal.
     - `spectral_radius`: Largest magnitude of the mode's error poles with the stored gains.
-    - `over`: [low, high] position of the mode [rad | m]; the first and the last mode hold beyond
-      the travel.
+    - `over`: [low, high] position of the mode [rad | m]; beyond the travel, the first and the last
+      mode apply.
     - `friction`: Magnitude of the friction in `over` [N m | N].
     - `deviation`: Half of the friction's spread in `over` [N m | N].
     """
@@ -87,8 +87,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `motion_after_rest_s`: Duration of the motion that must follow a rest of any length.
     - `motion_after_turn_s`: Duration of the motion that must follow a switch that is not in
       `transitions`.
-    - `quiet`: Limit of gamma relative to the smallest gamma with this decay. Within it the gains
-      pass as little encoder noise as possible.
+    - `quiet`: Limit of gamma, relative to the smallest gamma with this decay, within which the
+      gains were chosen for the least encoder noise.
     - `noise_gain`: Bound of the gain from encoder noise to z: ||z|| relative to the standard
       deviation of the noise [rad | m].
     """
@@ -175,7 +175,8 @@ class Observer(
 ):
     """Observer of velocity and friction from position and drive: `observer.yaml`.
 
-    It is either `switched` or `tracking`. The other keys describe the plant that it assumes.
+    It is either `switched` or `tracking`. The other keys describe the plant that the observer
+    assumes.
 
     - `friction`: A-priori friction.
     - `switched`: Modes and gains of a switched observer.

@@ -18,7 +18,7 @@ from frictool.documents.quantity import (
 class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameters of one presliding law. A branch is the part of a loop between two reversals.
 
-    - `stiffness`: Slope of the effort over the deflection at rest.
+    - `stiffness`: Slope of the effort against the deflection, at rest.
     - `damping`: 2 sqrt(inertia stiffness), an initial value, because slow loops do not determine
       it.
     - `force_error`: Residual (rms) on the fitted branches, relative to the breakaway.
@@ -35,7 +35,7 @@ class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class MaxwellSlip(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Virgin curve of a bank of Maxwell-slip elements: force over displacement from (0, 0), in SI.
+    """Virgin curve of a bank of Maxwell-slip elements: force against displacement from (0, 0).
 
     - `stiffness`: Slope of the curve at 0.
     - `displacement`: Displacements of the curve's points [rad | m].
@@ -95,7 +95,7 @@ class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `law`: Law with the best prediction of held-out branches (parts of loops between two
       reversals).
     - `limit`: Largest deflection z_max of the contacts, according to `law`.
-    - `stiffness`: Slope of the effort over the deflection at 0, according to `law`.
+    - `stiffness`: Slope of the effort against the deflection at 0, according to `law`.
     - `breakaway`: Breakaway with which the laws were fitted.
     - `lugre`, `elasto_plastic`, `maxwell_slip`, `preisach`: Parameters of this law, if the loops
       determine them.

@@ -30,7 +30,7 @@ STEP_KINDS = ("reference", "ramp_to", "sine", "hold_s")
 class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Sine reference: centre + amplitude sin(2 pi frequency_hz t + phase_deg).
 
-    t counts from the start of the part.
+    t is the time since the start of the sine.
 
     - `amplitude`: Amplitude of the sine.
     - `centre`: Centre of the sine. By default the end of the previous part.
@@ -87,11 +87,11 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Logged channel as the reference; docs/theory/simulate.md describes the resampling.
 
-    - `log`: Path of the log from the scenario's folder. A raw log is read by the columns of the
-      model's bench.
+    - `log`: Path of the log, relative to the scenario's folder. `columns` of the model's bench
+      applies to a raw log.
     - `channel`: Channel to replay, `reference` or another in rad or m.
-    - `from_s`, `to_s`: Start and end of the replayed part, from the log's first sample. By default
-      the whole log.
+    - `from_s`, `to_s`: Start and end of the replayed part, as times after the log's first sample.
+      By default the whole log.
     - `shift`: Number added to the channel, if the log's zero is not the model's.
     - `hold_s`: Duration for which the last value is held at the end.
     """

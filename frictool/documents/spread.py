@@ -1,8 +1,8 @@
 """`spread:` of scenario.yaml: variations of a campaign besides the ranges of bench and model.
 
-`simulate` ignores it. Every range is uniform and independent of the others, with one exception: a
-breakaway is drawn from the part of its range that is not below the Coulomb friction. A range with
-equal ends is a fixed value. A range that contains impossible plants is an error.
+`simulate` ignores this key. Every value is drawn uniformly from its range and independently of the
+other values, with one exception: a breakaway is drawn from the part of its range that is not below
+the Coulomb friction.
 """
 
 from __future__ import annotations
@@ -171,8 +171,8 @@ class SpreadDisturbance(
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Variations of a campaign besides the ranges of bench, model or mechanism.
 
-    Each is drawn uniformly and independently. A range with equal ends is a fixed value; a range
-    that contains impossible plants is an error.
+    Every value is drawn uniformly and independently. A range with equal ends is a fixed value; a
+    range that contains impossible plants is an error.
 
     - `parameters`: Ranges of plant parameters by name, which replace those of the bench, model or
       mechanism.

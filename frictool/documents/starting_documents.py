@@ -44,8 +44,8 @@ class StartingRig:
 
     `log`: base name of the log. `log_path`: its path from the rig's folder. `axis_source`: source
     of the kind of axis: the user, the log, or neither. `columns`: channel -> (column, unit).
-    `left`: columns without a channel. `period` [s]. `step`: of the encoder [rad | m]. `questions`:
-    channel -> note on its column or unit, which is OPEN because the log does not contain it.
+    `left`: columns without a channel. `period`: sample period [s]. `step`: step of the encoder
+    [rad | m]. `questions`: channel -> note on its column or unit, which the log does not contain.
     `preset`: drive or robot whose log format has these columns and determined the units.
     """
 

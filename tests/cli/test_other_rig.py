@@ -164,7 +164,7 @@ def test_a_model_of_the_bench_s_values_is_named_by_every_command_and_verdict(
         played(),
         0.1,
     )
-    named = "holds the bench's values only (the sign is reversed)"
+    named = "contains only the bench's values (the sign is reversed)"
     assert named in rig.simulate().stderr
     assert rig.simulate().stderr.count(named) == 1
     for done in (rig.report("--json"), rig.campaign("--json")):

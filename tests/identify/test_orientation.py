@@ -122,7 +122,7 @@ def test_a_model_of_the_benchs_values_says_so_and_is_refused_by_synth(tmp_path: 
     log = negated(tmp_path, "sines.csv", CURRENT)
     kept = run("identify", log, "--bench", CLUTCH, "--keep-bench-values", "-o", target)
     assert kept.code == 0, kept.stderr
-    assert "warning: the model holds the bench's values only" in kept.stderr
+    assert "warning: the model contains only the bench's values" in kept.stderr
     model = load(target, Model)
     assert model.bench_values_only is not None
     assert "opposite signs" in model.bench_values_only
