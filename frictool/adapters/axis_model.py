@@ -29,7 +29,7 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     `overrides` replaces fields of AxisParameters. An overridden Coulomb or viscous friction scales
     the model's friction (adapters/friction_levels.py); an overridden breakaway does not. The
     friction inside the backlash (motor and brushes, thesis 4.4.4) is a part of the axis's friction;
-    by default it equals the Coulomb friction of the direction in which that is lower. Raises
+    by default it equals the smaller of the Coulomb frictions of the two directions. Raises
     ValueError with the name of a parameter that is out of range.
     """
     bench, today = model.bench, model.parameters
@@ -71,7 +71,7 @@ def _dry(model: Model, overrides: dict[str, float]) -> float:
 
 
 def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float]:
-    """Return a function that scales a viscous friction, of any regime and direction."""
+    """Return the function from a viscous friction of the model to that of the axis."""
     if "viscous" not in overrides:
         return lambda value: value
     wanted = overrides["viscous"]
@@ -89,7 +89,7 @@ def load_of(model: Model) -> PositionLoad:
 
 
 def load_law(document: LoadDocument) -> PositionLoad:
-    """Return the load of a document."""
+    """Return the load terms of a document as a record for the engine."""
     gravity = document.gravity
     harmonics = []
     if gravity is not None:

@@ -3,7 +3,7 @@
     speed_cascade   reference ─▶ prefilter ─▶ e = filtered - y ─▶ position law, band ─▶ omega_c
                     ─▶ eta = integral(omega_c) - y ─▶ linear controller ─▶ drive stages
     position        reference ─▶ prefilter ─▶ e = filtered - y ─▶ linear controller
-                    ─▶ drive stages, with limiter (5.7) and virtual friction (5.41)
+                    ─▶ drive stages, with limiter and virtual friction (thesis 5.7, 5.41)
     drive stages    ─▶ feedforward, friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
 
 y is the measured position. A profile replaces the prefilter. With a feedforward, the filtered
@@ -77,7 +77,7 @@ def uses_speed(controller: Controller) -> bool:
 
 
 def profile_limits(settings: Profile) -> ProfileLimits:
-    """Return the limits of a document's profile."""
+    """Return speed, acceleration and smoothing of a document's profile as a record."""
     return ProfileLimits(settings.speed, settings.acceleration, settings.smoothing_samples)
 
 
@@ -128,7 +128,7 @@ class _Composition:
     def _feedforward(self, filtered: ProgramNode) -> tuple[ProgramNode | None, ProgramNode]:
         """Return the drive of the feedforward, and the reference that the loop then tracks.
 
-        Without a feedforward they are None and the filtered reference.
+        Without a feedforward, return None and the filtered reference.
         """
         settings = self.document.feedforward
         if settings is None:

@@ -65,8 +65,8 @@ def drive_bound(
     Returns
     -------
     DriveBound
-        The times of the fastest and of the slowest plant (plant/time_optimal.py). The step begins
-        with the backlash taken up.
+        The times of the fastest and of the slowest plant (plant/time_optimal.py). At the start of
+        the step, the backlash is closed.
     """
     zone = step_zone(length, bench.encoder.resolution, overshoot)
     times = [

@@ -16,7 +16,8 @@ def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polyt
     """Return the polytope of `intervals(model)` that `scheduled` spans.
 
     The documents do not allow an inertia or constant that may be zero. Raises FrictoolError if
-    regimes are scheduled and the model has none; raises ValueError as `spanned` does.
+    regimes are scheduled and the model has none, ValueError if `scheduled` is empty or contains a
+    parameter twice.
     """
     box = intervals(model)
     levels = regime_levels(model, box["coulomb"]) if "regime" in scheduled else None
@@ -61,7 +62,7 @@ def default_unit(model: Model) -> float:
     """Return the unit of the uncertain effort [N m or N]: the half-width of the Coulomb friction.
 
     If this half-width is 0, the unit is the effort that the half-widths of constant and inertia
-    cause at the drive's limit, or 1 if these are 0, too.
+    cause at the drive's limit. If that is 0 as well, the unit is 1.
     """
     widths = half_widths(model)
     if widths["coulomb"] > 0.0:
@@ -84,9 +85,9 @@ def uncertain_polytope(
 ) -> tuple[Polytope, tuple[UncertainPlant, ...]]:
     """Return the mixed form of annex (28)-(29): the polytope, and each vertex with its channel.
 
-    The polytope spans the scheduled parameters; the others are in the channel. Speed regimes
-    contain the viscous and Coulomb friction between them (annex 5.1), so that scheduling regimes
-    removes both from the channel. Raises FrictoolError and ValueError as `polytope` does.
+    The polytope spans the scheduled parameters; the others are in the channel. The speed regimes
+    include viscous and Coulomb friction (annex 5.1), so that scheduling the regimes removes both
+    from the channel. Raises FrictoolError and ValueError as `polytope` does.
     """
     box = polytope(model, scheduled)
     left = unscheduled_half_widths(model, scheduled)

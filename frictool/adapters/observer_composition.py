@@ -54,8 +54,8 @@ def observer_block(
 ) -> tuple[ObserverNodes, Callable[[ProgramNode], None]]:
     """Return the estimates for a measured position [rad | m], and a function for the update.
 
-    The function takes the effort [N m | N] until the next sample and writes the update of the
-    states.
+    The function takes the effort [N m | N] that acts until the next sample, and writes the update
+    of the states.
     """
     if observer.tracking is not None:
         parameters = tracking_facts(observer, observer.tracking)
@@ -162,7 +162,7 @@ def reach(bench: Bench) -> tuple[float, float]:
 
 
 def top_speed(bench: Bench) -> float:
-    """Return the bound of a measured or estimated speed [rad/s | m/s]."""
+    """Return the largest magnitude of a measured or estimated speed [rad/s | m/s]."""
     top = bench.mechanics.top_speed
     return math.inf if top is None else TOP_SPEEDS * top.value
 

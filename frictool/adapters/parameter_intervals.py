@@ -14,7 +14,7 @@ GRID_POINTS = 1001  # number of positions at which a polynomial is evaluated ove
 
 
 def intervals(model: Model) -> dict[str, tuple[float, float]]:
-    """Return the intervals for which `synth` designs, and which `verify` compares.
+    """Return the parameter intervals for which `synth` designs a controller.
 
     The intervals are `ranges`, extended by the local Coulomb friction over the travel.
     """
@@ -55,7 +55,8 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
 def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]:
     """Return a parameter's interval [low, high], widened by that of the actuator's constant.
 
-    A model's parameters are proportional to the constant; [low, high] holds for its nominal value.
+    A model's parameters are proportional to the constant; [low, high] applies to the constant's
+    nominal value.
     The result contains every value in [low, high] times every ratio of the constant to its nominal
     value.
     """

@@ -1,4 +1,4 @@
-"""Friction of a model over the speed, with its intervals, for each direction.
+"""Friction of a model as a function of speed, with its intervals, for each direction.
 
     F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)                (2.33)-(2.34)
 

@@ -19,7 +19,7 @@ def read_state_space(document: StateSpace, period: float) -> Lti:
 
 
 def stored_state_space(system: Lti) -> StateSpace:
-    """Return a linear system as in a document."""
+    """Return the matrices of a linear system as a document stores them."""
     a, b, c, d = (
         tuple(tuple(float(value) for value in row) for row in matrix)
         for matrix in (system.a, system.b, system.c, system.d)

@@ -42,7 +42,7 @@ from frictool.verify.rest_proof import prove_rest
 from frictool.verify.zero_exclusion import ProvedBound
 
 WHOLE = (
-    "bounds and certificate hold for the speed loop; the proportional law around it is verified at "
+    "bounds and certificate apply to the speed loop; the proportional law around it is verified at "
     "the vertices and at plants between them"
 )
 NOT_VARYING = "no bound was found for parameters that vary at any speed"
@@ -53,8 +53,8 @@ MEASURED = {"position": "position reference", "speed_cascade": "integral(speed r
 class SynthesisResult(ResultView):
     """Verified controller document, with information for the output of `synth`.
 
-    derived: values that the design leaves out, as they were derived. trade: result of `relax: auto`
-    (None without it). notes: sentences for the user. proved: bounds of the certificate.
+    derived: values for keys that the design leaves out. trade: result of `relax: auto`, else None.
+    notes: sentences for the user. proved: bounds of the certificate.
     """
 
     controller: stored.Controller

@@ -1,7 +1,7 @@
 """Method `lpv_grid`: Lyapunov matrices X and Y as polynomials of the scheduled parameters.
 
 The inequalities of thesis (5.62) are solved on a grid, and also checked between its points. Method
-`lpv` has one X and one Y, and therefore holds for parameters that jump. Method `lpv_grid` assumes
+`lpv` has one X and one Y, and therefore covers parameters that jump. Method `lpv_grid` assumes
 constant or slowly varying parameters and reaches a lower gamma. All plants on the grid are exact;
 no plant is linearised. Coulomb friction only scales an input: if it is scheduled, its largest value
 is used everywhere. The controller is frozen at one plant (thesis 5.3.4), and its loop is verified
@@ -146,7 +146,7 @@ def _refuse(problem: SynthesisProblem) -> None:
 
 
 def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) -> PlantPoint:
-    """Return the plant with scheduled parameters at normalised `values`, the rest from `others`.
+    """Return the plant `others` with the scheduled parameters replaced by normalised `values`.
 
     -1 and 1 stand for the ends of a parameter's interval in `box`.
     """

@@ -31,7 +31,7 @@ Kept = Literal[
 class ReducedController:
     """Reduced controller that passed the check.
 
-    `bound` limits the H-infinity norm of its difference from the original controller.
+    `bound`: upper bound of the H-infinity norm of the original minus the reduced controller.
     """
 
     controller: Lti

@@ -82,7 +82,7 @@ def running_in_sections(linear: LinearController, period: float) -> LinearContro
 
 
 def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
-    """Return the integrator of `k` (None if `k` has none) and the rest; their sum is `k`.
+    """Return the integrator of `k` (None if `k` has none) and `k` minus this integrator.
 
     The integrator has one state with the exact pole z = 1 or s = 0, and no direct gain. Raises
     NoSolutionError if there is more than one.
@@ -105,7 +105,7 @@ def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
 
 
 def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
-    """Return residue and rest of k = residue/(s - p) + rest.
+    """Return `residue` and the system `rest` of k = residue/(s - p) + rest.
 
     p is the simple real pole of `k` nearest to `pole`.
     """

@@ -225,8 +225,8 @@ class _BlockRules:
     def compensation(self, requested: FrictionCompensationDesign) -> stored.FrictionCompensation:
         today = self.model.parameters
         self.notes.append(
-            "friction compensation: it uses the reference only, so that the margins of the loop "
-            "hold with it"
+            "friction compensation: it uses the reference only, so that it does not change the "
+            "margins of the loop"
             if requested.velocity == "reference"
             else f"friction compensation: {NOT_LINEAR}; it is known to cause limit cycles"
         )

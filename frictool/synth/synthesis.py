@@ -39,7 +39,7 @@ def synthesise(
     vertices_only : bool
         Verify the vertices only, without certificate.
     varying : bool
-        Also compute a bound for parameters that vary arbitrarily fast. The certificate holds for
+        Also compute a bound for parameters that vary arbitrarily fast. The certificate applies to
         constant parameters only.
     provenance : Provenance, optional
         Origin to store; by default that of this call.
@@ -57,7 +57,7 @@ def synthesise(
         If the method has no solution, the verification fails, or no parameter of the model was
         identified (exit 4).
     InputFileError
-        If the documents are not for one kind of axis.
+        If the documents differ in the kind of axis.
     """
     require_identified(model)
     same_axis({Path("model"): model, Path("spec"): spec, Path("design"): design})

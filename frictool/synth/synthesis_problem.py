@@ -59,10 +59,10 @@ class SynthesisProblem:
 
     @property
     def weighs(self) -> bool:
-        """Return True if the design has a bound on the norm of the weighted loop.
+        """Return True if the norm of the weighted loop is bounded.
 
-        If the input of the controller is the speed error instead of eta, the bound is that of the
-        sensitivity.
+        If the input of the controller is the speed error instead of eta, the sensitivity is bounded
+        instead.
         """
         return not self.design.speed_input
 

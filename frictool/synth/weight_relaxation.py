@@ -84,7 +84,7 @@ def relaxed_problem(
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> tuple[SynthesisProblem, Trade]:
-    """Return the problem with relaxed weights, and the trade.
+    """Return the problem with relaxed weights, and the record of the search.
 
     `guide` returns the gamma of a method, which the relaxation lowers to `required`. The gamma of
     inequalities rises with W1, as the search requires; the norm with a frozen controller may not.

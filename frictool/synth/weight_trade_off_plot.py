@@ -1,4 +1,4 @@
-"""Plot of `relax: auto`: gamma over W1 for each W3, and the trade-off curve with the result."""
+"""Plot of `relax: auto`: gamma against W1 for each W3, and the trade-off curve with the result."""
 
 from __future__ import annotations
 

@@ -50,8 +50,9 @@ class ChosenWeights:
     """Weights of a design, and their change with the effort in `relax: auto`.
 
     noise_moves: True if the noise weight was derived from A; it then grows as A falls.
-    command_of_noise: W_u W4 if the weight of the command was derived. least_effort: lower limit of
-    W3, as a fraction of the chosen W3, at which one encoder count alone reaches the limit of W2.
+    command_of_noise: W_u W4 if the weight of the command was derived, else None. least_effort:
+    lower limit of W3, as a fraction of the chosen W3, at which one encoder count alone reaches the
+    limit of W2.
     """
 
     weights: PlantWeights

@@ -76,9 +76,9 @@ class OpenLoopResponses:
         return np.asarray(np.linalg.norm(self._closed(k), "fro", axis=(1, 2)))
 
     def slopes(self, k: ComplexVector, derivatives: ComplexVector) -> Vector:
-        """Return the derivatives (k, n) of the gains by the controller's n parameters.
+        """Return the derivatives (k, n) of the gains with respect to the controller's n parameters.
 
-        `derivatives` (k, n) are those of the controller's response K (k,).
+        `derivatives` (k, n) are the derivatives of the controller's response K (k,).
         """
         closed, gram = self._gram(k)
         values, vectors = np.linalg.eigh(gram)

@@ -1,7 +1,7 @@
 """Assembly of a mechanism from its document: checks and arrays.
 
 plant/mechanism/packed_mechanism.py defines the arrays. An error is an ElementError with the key of
-the element; an omission or assumption is a note.
+the element; an assumption about an omitted value is a note.
 """
 
 from __future__ import annotations

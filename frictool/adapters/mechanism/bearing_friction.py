@@ -20,7 +20,8 @@ def law_row(law: Law) -> int:
 def pack_law(key: str, friction: FrictionOf, kind: Axis, inertia: float) -> tuple[Law, Vector]:
     """Return the law and its array p, in SI, for a block that turns or slides.
 
-    inertia: inertia that the block carries, for laws that need it and whose document has none.
+    inertia: inertia that the block carries, for laws that need an inertia; an inertia among the
+    document's parameters replaces it.
     Raises ElementError if the law or a parameter is unknown, missing, in a wrong unit or out of
     range.
     """
@@ -46,7 +47,7 @@ def pack_law(key: str, friction: FrictionOf, kind: Axis, inertia: float) -> tupl
 def si_parameters(key: str, friction: FrictionOf, kind: Axis) -> dict[str, Quantity]:
     """Return the parameters of the document, with their intervals, in SI.
 
-    Raises ElementError as `pack_law` does.
+    Raises ElementError for the reasons that `pack_law` lists.
     """
     law = LAWS[friction.law]
     out = {}

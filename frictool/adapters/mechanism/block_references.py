@@ -85,7 +85,7 @@ class BlockNames:
     def moving(self, key: str, between: tuple[str, ...], hint: str) -> tuple[str, str]:
         """Return both ends of an element that links two blocks.
 
-        Raises ElementError as `two` does, and if an end is the frame.
+        Raises ElementError if an end is missing, unknown or the frame, or if both are the same.
         """
         where = f"{key}.between"
         if GROUND in between:

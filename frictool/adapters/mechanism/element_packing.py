@@ -183,7 +183,7 @@ class ElementArrays:
     def stop(self, name: str, stop: Stop) -> None:
         """Add a rigid stop, or a compliant one as a coupling with play to the frame.
 
-        Raises ElementError if units do not fit or the block starts outside.
+        Raises ElementError if units do not fit, or if the block starts outside its stops.
         """
         key = f"links.{name}"
         block = self.blocks.index(f"{key}.on", stop.on)
@@ -243,9 +243,9 @@ class ElementArrays:
         self.pushes.append((name, (block, effort, -1)))
 
     def note_short_curves(self, groups: tuple[RigidGroup, ...]) -> None:
-        """Note each curve that ends before the stops of its block.
+        """Add a note for each curve that ends before the stops of its block.
 
-        The stops of another block in the same rigid group count, too.
+        The stops of the other blocks in the same rigid group are included.
         """
         for element in self.document.links.values():
             if not isinstance(element, Stop):

@@ -74,8 +74,8 @@ def check_sensor(name: str, sensor: Sensor, blocks: BlockNames) -> None:
 def controlled_names(document: Mechanism) -> tuple[str, str]:
     """Return the source and sensor that `control` names, or the only ones.
 
-    A source with a constant effort counts only if there is no other. Raises ElementError if the
-    choice is ambiguous.
+    A source with a constant effort is chosen only if there is no other source. Raises ElementError
+    if the choice is ambiguous.
     """
     if document.control is not None:
         for what, name, known in (

@@ -4,10 +4,11 @@
 
 If power flows from end a to end b, effort_a = ratio lambda/eta, so that drive_loss = |ratio| (1/eta
 - 1) per unit of lambda. If it flows back, effort_a = ratio lambda eta_back, so that back_loss =
-|ratio| (1 - eta_back). The same friction in both directions means eta_back = 2 - 1/eta. A thread
-with mu = tan phi (2.10)-(2.13) needs radius tan(alpha + phi) if end a drives, and transmits radius
-tan(alpha - phi) if end b drives. Equations: gear (2.3), with stiffness and damping (2.4)-(2.5);
-belt (2.6); pistons (2.16); play (2.18); rack (2.19)-(2.20).
+|ratio| (1 - eta_back). The same friction in both directions means eta_back = 2 - 1/eta. For a
+thread with mu = tan phi, the torque at the screw per force of the nut is radius tan(alpha + phi) if
+the screw drives, and radius tan(alpha - phi) if the nut drives. Equations of the thesis: gear
+(2.3), with stiffness and damping (2.4)-(2.5); belt (2.6); thread (2.10)-(2.13); pistons (2.16);
+play (2.18); rack (2.19)-(2.20).
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ from frictool.plant.mechanism.link_graph import Transmission
 
 Transmitting = Gear | Belt | Screw | Rack | Hydraulic | Coupling
 HINTS_FOR_FIXED_BLOCKS = {
-    "gear": "leave the held block out, or press it on a compliant spring",
-    "belt": "leave the held block out, or hold it by a spring",
-    "screw": "leave the held block out, or hold it by a spring",
-    "rack": "leave the held block out, or hold it by a spring",
-    "hydraulic": "leave the held block out, or hold it by a spring",
+    "gear": "leave the fixed block out, or press it on a compliant spring",
+    "belt": "leave the fixed block out, or hold it by a spring",
+    "screw": "leave the fixed block out, or hold it by a spring",
+    "rack": "leave the fixed block out, or hold it by a spring",
+    "hydraulic": "leave the fixed block out, or hold it by a spring",
     "coupling": "hold it by a spring, or let it move between stops",
 }
 

@@ -39,9 +39,9 @@ def _wide_plays(
 
 
 def way_between_stops(document: Mechanism, block: str) -> tuple[str, float] | None:
-    """Return the stop or stops that limit a block most, and the range between them [rad | m].
+    """Return the names of a block's innermost stops, and the distance between them [rad | m].
 
-    The result is None if the block is not limited on both sides.
+    The result is None if the block has no stop on one side.
     """
     stops = [
         (name, link)

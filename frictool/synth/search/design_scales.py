@@ -1,11 +1,13 @@
 """Scales of an actuator: a candidate's parameters, divided by them, are dimensionless.
 
-dead time     T (1 + delay) + lag                  half a period each from hold and difference
+dead time     T (1 + delay) + lag     hold and speed difference add T/2 each
 loop gain     K/J, largest and smallest
-braking       (K limit + F)/J                      deceleration of the slowest plant
+braking       (K limit + F)/J         deceleration of the slowest plant
 time          response_time_95_s
 length        longest step of the test
 band          static_error, at least one encoder step
+
+T is the sample period, K the effort per unit of the drive, J the inertia, F the Coulomb friction.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ class DesignScales:
     dead_time : float
         Dead time of the loop without the speed filter [s]: delay and lag.
     gain : tuple of float
-        Smallest and largest acceleration by a unit of the drive, K/J.
+        Smallest and largest acceleration per unit of the drive, K/J.
     braking : float
         Deceleration of the slowest plant with the drive at its limit [rad/s^2 | m/s^2].
     friction : float

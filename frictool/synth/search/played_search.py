@@ -98,11 +98,12 @@ class FamilyOutcome:
         The candidate that passed, else the candidate with the smallest shortfall; None if no
         candidate could be played.
     passed, with_reserve : bool
-        True if the best candidate meets every requirement, and meets it with the reserve.
+        `passed`: True if the best candidate meets every requirement. `with_reserve`: True if it
+        meets every requirement with the reserve.
     refusals : tuple of str
         Reasons why candidates that passed the play were not verified.
     trade : tuple of Candidate
-        Candidates in the order of play, for the trade between requirements.
+        Candidates in the order in which they were played, to show the trade-off.
     """
 
     family: str
@@ -217,7 +218,7 @@ class CandidateSearch:
         self._evolve([one.point for one in nearest], nearest[0].point, NEAR, random)
 
     def _nearest_miss(self) -> Candidate | None:
-        """Return the candidate that misses its limits by least, or that was not verified."""
+        """Return the candidate that misses its limits by least; it may meet them unverified."""
         missed = [one for one in self.played if self.refusals or one.largest_missing > 0.0]
         return min(missed or self.played, key=lambda one: one.largest_missing, default=None)
 

@@ -81,11 +81,11 @@ class PlayedTests:
 
 
 def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
-    """Return the shortfall (p, r) of each value to its limit with the reserve; 0 or less if met.
+    """Return the shortfalls (p, r): the wanted minus the actual relative reserve of each value.
 
-    An undecided requirement has the shortfall 0. Above 1 the shortfall grows logarithmically. If a
-    response does not end, its shortfall follows from the static error, so that a search can reduce
-    it.
+    A shortfall of 0 or less means that the requirement is met with the reserve. An undecided
+    requirement has the shortfall 0. Above 1 a shortfall grows logarithmically. If a response does
+    not end, its shortfall follows from the static error, so that a search can reduce it.
     """
     wanted = np.array([0.0 if one.key in EXACT else reserve for one in runs.metrics])
     reserves = np.array(runs.reserves, dtype=np.float64)

@@ -59,7 +59,7 @@ WRONG = [
     (SPRING, SPRING.replace("[cart, ground]", "[ground, cart]"), "links.spring.between",
      ["ground as the first end", "[cart, ground]"]),
     (GEAR, GEAR.replace("motor, shaft", "motor, ground"), "links.reducer.between",
-     ["would fix motor", "leave the held block"]),
+     ["would fix motor", "leave the fixed block"]),
     (GEAR, GEAR.replace("motor, shaft", "motor, cart"), "links.reducer.between",
      ["cart, which slides", "allowed for a gear"]),
     (RACK, RACK.replace("shaft, cart", "motor, shaft"), "links.rack.between",
