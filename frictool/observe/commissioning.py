@@ -1,9 +1,9 @@
 """Wear estimate of a unit at commissioning, and the ratio of a later estimate to it.
 
 Errors that both estimates share cancel in the ratio: a wrong actuator constant, which scales both
-alike (wear/constant_error.py), and a factor between the friction of the unit and of the model. The
-common error of the friction's shape over position and speed (FLOOR) cancels, too, but is part of
-both intervals, so that the interval of the ratio is too wide.
+estimates (wear/constant_error.py), and a factor between the friction of the unit and of the model.
+The common error of the friction's dependence on position and speed (FLOOR) also cancels, but is
+part of both intervals, so that the interval of the ratio is too wide.
 """
 
 from __future__ import annotations

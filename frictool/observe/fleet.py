@@ -54,8 +54,8 @@ def observe_logs(
 ) -> list[FleetResult]:
     """Return the result of each log, in the order of `fleet`.
 
-    cores, cluster: number of processes, or address of a Dask cluster (`workers/job_sharing.py`). A
-    small fleet without either runs in this process. tick: function called with the completed
+    cores, cluster: number of processes, or address of a Dask cluster (`workers/job_sharing.py`). If
+    both are None, a small fleet runs in this process. tick: function called with the completed
     fraction (0 to 1).
     """
     few = (
@@ -81,7 +81,7 @@ class ObserveJob:
     estimators: EstimatorFactories = THESE
 
     def __call__(self, paths: tuple[Path, ...], member: FleetLog) -> FleetResult:
-        """Return the result of the log at the one path; after an error, the reason of the error."""
+        """Return the result of the only log in `paths`, or the reason why there is no outcome."""
         (path,) = paths
         try:
             one = LogObserver(path, self.model, self.settings, member.name, self.estimators)

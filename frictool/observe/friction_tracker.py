@@ -64,8 +64,8 @@ class FrictionTracker:
         """Return the friction's value, lower and upper bound (3, n) [N m | N].
 
         A positive friction opposes positive motion. velocity: value, lower and upper bound (3, n)
-        [rad/s | m/s]. known: pairs (index of a sample, wear estimate that holds from there); the
-        first pair has index 0.
+        [rad/s | m/s]. known: pairs (index of a sample, wear estimate that applies from this
+        sample); the first pair has index 0.
         """
         if not piece.follows:
             self._state[KNOWN], self._state[GAPS:] = 0.0, 0.0
@@ -164,10 +164,10 @@ def _with_viscous(model: Model, end: int) -> Model:
 def estimate_starts(
     piece: MotionBlock, before: WearEstimate, estimates: Sequence[WearEstimate]
 ) -> list[tuple[int, WearEstimate]]:
-    """Return pairs (index of a sample in the block, wear estimate that holds from there).
+    """Return pairs (index of a sample in the block, wear estimate that applies from this sample).
 
-    An estimate holds from the sample after the last one that it uses. If several estimates start at
-    the same sample, the last of them is used.
+    An estimate applies from the sample after the last one that it uses. If several estimates start
+    at the same sample, the last of them is used.
     """
     starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in estimates)]
     pairs = [

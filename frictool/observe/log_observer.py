@@ -112,7 +112,7 @@ class LogObserver:
         self.second = SecondObserver(observer, tracking.bandwidth_rad_s / (2.0 * math.pi))
 
     def parts(self) -> Iterator[EstimateBlock]:
-        """Yield the estimates block by block; raises LogError as `SampleStream.pieces` does."""
+        """Yield the estimates block by block; raise LogError for damage or too many gaps."""
         yield from estimate_along(
             self.feed.pieces(),
             self.model,

@@ -12,7 +12,7 @@ from frictool.documents.model import Model
 from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 from frictool.observe.wear.parameter_restriction import INERTIA_SPREAD
 
-TRY = "check the log's rig and units, actuator.constant, and if the drive's signal saturates"
+TRY = "check the log's rig and units, actuator.constant, and the drive's signal for saturation"
 
 
 def implausible(model: Model, estimate: WearEstimate) -> tuple[str, ...]:

@@ -47,7 +47,7 @@ class ErrorSums:
 
 @dataclass
 class PendingSamples:
-    """Last samples (n,) of position, estimated and true velocity that are still needed.
+    """Last samples (n,) of position, estimated and true velocity, kept for the next comparison.
 
     compared: number of these samples that have been compared already.
     """

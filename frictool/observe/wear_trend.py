@@ -1,4 +1,4 @@
-"""Plot of a fleet's wear over the date, with one line per unit and an interval per log."""
+"""Plot of a fleet's wear against the date, with one line per unit and an interval per log."""
 
 from __future__ import annotations
 

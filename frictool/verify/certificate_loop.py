@@ -21,7 +21,7 @@ SENSITIVITY = CertifiedWeights(
 class SpeedFeedback:
     """Feedback of the speed: drive = C(z) (F(z) m + position_gain eta), with eta = -position.
 
-    velocity: filter F, and source of the speed -m: difference of positions, or a sensor.
+    velocity: filter F, and source of the speed (-m): difference of positions, or a sensor.
     position_gain: gain [1/s] of a proportional law around the speed loop, or 0.
     """
 
@@ -55,8 +55,8 @@ class CertificateLoop:
 def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
     """Return the loops whose norms define a quantity; the quantity is the largest of these norms.
 
-    For the sensitivity these are the unweighted position loop (from s to s - position), or the
-    unweighted speed loop and the outer loop with a proportional law.
+    For the sensitivity these are the unweighted position loop, or the unweighted speed loop and the
+    outer loop with a proportional law.
     """
     if of == "norm":
         return (loop,)

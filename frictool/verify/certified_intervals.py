@@ -75,5 +75,5 @@ def outside_message(controller: str, names: Iterable[str]) -> str:
     """
     return (
         f"is outside the range for which {controller} was verified: {'; '.join(names)}; its "
-        "margins do not hold: run frictool synth again"
+        "margins do not apply: run frictool synth again"
     )

@@ -87,7 +87,7 @@ def hold_polynomials(ratio: Fraction, low: Fraction, high: Fraction) -> HoldPoly
 def growth(low: Fraction) -> Fraction:
     """Return an upper bound of exp(-sigma x) for sigma >= low and 0 <= x <= 1.
 
-    It also bounds h_q and the derivatives of h_q.
+    The bound also applies to h_q and to the derivatives of h_q.
     """
     return Fraction(1 if low >= 0 else 3 ** math.ceil(-low))
 
@@ -97,11 +97,13 @@ def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
     """Return a function of (order, sigma) that computes the derivatives of h_q(., ratio).
 
     The order is at most DEGREE, and |sigma| at most `largest`. The function returns the derivative
-    and a bound of its error, below 2^-94. Both sums are evaluated as nested products that start at
-    a term with a negligible bound. The inner one uses 0 <= v_j <= 1 in v_j = 1 - ratio/j v_(j+1),
-    with which the sum over n of (-ratio)^n/(m + n + q)! is v_(m+q+1)/(m+q)!. The outer one uses the
-    bound exp(|sigma|) of H_m in H_m = m!/(m+q)! v_(m+q+1) - sigma/(m+1) H_(m+1), with which h_q =
-    H_0. An error of the last bit grows by exp(ratio + sigma) at most.
+    and a bound of its error, below 2^-94. Two recursions compute the sums:
+
+        v_j = 1 - ratio/j v_(j+1),    0 <= v_j <= 1
+        H_m = m!/(m+q)! v_(m+q+1) - sigma/(m+1) H_(m+1),    |H_m| <= exp(|sigma|),    h_q = H_0
+
+    The sum over n of (-ratio)^n/(m + n + q)! is v_(m+q+1)/(m+q)!. Each recursion starts at a term
+    with a negligible bound. An error of the last bit grows by exp(ratio + sigma) at most.
     """
     guard = BITS + 32 + 4 * math.ceil(ratio) + 4 * largest
     one = 1 << guard

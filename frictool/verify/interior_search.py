@@ -91,7 +91,7 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, the largest inside the box, and its plant.
+    """Return the largest sensitivity at the vertices, and that inside the box with its plant.
 
     Inside the box, POINTS scattered plants are evaluated.
     """
@@ -106,7 +106,7 @@ def worst_sensitivity(
 
 
 def points_inside(vertices: Sequence[PlantPoint]) -> int:
-    """Return the number of plants to check inside their box: POINTS, or 1 if the box is a point."""
+    """Return the number of plants to check between the vertices: POINTS, or 1 if all are equal."""
     return POINTS if len(vertices) > 1 else 1
 
 

@@ -227,7 +227,7 @@ def peak(
 ) -> float:
     """Return the largest gain of a stable loop; UNKNOWN if the eigenvectors are too imprecise.
 
-    loop: result of `sensitivity`. poles (n,), vectors (n, n): its eigenvalues and eigenvectors.
+    loop: result of `sensitivity`. poles (n,), vectors (n, n): eigenvalues and eigenvectors of a.
     grid (k,): rising angles in [0, pi] at which the search starts, besides those of the poles. The
     gain is computed from poles and residues during the search, and from the matrices at the peak.
     """

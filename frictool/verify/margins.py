@@ -5,10 +5,10 @@ which L passes through -1:
 
     gain      k L = -1             factors k > 1 and k < 1, at the frequencies where L is real
                                    and negative
-    phase     e^(-j phi) L = -1    at the frequencies where |L| = 1; either sign counts
-    delay     e^(-j w T) L = -1    additional lag only; exact for whole samples, the usual
-                                   continuous definition between them
-    modulus   min |1 + L| = 1/max |S| (5.57), any combination of gain and phase
+    phase     e^(-j phi) L = -1    at the frequencies where |L| = 1; phi of either sign
+    delay     e^(-j w T) L = -1    additional lag only; exact for whole sample periods, else the
+                                   usual continuous definition
+    modulus   min |1 + L| = 1/max |S| (thesis 5.57), any combination of gain and phase
 
 The frequencies are zeros of L(z) - L(1/z) and L(z) L(1/z) - 1 on the unit circle: generalised
 eigenvalues, and sign changes on a grid. Each one is then refined on L.
@@ -39,7 +39,8 @@ class LoopMargins:
     """Margins of one loop; all are 0 (`gain_up` is 1) if it is unstable.
 
     `gain_up` is the factor by which the gain may rise, inf without a limit; `gain_down` in [0, 1)
-    is the factor to which it may fall. `phase` is in rad, `delay` in s. `modulus` is min |1 + L|.
+    is the factor to which it may fall. `phase` is in rad, `delay` in s, `delay_samples` is the same
+    delay in sample periods. `modulus` is min |1 + L|.
     `crossing` [rad/s] is the highest frequency with |L| = 1, NaN without one.
     """
 

@@ -21,9 +21,10 @@ class ModelCheck:
     """Result of the check of a controller with a model.
 
     beyond: a phrase for each parameter and fact of the rig that the controller's verification does
-    not cover. margin: smallest modulus margin at the corners, with the plant `plant`; `specified`
-    is required. resonant: margin with the model's resonances, None if it has none. outside_margins:
-    names of the nonlinear parts of the model, which no margin takes into account.
+    not cover. margin: smallest modulus margin of the `plants` corners, at the plant `plant`.
+    specified: required margin. resonant: margin with the model's resonances, None if the model has
+    none. outside_margins: names of the nonlinear parts of the model, which no margin takes into
+    account.
     """
 
     beyond: tuple[str, ...]

@@ -3,7 +3,7 @@
     controller.yaml, observer.yaml -> velocity: {source: observer, observer: ...}
     -> loops at the vertices -> a controller document
 
-If the linear part uses the speed, the stored figures do not hold for the loop with the observer.
+If the linear part uses the speed, the stored figures do not apply to the loop with the observer.
 The margins are then computed again with the observer in slip, and the figures that cannot be
 computed (norms, certificate, robustness) are removed. If the linear part uses only the position
 (eta or the position error), its loop is unchanged, and only the virtual friction is checked.

@@ -5,7 +5,7 @@
     u[k] ───────────────────────▶┘   u ─▶ delay ─▶ lag ─▶ mean effort, as the observer
                                      models it
 
-The observer uses the measured position only as difference from its estimate. A common shift of both
+The observer uses only the difference of measured and estimated position. A common shift of both
 positions is therefore not a state of the speed loop.
 
 The linear system of a tracking observer corrects by the whole difference, a good approximation for

@@ -192,10 +192,10 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
 
 
 def needs_search(controller: Controller) -> bool:
-    """Return True if plants between the vertices may have a norm above CLAIM times theirs.
+    """Return True if no proved bound limits the norm between the vertices.
 
-    A proved bound of the norm excludes this. A loop without weights has no norm; its sensitivity is
-    used instead. If True, the figures between the vertices must be computed.
+    The limit is CLAIM times the norm at the vertices. A loop without weights has no norm; its
+    sensitivity is used instead. If True, the figures between the vertices must be computed.
     """
     bounds = () if controller.certificate is None else controller.certificate.bounds
     most = CLAIM * controller.verified.gamma_verified

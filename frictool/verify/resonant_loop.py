@@ -34,7 +34,7 @@ def resonant_check(
     delay_samples: int,
     resonances: Resonances,
 ) -> ResonantCheck:
-    """Check every loop with every plant and every resonance filter; margin 0 if one is unstable."""
+    """Check every loop with every plant and resonance filter; an unstable loop has the margin 0."""
     radii, margins, peaks = [], [], []
     for loop in loops:
         for point in points:

@@ -119,8 +119,8 @@ def _limiter_checks(controller: Controller, box: Box, limiter: Limiter) -> tuple
     """Return the hypotheses of proposition 5.2.1 on the released drive.
 
     The released drive brakes against the measured speed, which one count disturbs. A brake whose
-    largest effort is below the friction only takes energy from the axis. A stronger one must be
-    below it for the speed that one count shows, else a count may push the axis over its next edge.
+    largest effort is below the friction only takes energy from the axis. The effort of a stronger
+    brake after one count must be below the friction, else the axis may pass the next count.
     """
     friction = (1.0 - BRAKING_SHARE) * least_friction(controller, box)
     stretched = box.constant[1] / controller.bench.actuator.constant.value

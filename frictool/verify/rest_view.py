@@ -22,7 +22,7 @@ WORDS = {
     "frozen_integrator": (None, "integrators are held while the drive is released"),
     "arrival_speed": (
         "velocity",
-        "speed of arrival {value}; from up to {limit} the axis stops in the band",
+        "speed of arrival {value}; the axis stops in the band if this is at most {limit}",
     ),
     "stable_loop": (None, "largest sensitivity of the linear loop proved below {value}"),
 }
@@ -50,8 +50,8 @@ def rest_lines(controller: Controller, certificate: Certificate) -> list[str]:
         lines = [head]
         if rest.speed > 0.0:
             lines.append(
-                f"  released at the target at up to {rest.speed:.4g} {speed} it stops in the band "
-                f"within {rest.stop_time_s:.3g} s, disturbances up to "
+                f"  if released at the target at up to {rest.speed:.4g} {speed}, it stops in the "
+                f"band within {rest.stop_time_s:.3g} s, for disturbances up to "
                 f"{rest.stopping_disturbance:.4g} {effort}"
             )
     else:

@@ -25,9 +25,9 @@ SEED = 2
 
 @dataclass(frozen=True)
 class ScheduledFigures:
-    """Largest norm, smallest modulus margin (0 if a loop is unstable) and the plant of that margin.
+    """Largest norm, smallest modulus margin (0 if a loop is unstable) and number of plants.
 
-    `points` is the number of plants between the corners.
+    `at`: plant with the smallest margin. `points`: number of plants between the corners.
     """
 
     gamma: float

@@ -1,6 +1,6 @@
 """Proof of stability, sensitivity and norm for every constant plant of a box, by zero exclusion.
 
-The closed loop of figure 5.11 or 5.25 with the sampled axis is T(z) = N(z)/D(z), with D the
+The closed loop of thesis figure 5.11 or 5.25 with the sampled axis is T(z) = N(z)/D(z). D is the
 characteristic polynomial of the whole loop (zero_exclusion_kernel.py). Theorem: if
 
     (a) the roots of D lie in the unit circle for one plant of the box,
@@ -189,7 +189,7 @@ def _kernel_box(box: Box, period: float) -> KernelBox:
 
 
 def _surroundings(box: Box, period: float) -> tuple[Interval, Interval]:
-    """Return the smallest intervals of kappa and sigma that hold every plant."""
+    """Return the smallest intervals of kappa and sigma that contain every plant."""
     t = Fraction(period)
     inertia, constant = _ends(box.inertia), _ends(box.constant)
     rates = [end * t / j for end in _ends(box.viscous) for j in inertia]

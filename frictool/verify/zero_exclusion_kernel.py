@@ -121,7 +121,7 @@ class LoopTerms(NamedTuple):
 
     two_p, big_q: 2 p, Q. hold: H. poles: 2 p H, or H if the position is free. lag: E. axis: B.
     kept: K. moved: M G, with the measured speed. looped: M. entering: N E Z^d. driving:
-    (1 - e) N Q^(d + 1). over: 1/D. The others have the formulas' names.
+    (1 - e) N Q^(d + 1). over: 1/D. The other fields are named as in the module's formulas.
     """
 
     two_p: Form

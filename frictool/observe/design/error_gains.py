@@ -24,8 +24,8 @@ CONVERGED = 1e-12  # relative size of the last step
 class ErrorGains(NamedTuple):
     """Standard deviation of the velocity error per standard deviation of a position error [1/s].
 
-    rounding: for a white error of the measured position. misfit: for a white error of the
-    acceleration; the position error is then that of the predicted position.
+    rounding: for a white error of the measured position. misfit: for the error of the predicted
+    position that a white error of the acceleration causes.
     """
 
     rounding: float

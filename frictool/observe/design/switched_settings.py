@@ -26,7 +26,7 @@ class SwitchedObserverSettings:
     - switch_speed: Sigma, speed below which the axis is treated as stuck [rad/s | m/s]
     - weights: weights of the errors of position, speed and alpha, the diagonal of C-bar
     - decay: lambda; each sample multiplies the error by at most this factor
-    - inertia: value in place of the model's [kg m2 | kg]
+    - inertia: inertia that replaces the model's [kg m2 | kg]
     - transitions: `neighbours`: an interval is followed by the next one in the direction of motion;
       `direction`: by any interval of the same direction
     - stuck_speed: factor of the estimated speed in each sample of mode 0: 1 (held) or 0 (thesis

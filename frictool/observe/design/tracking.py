@@ -145,7 +145,7 @@ def _knees(model: Model) -> tuple[Knee, ...]:
 
 
 def _backlash(model: Model) -> ObserverBacklash | None:
-    """Return the backlash as adapters/axis_model.py does; by default, all friction acts in it."""
+    """Return the backlash; without `backlash_coulomb`, all Coulomb friction acts inside it."""
     known = model.bench.mechanics
     if known.backlash is None or known.backlash.value == 0.0:
         return None

@@ -37,7 +37,7 @@ class ChangeDetector:
         )
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
-        """Return for each parameter the deviation (k, r) of a step that explains its change, or 0.
+        """Return the standard deviations (k, r) of a step that explains a detected change, else 0.
 
         step, weight: (k, r), h'S^-1 e and h'S^-1 h of the module docstring. The sums of a filter
         restart when the filter reports a change.

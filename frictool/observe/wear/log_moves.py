@@ -117,7 +117,7 @@ class MoveCollector:
         return self._position.size
 
     def end(self) -> list[Move]:
-        """End the current move at a gap or the end of the log; return it if it has rows."""
+        """End the current move at a gap or the log's end; return [move], or [] without rows."""
         ended = self._closed()
         self._time, self._position, self._effort = (np.empty(0) for _ in range(3))
         self._next = 0
@@ -125,7 +125,7 @@ class MoveCollector:
         return ended
 
     def _closed(self) -> list[Move]:
-        """Return the present move if it has rows, and start the next."""
+        """Return [present move], or [] if it has no rows, and start the next move."""
         count = int(self._move[weak_form_rows.ROWS])
         lower = self._gram
         gram = lower + np.tril(lower, -1).T

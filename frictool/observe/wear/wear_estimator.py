@@ -199,8 +199,8 @@ def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
 def prior(model: Model) -> EstimateRange:
     """Return the prior of the wear: 1, with an interval.
 
-    The interval is the bench's range of the Coulomb friction over the product's life. Without
-    a range, it is that of the model, which does not include wear after the identification.
+    The interval is the bench's range of the Coulomb friction over the product's life. Without a
+    range, the interval is that of the model, which does not include wear after the identification.
     """
     for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval
