@@ -159,7 +159,7 @@ class FixedNumbers:
         return (_word if word and shift else _moved)(text, shift)
 
     def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
-        """Return the expression as an operand of another one."""
+        """Return `text`, the expression of `node`, as an operand of the expression of `within`."""
         if node.op in CALLS or (node.op in ("lt", "le", "valid") and within.op in ("and", "or")):
             return text
         return f"({text})"

@@ -25,7 +25,10 @@ LOOSER = {
 
 
 class RealNumbers:
-    """Writer of numbers in `kind`, the C type double or float; fields as in FixedNumbers."""
+    """Writer of numbers in `kind`, the C type double or float.
+
+    The other fields are those of FixedNumbers.
+    """
 
     def __init__(self, kind: str) -> None:
         self.kind = self.constant_kind = kind
@@ -125,9 +128,9 @@ class RealNumbers:
                 return f"{of[0]} {INFIX[node.op]} {of[1]}"
 
     def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
-        """Return the expression as an operand of another one.
+        """Return `text`, the expression of `node`, as an operand of the expression of `within`.
 
-        It is in brackets if C or a reader could group it otherwise.
+        The expression is in brackets if C or a reader could group it otherwise.
         """
         if node.op in HELPERS or node.op == "sqrt" or within.op in HELPERS or within.op == "sqrt":
             return text

@@ -127,7 +127,7 @@ def export(
     origin : ExportOrigin, optional
         Origin of the document; by default the digest of its YAML text.
     report : bool, optional
-        Measure C code on the bench's target, also if the bench has no budget.
+        Measure C code on the bench's target, even if the bench has no budget.
 
     Returns
     -------
@@ -168,7 +168,7 @@ def export_controller(
 ) -> ExportResult:
     """Export a controller of the document `origin`.
 
-    `report` measures C code on the bench's target, also if the bench has no budget. Raises
+    `report` measures C code on the bench's target, even if the bench has no budget. Raises
     NoSolutionError if the document is inconsistent, if the rounded loop cannot be verified, if the
     format cannot represent the controller, or if the code is above its budget.
     """

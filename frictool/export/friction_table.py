@@ -1,4 +1,4 @@
-"""Friction of a model as tables: over the speed with its band, over the position, and for drives.
+"""Friction of a model as tables: against speed with a band, against position, and for drives.
 
     F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)                (2.33)-(2.34)
 
@@ -104,7 +104,7 @@ def _speeds(sides: list[SlipCurve], top: float, number: int) -> Vector:
 
 
 def _position_table(model: Model, head: str) -> str | None:
-    """Return friction levels and load over the position; None if both are constant."""
+    """Return friction levels and load against position as CSV; None if both are constant."""
     laws = model.laws or Laws()
     law = laws.position
     load = load_of(model)
@@ -137,7 +137,7 @@ def _position_table(model: Model, head: str) -> str | None:
 
 
 def _drive_table(model: Model, sides: list[SlipCurve], top: float, head: str) -> tuple[str, str]:
-    """Return currents over at most 20 speeds, and a note with the error between the rows.
+    """Return currents at up to 20 speeds, and a note with the error between the rows.
 
     The drive applies one table to both directions: its friction is the mean of both. Rows are added
     where the straight line between two rows is farthest from the friction.

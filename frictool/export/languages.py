@@ -76,7 +76,7 @@ LANGUAGES: tuple[ExportLanguage, ...] = (
     ExportLanguage(
         "table",
         "model",
-        "NAME_*.csv: friction over speed, with its band, and over position; tables for drives",
+        "NAME_*.csv: friction against speed, with a band, and against position; tables for drives",
         ("without",),
     ),
     ExportLanguage(

@@ -3,8 +3,8 @@
     effort of the log --> MuJoCo, the exported file -----> position
     effort of the log --> frictool, the complete model --> position
 
-Both start at rest at the first measured position; end stops are off in both. frictool holds the
-axis exactly below breakaway, so that each motion of MuJoCo while the model is at rest is creep.
+Both simulations start at rest at the first measured position, and have no end stops. frictool keeps
+the axis exactly at rest below breakaway; each motion of MuJoCo in this time is creep.
 """
 
 from __future__ import annotations

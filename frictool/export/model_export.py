@@ -91,7 +91,7 @@ def export_model(
     ------
     NoSolutionError
         If the target cannot represent a feature of the model that is not left out.
-    InputError
+    InputFileError
         If a file of the settings does not fit the model.
     """
     assert language in MODEL_LANGUAGES

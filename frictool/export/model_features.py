@@ -142,7 +142,7 @@ def without_features(
 def left_out_levels(model: Model, *names: str) -> list[str]:
     """Return a line for each named parameter (breakaway, offset) that the target does not have.
 
-    A breakaway equal to the Coulomb friction and an offset of 0 are no loss.
+    A breakaway equal to the Coulomb friction and an offset of 0 have no line.
     """
     today, unit = model.parameters, si_unit("effort", model.axis)
     lines = []
