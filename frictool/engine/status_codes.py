@@ -32,8 +32,8 @@ MESSAGES = {
     TOO_MANY_EVENTS: "the axis stops and starts more often within one sample "
     "than the engine resolves",
     NOT_FINITE: "the simulation left the range of floating-point numbers",
-    EVENTS_FULL: "there were more events than the array of events holds",
-    STEP_TOO_SMALL: "the tolerance is too small: its steps are below the rounding error of time",
+    EVENTS_FULL: "there were more events than the array of events can store",
+    STEP_TOO_SMALL: "the tolerance requires steps below the rounding error of time; raise it",
     LAW_FAILED: "the friction law left the range of floating-point numbers, or its memory is full",
     JAMMED: "a self-locking link wedges: its friction grows faster than the driving effort; lower "
     "its friction or the load's inertia",

@@ -195,7 +195,7 @@ def _maps(
         tolerance = ROUNDING * (level.breakaway + level.coulomb)
         for name, (where, smallest) in (
             ("Coulomb friction", (position, level.coulomb * part)),
-            ("breakaway less Coulomb friction", excess),
+            ("breakaway minus Coulomb friction", excess),
         ):
             if smallest < -tolerance:
                 negative = (

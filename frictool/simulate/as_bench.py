@@ -1,4 +1,4 @@
-"""Tests for a simulated bench: those of `frictool excite`, and references as CSV."""
+"""Tests for a simulated bench: files of `frictool excite`, and CSV files with a reference."""
 
 from __future__ import annotations
 
@@ -36,7 +36,9 @@ def read_test(path: Path, bench: Bench) -> Log:
         except ValueError as error:
             raise LogError(str(path), f"is not a table of numbers: {error}") from None
     if rows.shape[0] < 2 or rows.shape[1] != len(head) or not np.all(np.isfinite(rows)):
-        raise LogError(str(path), "has too few rows, or a cell that is not a finite number")
+        raise LogError(
+            str(path), "needs at least 2 rows, a name for each column, and finite numbers only"
+        )
     table = dict(zip(head, rows.T, strict=True))
     wanted = {
         name: f"{name} [{si_unit(dimension, bench.axis)}]" for name, dimension in COLUMNS.items()

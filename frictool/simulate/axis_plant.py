@@ -31,7 +31,7 @@ from frictool.verify.logged_plant import LoggedPlant
 
 
 class AxisPlant:
-    """Model as a `SimulatedPlant`, whose protocol documents the methods."""
+    """Model of one axis as a `SimulatedPlant`, the protocol that documents the methods."""
 
     width = 1.0
 
@@ -57,14 +57,14 @@ class AxisPlant:
                     names.scenario,
                     key,
                     f"belongs to a mechanism; {names.model} is one axis, which a controller "
-                    "drives: leave it out",
+                    "drives: leave the key out",
                 )
         for key, disturbance in disturbances_of(scenario):
             if disturbance.on is not None:
                 refuse(
                     names.scenario,
                     f"{key}.on",
-                    f"names a block of a mechanism; {names.model} is one axis: leave it out",
+                    f"names a block of a mechanism; {names.model} is one axis: leave the key out",
                 )
         check_given(scenario, self.ranges(), names)
 

@@ -43,9 +43,10 @@ PLANTS_STREAM = 1 << 32  # stream number of the random plants of a seed; noise u
 
 @dataclass(frozen=True)
 class AxisVariant:
-    """One plant of a simulation, with its values that differ from the nominal plant.
+    """One plant of a simulation.
 
-    `name` is empty for the nominal plant. `topic` names the stream of this plant.
+    `name` is empty for the nominal plant. `values`: parameters [SI] that differ from the nominal
+    plant.
     """
 
     name: str
@@ -71,7 +72,7 @@ def count(model: Model, scenario: Scenario) -> int:
 
 
 def vertices(model: Model) -> tuple[PlantPoint, ...]:
-    """Return the corners of the model's ranges, v01 to v16 if all four have a width."""
+    """Return the corners of the model's ranges, v01 to v16 if all four ranges have a width."""
     return corner_points(ranges(model))
 
 
@@ -123,8 +124,9 @@ def nominal_levels(model: Model) -> dict[str, float]:
 def parameters_of(model: Model) -> dict[str, VariedParameter]:
     """Return the parameters of a model that a scenario can set or vary.
 
-    They are PARAMETERS in their `ranges`, offset, backlash and breakaway. The breakaway has no
-    range: its ratio to the Coulomb friction is constant unless the scenario sets it.
+    These are inertia, viscous friction, Coulomb friction and constant with their ranges, and
+    offset, backlash and breakaway without a range. The ratio of breakaway to Coulomb friction is
+    constant unless the scenario sets the breakaway.
     """
     bench = model.bench
     nominal = nominal_levels(model)

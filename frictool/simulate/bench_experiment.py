@@ -1,11 +1,10 @@
-"""Simulation of a test of `frictool excite`, with a log like that of the bench.
+"""Simulation of a test of `frictool excite`; the log has the channels of a bench.
 
     reference      followed by the bench's position loop (engine/bench_position_loop.py)
     ramps          end and reverse by the rules in the test (figure 4.6)
 
-The log has only the channels of a bench. Position is the encoder's reading; the drive is measured
-with noise. The offset of the encoder's zero within one count is random. This offset and the noise
-are drawn from PCG64 seeded with `seed`.
+Position is the encoder's reading; the drive is measured with noise. The encoder's zero has a random
+offset of less than one count. This offset and the noise are drawn from PCG64 seeded with `seed`.
 """
 
 from __future__ import annotations
@@ -132,9 +131,9 @@ def bench_test(
 ) -> Log:
     """Return the log of a test: position, drive, effort and, if there is one, the reference.
 
-    `noise` is the standard deviation of the measured drive [A | V]; `forward` (n,) is the effort
-    that the bench adds to that of its position loop [N m | N]. Raises LogError if the test
-    does not belong to this plant's bench, NoSolutionError if it cannot be simulated.
+    `noise` is the standard deviation of the measured drive's noise [A | V]. `forward` (n,) is the
+    feedforward [N m | N] that is added to the effort of the bench's position loop. Raises LogError
+    if the test does not belong to this plant's bench, NoSolutionError if it cannot be simulated.
     """
     bench = AxisBenchPlant(plant) if isinstance(plant, Model) else plant
     rig = bench.rig

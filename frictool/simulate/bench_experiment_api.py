@@ -36,13 +36,13 @@ def play(
     servo : PositionServo, optional
         Position loop of the bench, from position to effort; required for a reference.
     drive_noise : float
-        Standard deviation of the measured drive [A | V].
+        Standard deviation of the measured drive's noise [A | V].
     seed : int
         Seed of the noise and of the encoder's zero.
     provenance : Provenance, optional
-        Origin to store; by default that of this call.
+        Origin to store; by default this call.
     forward : Vector, optional
-        Effort (n,) that the bench adds to that of its position loop [N m | N].
+        Feedforward (n,) [N m | N] that is added to the effort of the bench's position loop.
 
     Returns
     -------

@@ -106,8 +106,8 @@ def simulate_closed_loop(
 class PreparedScenario(NamedTuple, Generic[V]):
     """Scenario as arrays for the simulation.
 
-    `conditions` (n, 8) also contain those that affect only the log
-    (engine/disturbances_and_faults.py).
+    `conditions` (n, 8): engine/disturbances_and_faults.py, including the sensor faults that affect
+    only the log.
     """
 
     variants: Sequence[V]
@@ -117,14 +117,14 @@ class PreparedScenario(NamedTuple, Generic[V]):
 
 
 class SimulatedRun(NamedTuple):
-    """Signals of one run, and the linear plant for its margins (None without one)."""
+    """Signals of one run; `plant`: linear plant for the stability margins, or None."""
 
     stream: Stream
     plant: LoggedPlant | None
 
 
 class StepTest(Generic[V]):
-    """Closed loop of one plant and one controller, which is prepared once for several scenarios.
+    """Closed loop of one plant and one controller, prepared once for several scenarios.
 
     The arguments are those of `simulate_closed_loop` and the fields of SimulationRequest.
     """
@@ -156,7 +156,8 @@ class StepTest(Generic[V]):
     ) -> Log:
         """Return the log of a scenario, as `simulate_closed_loop` does.
 
-        With `with_speed`, the controller's program runs again to record the speed that it used.
+        If `with_speed` is True, the controller's program runs again to record the speed that the
+        controller used.
         """
         plant = self.plant
         controller = self.controller

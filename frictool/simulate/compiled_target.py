@@ -4,8 +4,8 @@
                                                           velocity) -> drive
 
 A few lines of C convert numbers as the simulation does, so that a run with this code equals the
-simulated run bit by bit. The header of the sources contains the SHA-256 of the controller document,
-which must be that of the simulated controller.
+simulated run bit by bit. The header of the sources contains the SHA-256 of the controller document
+from which they were exported; the simulated controller must have the same SHA-256.
 """
 
 from __future__ import annotations
@@ -161,8 +161,7 @@ def compiled_target(
     if compiler is None:
         raise InputFileError(
             folder,
-            f"no C compiler to run it with: none of {', '.join(COMPILERS)} is on the PATH; "
-            "install one",
+            f"needs a C compiler: none of {', '.join(COMPILERS)} is on the PATH; install one",
         )
     with tempfile.TemporaryDirectory() as temporary:
         library = Path(temporary) / "target.so"
@@ -212,8 +211,8 @@ def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Prog
     listed = "; ".join(others) or "there is no header of frictool export"
     raise InputFileError(
         folder,
-        f"holds no sources of {controller} (SHA-256 {sha256[:12]}): {listed}; export it again into "
-        "this folder",
+        f"has no sources of {controller} (SHA-256 {sha256[:12]}): {listed}; export the controller "
+        "into this folder",
     )
 
 

@@ -47,7 +47,7 @@ class RecordedRun(NamedTuple):
 def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
     """Return the value [SI] (n,) of a node of a controller's program at each sample of a run.
 
-    For a state, it is the value before the update of the sample.
+    For a state, the result is its value before the update of the sample.
     """
     values = np.empty(run.reference.size)
     if not run.reference.size:

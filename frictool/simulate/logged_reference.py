@@ -66,8 +66,8 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
         first = float(instants[int(np.argmin(np.isfinite(reference)))])
         raise LogError(
             log.source,
-            f"has no number for {replay.channel} at {first:g} s; replay a part without such "
-            "samples by from_s and to_s",
+            f"has no number for {replay.channel} at {first:g} s; choose from_s and to_s so that "
+            "every replayed sample is a number",
         )
     reference = reference + (replay.shift.value if replay.shift is not None else 0.0)
     return np.concatenate(
@@ -99,6 +99,6 @@ def gaps_of(replay: Replay, log: Log) -> list[str]:
     where = f"the longest of {steps[longest]:.4g} s at {inside[longest]:.4g} s"
     count = int(wide.sum())
     return [
-        f"the log that is replayed has {count} gap{'s' * (count > 1)}, {where}; the reference "
-        "holds or interpolates its value there"
+        f"the replayed log has {count} gap{'s' * (count > 1)}, {where}; in a gap the reference is "
+        "held or interpolated"
     ]

@@ -4,7 +4,8 @@
 channel                         meaning at each sample; names of elements are in lower case
 ==============================  ==================================================================
 BLOCK_position, BLOCK_velocity  rad or m, rad/s or m/s
-BLOCK_stuck                     1 while friction holds a block, for blocks that it can hold
+BLOCK_stuck                     1 while friction keeps a block at rest; only for blocks that can
+                                stick
 LINK_contact                    link with backlash: -1 or 1 for the flank in contact, 0 between;
                                 end stop: -1 or 1 at the low or high end
 SOURCE_current, .. _effort      drive at the sample, after a jump at the sample
@@ -151,10 +152,7 @@ class MechanismChannels:
 
 
 def held_blocks(variant: MechanismVariant) -> set[int]:
-    """Return the blocks that friction can hold.
-
-    Friction on a rigidly connected block holds a block, too.
-    """
+    """Return the blocks that can stick, by their own friction or that of a rigidly linked block."""
     packed = variant.assembled.packed
     dry = set(packed.frictions.block.tolist()) | set(packed.pressings.block.tolist())
     dry |= set(

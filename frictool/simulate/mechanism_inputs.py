@@ -1,4 +1,4 @@
-"""Inputs of a scenario to a mechanism besides its controller: source signals and block efforts.
+"""Inputs of a scenario to a mechanism: signals of sources without controller, efforts on blocks.
 
     |- sample k ------------|- sample k+1 ---
     |-- part --|-- part ----|-- part --------

@@ -34,7 +34,7 @@ MOST_TURNS = 1e8
 
 
 class MechanismPlant:
-    """Mechanism as a `SimulatedPlant`, whose protocol documents the methods.
+    """Mechanism as a `SimulatedPlant`, the protocol that documents the methods.
 
     `watch` is called with the outcome of each variant after its run. Raises ElementError if the
     mechanism has no source or no sensor for a controller.
@@ -60,7 +60,7 @@ class MechanismPlant:
             refuse(
                 names.scenario,
                 "duration_s",
-                "belongs to a test without a controller; allowed under one: steps, or reference",
+                "belongs to a test without a controller; allowed with one: steps, or reference",
             )
         check_mechanism_scenario(
             self.document,
@@ -231,7 +231,7 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
     """Raise DocumentError if a link is too stiff for a simulation in reasonable time."""
     pace = fastest_link(assembled)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
-        problem = f"is too stiff or too damped for its load; it responds at {pace.rate:.3g} rad/s"
+        problem = f"is too stiff or too damped for its load: its rate is {pace.rate:.3g} rad/s"
         allowed = (
             f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of "
             f"{seconds:g} s sampled at {period:g} s"

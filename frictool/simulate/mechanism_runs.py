@@ -68,7 +68,8 @@ class MechanismOutcome(NamedTuple):
 class MechanismTask(NamedTuple):
     """Inputs of a run.
 
-    `controller` is None if the sources only follow their signals, or if `target` replaces it.
+    `controller` is None if the sources only follow their signals, or if `target` replaces the
+    controller.
     """
 
     samples: int
@@ -252,9 +253,10 @@ def _failure_message(outcome: MechanismOutcome, status: int) -> str:
     if events.size and int(outcome.out.happened[0]) <= ROOM_FOR_EVENTS:
         last = events[-1]
         text += (
-            f"; last at {last[0]:.6g} s: {element_of(outcome.variant, last)} {NAMES[int(last[1])]}"
+            f"; last event at {last[0]:.6g} s: {element_of(outcome.variant, last)} "
+            f"{NAMES[int(last[1])]}"
         )
-    return text + "; check the mechanism around it"
+    return text + "; check the elements that take part"
 
 
 def element_of(variant: MechanismVariant, event: Vector) -> str:

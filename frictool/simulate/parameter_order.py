@@ -55,7 +55,8 @@ def check_least(
             refuse(
                 below.document,
                 below.key,
-                f"{problem}; allowed: at most this {parameter.label}, or write a range of it too",
+                f"{problem}; allowed: at most this {parameter.label}; or also write a range of "
+                f"{parameter.label}",
             )
         without = "without a range" if ends.document == names.model else "left out"
         problem = (

@@ -17,7 +17,7 @@ from frictool.typing import Vector
 
 
 def samples_of(seconds: float, period: float) -> int:
-    """Return the number of samples of a part."""
+    """Return the number of samples of a part of `seconds` [s]."""
     return round(seconds / period)
 
 

@@ -34,14 +34,15 @@ def check_steps(
 def check_length(samples: float, runs: int, key: str, name: str, width: float = 1.0) -> None:
     """Raise DocumentError if the samples of all runs do not fit into memory.
 
-    `width` is the size of a sample relative to that of one axis.
+    `width` is the size of a logged sample divided by the size of a sample of one axis.
     """
     if samples * runs * width > MAX_SAMPLES:
         problem = f"requests {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
         refuse(
             name,
             key,
-            f"{problem}; allowed: {MAX_SAMPLES / width:.0e} in all; play fewer or shorter variants",
+            f"{problem}; allowed: {MAX_SAMPLES / width:.0e} in total; simulate fewer variants or a "
+            "shorter scenario",
         )
 
 

@@ -110,7 +110,7 @@ class SimulatedPlant(Protocol[V]):
 
     @property
     def width(self) -> float:
-        """Return the size of the plant's logged data relative to that of one axis."""
+        """Return the size of the plant's logged data divided by the size for one axis."""
 
     def check(
         self, controller: Controller | None, scenario: Scenario, names: DocumentNames

@@ -31,10 +31,10 @@ def simulate(
     names: DocumentNames = DOCUMENTS,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Log:
-    """Simulate a scenario and return a log like that of a bench.
+    """Simulate a scenario and return its log.
 
-    The log has one stream per variant of the plant, and additional channels that only a simulation
-    knows.
+    The log has one stream per variant of the plant, with the channels of a bench and with channels
+    that only a simulation knows.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def simulate(
             if not isinstance(plant, Mechanism):
                 raise DocumentError(
                     names.model,
-                    "a model is one axis, which a controller drives; give one",
+                    "a model is one axis, which a controller drives; give a controller",
                     line=None,
                     key="",
                 )

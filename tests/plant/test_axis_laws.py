@@ -68,7 +68,7 @@ def test_each_side_has_its_levels_and_a_breakaway_of_at_least_its_coulomb_fricti
         ),
         (
             AxisLaws(shape=FrictionPositionShape(0.0, 1.0, FLAT, ((1.0,), (1.0, 1.0)))),
-            "breakaway less Coulomb friction backward is -0.2 at 0;",
+            "breakaway minus Coulomb friction backward is -0.2 at 0;",
         ),
         (
             AxisLaws(

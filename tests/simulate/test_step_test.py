@@ -257,7 +257,7 @@ def test_friction_that_cannot_be_is_refused_with_its_place() -> None:
     rising = msgspec.structs.replace(model.laws.position, breakaway=Polynomial((1.0, 0.1)))
     with pytest.raises(
         FrictoolError,
-        match=r"model: position: breakaway less Coulomb friction backward is -0.* at 0; allowed: "
+        match=r"model: position: breakaway minus Coulomb friction backward is -0.* at 0; allowed: "
         r">= 0",
     ):
         log_of(

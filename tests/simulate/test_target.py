@@ -164,7 +164,7 @@ def test_command_plays_the_folder_and_names_its_sources(tmp_path: Path) -> None:
     refused(
         run(*common, tmp_path / "c.mcap", "--target", folder),
         3,
-        "holds no sources of",
+        "has no sources of",
         f"speed.h belongs to the controller {sha256[:12]}",
     )
     assert not (tmp_path / "c.mcap").exists()
@@ -189,7 +189,7 @@ def test_what_cannot_be_run_is_one_line(tmp_path: Path, monkeypatch: pytest.Monk
     (tmp_path / "speed.c").write_text("")
     monkeypatch.setattr(targets, "COMPILERS", ("no-such-compiler",))
     with pytest.raises(
-        FrictoolError, match="no C compiler to run it with: none of no-such-compiler is on the PATH"
+        FrictoolError, match="needs a C compiler: none of no-such-compiler is on the PATH"
     ):
         compiled_target(tmp_path, SHA256, "controller.yaml", ("reference", "position"))
 
