@@ -14,10 +14,10 @@ FORCES = PARAMETERS  # parameters that an error of the drive constant scales, un
 
 @dataclass(frozen=True)
 class ParameterIntervals:
-    """Estimate of a parameter with its absolute interval and the range of the bench.
+    """Estimate of one parameter, and two intervals of its value.
 
-    - absolute: interval that includes the error of the drive constant
-    - bench: the bench's range of the parameter; None if the bench has none
+    - absolute: interval of the estimate, widened by the error of the drive constant
+    - bench: value and interval in the bench; None if the bench does not state the parameter
     """
 
     name: str
@@ -39,7 +39,7 @@ class ParameterIntervals:
 
 
 def parameter_intervals(model: Model) -> list[ParameterIntervals]:
-    """Return the intervals of all parameters of the model, in the order of the document."""
+    """Return the intervals of all parameters of the model, in the order of the model document."""
     constant = model.bench.actuator.constant
     rows = []
     for name in (*PARAMETERS, *CURVE):

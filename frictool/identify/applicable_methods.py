@@ -19,7 +19,7 @@ COARSEST = 0.1
 
 
 def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str | None]:
-    """Return method -> None if the stream suits the method, else the reason why not.
+    """Return method -> None if the method suits the stream, else the reason why it does not.
 
     The key `breakaway` stands for the evaluation of breakaway ramps. `kind` is the detected kind of
     test, such as "ramp" or "rest".
@@ -56,7 +56,7 @@ def _nothing_to_use(stream: StreamSurvey, kind: str | None) -> str | None:
     broken = float(np.mean(np.abs(intervals - 1.0) > JITTER))
     if broken > MOST_BROKEN:
         return (
-            f"{100 * broken:.0f} % of the intervals are off the period (allowed: "
+            f"{100 * broken:.0f} % of the sample intervals differ from the period (allowed: "
             f"{100 * MOST_BROKEN:g} %); resample first"
         )
     return None

@@ -64,7 +64,7 @@ def sort_logs(
     """Return the logs of an axis, sorted into sliding motion and ramps.
 
     The kind of each of `records` is detected; `ramps` contains ramps only. Raises LogError if a log
-    occurs twice, or cannot be of this axis.
+    occurs twice, or cannot come from this axis.
     """
     every = [*records, *ramps]
     refuse_duplicates(every)

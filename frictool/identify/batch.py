@@ -146,9 +146,10 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker.
 
-    - bench: bench as YAML; pickle would not keep which fields have their default, but the model has
-      to contain the bench verbatim
+    - bench: bench as YAML text, which keeps the bench verbatim for the model; pickling a `Bench`
+      would lose which of its fields were left out
     - bench_input: entry of the bench in the model's provenance
+    - patterns: patterns that read unit and date of a log from its file name
     """
 
     bench: str
@@ -213,7 +214,7 @@ class IdentifyJob:
         return LogOrigin(units[0] if units else None, dates[0] if dates else None)
 
     def gone(self, group: LogGroup, reason: str) -> BatchResult:
-        """Return the result of a group that no worker could process, with the reason."""
+        """Return the result without a model for a group that no worker could process."""
         return self._without(group, reason, EXIT_INPUT)
 
     def _without(self, group: LogGroup, reason: str, code: int) -> BatchResult:
@@ -230,9 +231,9 @@ def _bench(text: str) -> Bench:
 
 
 def _named(text: str, paths: Paths, group: LogGroup) -> str:
-    """Return the message with the logs' names instead of the paths they were read from.
+    """Return the message with the names of the logs in place of their paths.
 
-    With a single log, the leading name is removed.
+    If the group has a single log, its name is removed from the start of the message.
     """
     for path, member in zip(paths, group.members, strict=True):
         name = "" if len(paths) == 1 else f"{member.name.file}: "
@@ -255,7 +256,8 @@ def identify_groups(
 
     A batch of less than WORTH_SHARING bytes runs in this process unless `cores` is set.
 
-    - cores, cluster: number of processes, or address of a Dask cluster (`workers/job_sharing.py`)
+    - cores: number of processes; None for a number that suits the machine
+    - cluster: address of a Dask cluster, used in place of local processes
     - tick: callback that takes the completed fraction, 0 to 1
     """
     jobs = [(tuple(member.path for member in group.members), group) for group in requested]

@@ -47,8 +47,8 @@ def with_breakaway(logs: AxisLogs, sliding: Outcome) -> Outcome:
 def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     """Return the breakaway of the ramps.
 
-    Raises UnusableLogs without ramps, for ramps without a position, or if breakaways in one
-    direction leave the offset unknown.
+    Raises UnusableLogs if there are no ramps, if a ramp has no position, or if all breakaways have
+    one direction and the offset is unknown.
     """
     if not logs.ramps:
         raise UnusableLogs(NO_RAMPS)
@@ -123,10 +123,10 @@ def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws 
 def _inertia_over_position(
     logs: AxisLogs, outcome: Outcome, fit: SlidingFit
 ) -> tuple[Outcome, str | None]:
-    """Refuse an inertia that was fitted with constant friction; return the outcome and a reason.
+    """Return the outcome without an inertia that was fitted with constant friction, and a reason.
 
-    With method `auto`, the weak form with friction over position may give the inertia instead. The
-    reason (`SlidingFit.why`) is None if the inertia is not identified.
+    With method `auto`, the inertia may come from the weak form with friction over position instead;
+    the reason states this. The reason (`SlidingFit.why`) is None if the inertia is not identified.
     """
     if fit.details.get("position_order"):
         return outcome, fit.why

@@ -3,8 +3,8 @@
     0 = inertia a + viscous v + coulomb sign(v) + offset + declared loads
 
 Without an effort, motion determines only the ratio of each parameter to the inertia. The inertia is
-the bench's, and the intervals include its range. The ratios, which do not depend on the bench, are
-reported as well.
+taken from the bench, and its interval widens the intervals of the parameters. The ratios, which do
+not depend on the bench, are reported as well.
 """
 
 from __future__ import annotations
@@ -30,7 +30,10 @@ DRIVE_OFF = "the drive was off; such a log shows friction relative to the inerti
 
 
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
-    """Return True if the effort is small against the bench's least inertia times acceleration."""
+    """Return True if the effort is small compared with inertia times acceleration.
+
+    The inertia is the smallest that the bench allows.
+    """
     if not rows:
         return False
     effort = float(np.sqrt(sum(np.sum(one.effort**2) for one in rows)))
@@ -86,7 +89,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Return a parameter, estimated with the bench's inertia, for the whole range of the latter."""
+    """Return a parameter, estimated at `inertia.value`, with an interval for all of `inertia`."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

@@ -8,10 +8,10 @@ effort is valid data only
 - at several levels (an open-loop test), since one set of parameters has to explain all levels;
 - at zero, since the axis coasts.
 
-A stroke is proved constant if two conditions hold. For most of the motion, the effort stays within
-a band. Over this part, the change of acceleration times the least inertia of the bench is several
-times as large as the band. If the proved strokes of a direction have the same level, every stroke
-of that direction at this level is treated as constant.
+The effort of a stroke is proved constant by two conditions. For most of the motion, the effort
+stays within a band. In this part of the motion, the change of the acceleration, times the smallest
+inertia of the bench, is several times as large as the band. If the proved strokes of a direction
+have the same level, every stroke of that direction at this level is treated as constant.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ def _stretch(
 
 
 def _densest(values: Vector, band: float) -> float:
-    """Return the middle of the band of this width that holds the most values."""
+    """Return the middle of the band of this width that contains the most values."""
     ordered = np.sort(values)
     covered = np.searchsorted(ordered, ordered + band, side="right") - np.arange(ordered.size)
     best = int(np.argmax(covered))
@@ -163,7 +163,7 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches at the level of the proved ones; empty if these have several levels."""
+    """Return the stretches at the level of the proved ones; none if these have several levels."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []

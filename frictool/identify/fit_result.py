@@ -109,21 +109,22 @@ class SlidingFit:
 
     - parameters: name -> interval
     - refused: name -> reason, with numbers
-    - residual, held_out_residual: rms residual divided by the rms of the right-hand side in the
-      equations of the method, on the strokes of the fit and on unseen strokes; not comparable
-      between methods
+    - residual: rms residual of the method's equations divided by the rms of their right-hand side,
+      on the strokes of the fit; not comparable between methods
+    - held_out_residual: the same ratio on unseen strokes; None if it was not computed
     - condition: condition number of the regressors
     - samples: number of rows or samples in the fit
     - details: numbers that are specific to the method
-    - laws: friction and load other than the sliding parameters
+    - laws: laws of friction and load in addition to the sliding parameters; None without any
     - effects: parameters of effects that were removed from the effort (`rows/effects.py`)
     - load: load terms of the fit if `auto` selected them, else None
     - explanations: parts of the effort that `auto` fitted or left in the residual
     - method, why: name of the method, and the reason if it was chosen automatically
     - dropped: parameters set to 0, because the prediction of unseen strokes is no worse without
       them
-    - fixed: parameters fixed at the interval of the bench
-    - force_error: force error (`force_error.py`), comparable between methods
+    - fixed: bench's intervals of the parameters that were not fitted
+    - force_error: force error (`force_error.py`), comparable between methods; None if no sample
+      slips
     - tried: models that were compared, with their scores
     """
 

@@ -82,7 +82,7 @@ def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
         if method == DEFAULT
         else "run frictool validate, or use --method auto"
     )
-    hidden = "; these intervals do not allow for it" if METHODS[method].comparison else ""
+    hidden = "; the intervals do not include this error" if METHODS[method].comparison else ""
     return [
         f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, "
         f"or the model lacks an effect of the axis{hidden}; {advice}"

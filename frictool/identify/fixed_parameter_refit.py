@@ -2,7 +2,7 @@
 
 A model contains the bench's value of each refused parameter. The first fit had another value of
 this parameter. The other parameters are therefore fitted again with the bench's value fixed, and
-the bench's interval widens theirs.
+the bench's interval widens their intervals.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ def refit(
     fit: SlidingFit,
     fixed: Mapping[str, Interval],
 ) -> SlidingFit:
-    """Return the fit by the same method with the same terms and the fixed parameters `fixed`.
+    """Return a fit by the method and with the terms of `fit`, with the parameters `fixed` fixed.
 
     A parameter that `auto` set to 0 stays 0. An inertia that `auto` took from another method is
-    kept. Raises UnusableLogs as the method does.
+    kept. Raises UnusableLogs if the method cannot use the records.
     """
     assert fit.method is not None
     fixed_settings = with_held(settings, fit, fixed)

@@ -3,7 +3,8 @@
     force error = rms(g * u - model) / rms(g * u)
     model = inertia (g * ddx) + friction(g * dx, g * x) + offset + g * load(x)
 
-Here g * is smoothing by a zero-phase kernel (`rows/smoothing.py`). All signals are smoothed alike,
+Here u is the effort, x the position, dx the velocity and ddx the acceleration; g * is smoothing by
+a zero-phase kernel (`rows/smoothing.py`). All signals are smoothed alike,
 so that errors outside the frequency band of the motion have no influence. The rms is taken over the
 samples that certainly slip (`rows/slip_mask.py`).
 

@@ -88,7 +88,7 @@ def identify(
     UnusableLogs
         If only `loops` are passed and they do not give presliding friction.
     LogError
-        If two logs are the same, or a log cannot be of this bench.
+        If two logs are the same, or a log cannot come from this bench.
     """
     prepared = [[_prepared(log, bench, tell) for log in group] for group in (logs, ramps, loops)]
     records, slopes, slow = ([one.record for one in group] for group in prepared)
@@ -129,7 +129,7 @@ def identify(
 
 @dataclass(frozen=True)
 class PreparedLog:
-    """Record of a log, and its signals of the actuator.
+    """Record of a log, and the signals of the actuator in this log.
 
     - currents: commanded and measured current (n,), A, and their period, s; None if one is missing
     - winding: signals of the motor's winding; None if voltage, current or position is missing

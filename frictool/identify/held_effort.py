@@ -1,14 +1,15 @@
 """Detection of a logged effort that changes far less often than the position is logged.
 
 A current that was read too rarely is late by half of the time between two updates on average, which
-falsifies inertia and viscous friction. A drive with a slow controller, however, holds its true
-effort. Let y be the effort that the motion needs, and
-y_held its value at the last update:
+falsifies inertia and viscous friction. A drive with a slow controller, however, really keeps its
+effort constant between updates. Let y be the effort that the motion needs, and y_held the value of
+y at the last update:
 
     logged effort = inertia a + viscous v + coulomb sign(v) + offset + declared loads
                     + b (y_held - y)
 
-The coefficient b is 1 if the effort was read too rarely, and 0 if it acted as logged.
+The coefficient b is 1 if the effort was read too rarely, and 0 if the logged effort is what acted
+on the axis.
 """
 
 from __future__ import annotations
@@ -121,7 +122,10 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
 def held_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> HeldEffort | None:
-    """Return the effect of a record's held effort; None if not held, or if undetermined."""
+    """Return the effect of a record's held effort.
+
+    Return None if the effort is not held, or if the record does not determine the effect.
+    """
     record = record.part(slice(0, MOST_SAMPLES))
     hold = hold_of(record.effort)
     if hold is None:

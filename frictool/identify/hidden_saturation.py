@@ -8,11 +8,15 @@ A saturated effort stays below the effort that the motion needs. The search fits
 to the slipping samples, with a limit L for either sign. The sharpness p is low for a soft
 saturation (tanh) and high for a clip.
 
-Loads and friction that vary over position and speed bend the effort, too. The rival is a linear fit
-with further columns over position and speed. The effort is saturated if S compresses the largest
-efforts, and if it explains the effort better than the rival, or as well as the rival and much
-better than the linear fit without the further columns. This gain must be certain over the strokes,
-or very large. Each comparison must have the same result without the stroke that supports it most.
+Loads and friction that vary with position and speed can look like a saturation. The rival is
+therefore a linear fit with further columns over position and speed. The effort is called saturated
+if S compresses the largest efforts, and if one of two conditions is met:
+
+- S explains the effort better than the rival.
+- S explains the effort as well as the rival, and much better than the linear fit without the
+  further columns. The second difference must be significant over the strokes, or very large.
+
+Each comparison must have the same result without the stroke that supports it most.
 """
 
 from __future__ import annotations
@@ -54,9 +58,11 @@ SLOW = 0.1  # w relative to the top speed
 
 @dataclass(frozen=True)
 class HiddenSaturation:
-    """Level of a saturated effort and effort that the motion needs there, N m | N.
+    """Saturation of an effort.
 
-    share: share of the slipping samples that are compressed
+    - level: level at which the effort saturates, N m | N
+    - needed: effort that the motion needs where the effort saturates, N m | N
+    - share: share of the slipping samples whose effort is compressed
     """
 
     level: float

@@ -58,7 +58,7 @@ class Identification(Outcome):
     - confidence: confidence of every interval, 0 to 1
     - kinds: log name -> `sliding` or `ramp`
     - warnings: doubts about the logs or the result
-    - over_rate: breakaway over the rate of the ramp from a table of breakaways, or None
+    - over_rate: breakaway as a function of the ramp's rate; None without a table of breakaways
     """
 
     method: str
@@ -82,11 +82,11 @@ class Identification(Outcome):
 class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
-    The message is the reason that most parameters have. If there are others, it names these
-    parameters and the number of the others. A missing log counts if there is no other reason.
+    The message states the most frequent reason. If there are several reasons, the message also
+    names the parameters with this reason, and the number of parameters with other reasons.
 
-    exit_code is 1 if no fit was possible, and 4 if a fit gave neither, or if position and drive
-    have opposite signs.
+    `exit_code` is 1 if no fit was possible. It is 4 if a fit gave neither inertia nor friction, or
+    if position and drive have opposite signs.
     """
 
     def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:
@@ -101,7 +101,7 @@ class NothingIdentified(UnusableLogs):
 
     @property
     def reasons(self) -> dict[str, list[str]]:
-        """Return the reasons with their parameters, without missing logs if there are others."""
+        """Return reason -> parameters; a missing log is left out if there is another reason."""
         reasons = _by_reason(self.result.refused)
         for missing in (NO_RAMPS, NO_SLIDING):
             if len(reasons) > 1:
@@ -134,7 +134,7 @@ def identify_records(
         If the records give neither inertia nor friction, or if position and drive have opposite
         signs.
     LogError
-        If a log occurs twice, or cannot be of this axis.
+        If a log occurs twice, or cannot come from this axis.
     """
     logs = sort_logs(records, ramps, bench, method, settings)
     logs, free, outcome, wider = _estimate(logs)

@@ -33,7 +33,7 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
-        return "the motion does not repeat often enough to compute its uncertainty"
+        return "the motion does not repeat often enough to compute the uncertainty"
     if name in NEVER_NEGATIVE and interval.value < 0.0:
         hint = (
             "; check that position and drive have the same positive direction (encoder.direction)"

@@ -1,7 +1,7 @@
 """Warnings about logs that disagree about a parameter.
 
-The interval from all logs together is then much wider than that from one log, and the common model
-fits no log well.
+If logs disagree, the interval from all logs is much wider than the interval from one log, and the
+common model fits no log well.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ def pooling_warnings(
 ) -> list[str]:
     """Return a warning for each parameter whose interval from all logs is much too wide.
 
-    This is an interval more than WIDER times as wide as that from one log. `fit` is the fit of all
-    logs without fixed parameters. Each single log is fitted with the same method and terms. In
-    place of output error, least squares are used for all fits, since output error needs a search
-    for each log.
+    Too wide means more than WIDER times as wide as the narrowest interval from a single log. `fit`
+    is the fit of all logs without fixed parameters. Each single log is fitted with the same method
+    and terms. Least squares replace output error in all these fits, because output error needs a
+    search for each log.
     """
     if len(records) < 2:
         return []

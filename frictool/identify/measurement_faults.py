@@ -60,8 +60,8 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"{record.name}: the effort is {top.at:.4g} {unit} in {100 * share:.2g} % of the "
-                f"samples (below the limit {most:.4g}: at most {100 * LARGEST_SATURATED_SHARE:g} "
-                "%): the measurement is saturated; widen its range"
+                f"samples (allowed below the limit {most:.4g}: {100 * LARGEST_SATURATED_SHARE:g} %): "
+                "the measurement is saturated; widen its range"
             )
 
 
@@ -111,7 +111,7 @@ def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
     size = _rms([record.effort for record in records])
     if abs(coulomb.value) < NO_FRICTION * size:
         raise UnusableLogs(
-            f"the motion alone explains the effort to {100 * fit.residual:.1g} %, with a "
+            f"the motion alone explains all but {100 * fit.residual:.1g} % of the effort, with a "
             f"friction of {coulomb.value:.2g} and an rms effort of {size:.2g}: the effort "
             "was computed from the encoder; log the measured current"
         )
@@ -138,7 +138,7 @@ def _commanded_by_position(record: MotionRecord) -> str | None:
     return (
         f"{Path(record.name).name}: the position alone explains all but "
         f"{100.0 * np.sqrt(left / varies):.2g} % of the effort in both directions: a gravity "
-        "compensation while another force moves the axis; log a motion by the drive"
+        "compensation, while another force moves the axis; let the drive move the axis"
     )
 
 

@@ -1,9 +1,9 @@
 """Warning if the requested method predicts much worse than least squares.
 
 Both methods are fitted to each half of the logs and predict the other half (`method_comparison`).
-The simulated position and the force error are compared. If the logs are too short for halves, or
-the method refuses a half, the logs of the fit are compared. Parameters that are fixed in the model
-are fixed for both methods.
+The simulated position and the force error are compared. If the logs are too short to be halved, or
+if the method refuses a half, both methods are compared on the logs of the fit. Parameters that are
+fixed in the model are fixed for both methods.
 """
 
 from __future__ import annotations

@@ -37,8 +37,8 @@ class IdentificationMethod:
     - differentiates: True if it uses plain differences, which need a fine encoder and no gaps
     - comparison: True if it serves only for comparison with published values. If the force error is
       large, its intervals are not widened for effects that the model lacks
-    - known_terms: name of the function that fits load terms that are already known, or None. It is
-      used for warnings in place of the method, which would search the terms again
+    - known_terms: name of a function that fits load terms that are already known, or None. Warnings
+      use this function, because the method itself would search the terms again
     """
 
     name: str
@@ -214,8 +214,11 @@ class MethodOption:
     """Option of some methods: a field of IdentificationSettings or of PublishedFilters.
 
     - kind: int or float
-    - low, high: allowed range; `low_open`: True if the range excludes `low`
-    - what, default: help text, with unit, and default value as text
+    - low, high: allowed range; `high` is None without an upper limit
+    - what: help text with unit
+    - default: default value as text, if there is one
+    - low_open: True if the range excludes `low`
+    - odd: True if only odd numbers are allowed
     """
 
     name: str
@@ -297,8 +300,8 @@ class IdentificationSettings:
     - threshold: least speed of a sample in the method `threshold`, rad/s | m/s
     - forgetting: weight of a squared residual that is one median stroke old, in ]0, 1]
     - pipeline: filters of inverse-dynamic and friction-force
-    - fixed: name -> interval of sliding parameters that a second fit fixes at the bench's interval,
-      because the first fit did not identify them
+    - fixed: sliding parameter -> bench's interval at which a second fit fixes the parameter,
+      because the first fit did not identify it
     """
 
     confidence: float = 0.95
@@ -335,7 +338,7 @@ class IdentificationRequest:
         True to return a model with the bench's values, marked as such, if the logs give neither
         inertia nor friction. Otherwise NothingIdentified is raised.
     breakaway_table : RateTable or None
-        Single breakaways over the rate of the ramp; they replace the breakaway of ramps.
+        Single breakaways at several rates of the ramp; they replace the breakaway of ramp logs.
     """
 
     method: str = DEFAULT
@@ -364,8 +367,8 @@ def _check(method: str, records: list[MotionRecord], bench: Bench) -> None:
     if blind is not None and not METHODS[method].velocity:
         able = ", ".join(name for name, row in METHODS.items() if row.velocity)
         raise UnusableLogs(
-            f"{blind} has a velocity and no position, which {method} needs; these methods need no "
-            f"position: {able}"
+            f"{blind} has a velocity and no position, but {method} needs a position; these methods "
+            f"need none: {able}"
         )
     if bench.load is not None and bench.load.terms != ("offset",) and not METHODS[method].load:
         able = ", ".join(name for name, row in METHODS.items() if row.load)

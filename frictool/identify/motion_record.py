@@ -50,7 +50,7 @@ class MotionRecord:
 
     - position: measured or integrated position, (n,), rad | m
     - effort: measured effort, (n,), N m | N
-    - piece: number of the unbroken piece of each sample, from 0, (n,)
+    - piece: number, from 0, of the part without gaps that contains the sample, (n,)
     - period: sample period, s
     - resolution: one encoder count, rad | m; for a measured velocity, one velocity count times the
       period
@@ -235,7 +235,7 @@ def velocity_record(
     Raises
     ------
     LogError
-        As `make_record`, or if the velocity does not change.
+        For the reasons of `make_record`, or if the velocity does not change.
     """
     good = np.isfinite(time) & np.isfinite(velocity) & np.isfinite(effort)
     time, velocity, effort = time[good], velocity[good], effort[good]
@@ -264,7 +264,8 @@ def velocity_count(velocity: Vector) -> float:
 def record_of(log: Log, bench: Bench) -> MotionRecord:
     """Return the record of a log's main stream.
 
-    The effort is the channel `effort` or, without one, the drive signal times the constant.
+    The effort is the channel `effort` or, without one, the drive signal times the bench's effort
+    constant.
 
     Raises
     ------

@@ -9,9 +9,9 @@ The directions differ if the larger of the two efforts, inertia rms(a) or fricti
 negative. The smaller effort is ignored, since a delay between position and drive can change its
 sign.
 
-Some logs allow no such fit, for example breakaway ramps or slow motion with a coarse encoder. Their
-strokes are tested instead: the mean effort from the first to the last count of a stroke is friction
-plus offset.
+Some logs do not allow this fit, for example breakaway ramps or slow motion with a coarse encoder.
+Their strokes are tested instead: the mean effort from the first to the last encoder change of a
+stroke is friction plus offset.
 """
 
 from __future__ import annotations
@@ -51,9 +51,10 @@ def reversed_sign(
 def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: float) -> str | None:
     """Return a message if the effort brakes the strokes of a record, else None.
 
-    With strokes in both directions, the condition is a significantly negative mean effort along the
-    strokes, without the offset. With too few strokes in one direction, the condition is a negative
-    mean effort of every stroke and a negative net work.
+    An effort is positive here if it acts in the direction of the stroke. With strokes in both
+    directions, the condition is a significantly negative mean effort without the offset. With too
+    few strokes in one direction, the condition is that the mean effort of every stroke and the net
+    work of the effort are negative.
     """
     for record in records:
         direction, effort = stroke_efforts(record)
@@ -81,7 +82,10 @@ def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: f
 
 
 def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
-    """Return the direction (s,) and mean effort (s,) of each stroke, from first to last count."""
+    """Return the direction (s,) and the mean effort (s,) of each stroke.
+
+    The mean is taken from the first to the last encoder change of the stroke.
+    """
     strokes = find_strokes(record)
     direction, effort = list[float](), list[float]()
     starts = np.flatnonzero(np.diff(strokes.number, prepend=-1))
@@ -96,9 +100,9 @@ def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
 
 
 def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Interval | None:
-    """Return the mean effort in the direction of the strokes, without offset, or None.
+    """Return the mean effort in the direction of the strokes, without offset.
 
-    None for too few strokes in one direction.
+    Return None if one direction has too few strokes.
     """
     if min(np.count_nonzero(direction > 0.0), np.count_nonzero(direction < 0.0)) < FEWEST_STROKES:
         return None

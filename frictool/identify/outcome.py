@@ -25,7 +25,7 @@ class Outcome:
     - identified: parameter -> interval in SI units
     - refused: parameter -> reason
     - fit, ramp: fit of the sliding logs and breakaway of the ramps, or None
-    - laws: friction and load other than the parameters
+    - laws: laws of friction and load in addition to the parameters; None without any
     """
 
     identified: Mapping[str, Interval] = field(default_factory=dict)
@@ -59,7 +59,7 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return an outcome with the informative intervals of `offered`; it refuses the others.
+    """Return an outcome that accepts the informative intervals of `offered`, refusing the others.
 
     `reasons`: reasons for the parameters that the method itself has refused.
     """

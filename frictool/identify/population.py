@@ -30,7 +30,11 @@ DAY_S = 86400.0
 
 @dataclass(frozen=True)
 class UnitValue:
-    """Estimate of a parameter; the tested unit and the date in days are None if unknown."""
+    """Estimate of a parameter from one log.
+
+    - unit: name of the machine that was tested; None if unknown
+    - day: date of the log in days; None if unknown
+    """
 
     interval: Interval
     unit: str | None = None
@@ -67,7 +71,8 @@ class Population:
     - whole: test of all values
     - within, between: tests within units and between units; None without enough values
     - alone: unit -> test of the values of this unit
-    - level: probability that any of all tests rejects although all true values are equal
+    - drift: drift of the parameter with the date; None if the dates do not determine it
+    - level: probability that at least one test rejects although all true values are equal
     """
 
     count: int

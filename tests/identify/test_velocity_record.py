@@ -117,8 +117,8 @@ def test_other_methods_refuse_in_one_line(method: str) -> None:
     _, record = by_velocity(1)
     with pytest.raises(
         UnusableLogs,
-        match=f"a velocity and no position, which {method} needs; these methods "
-        "need no position: auto",
+        match=f"a velocity and no position, but {method} needs a position; these methods "
+        "need none: auto",
     ):
         run(method, [record], linear_bench(), IdentificationSettings())
 

@@ -46,7 +46,7 @@ class ParameterAssessment:
     - target: the smaller of `wanted` and `known`
     - least: Cramér-Rao bound of the proposed test; None except for inertia, viscous friction,
       Coulomb friction and offset
-    - doubled: precision with half the encoder step; None if no value can be expected
+    - doubled: precision with an encoder of twice the resolution; None if none can be computed
     - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if no
       step down to FINEST suffices
     - counts: counts per revolution of an encoder with this step; None for a linear axis
@@ -72,7 +72,8 @@ class Assessment(ResultView):
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
-    - drive: shortest step responses over the a-priori intervals; None if the step has no length
+    - drive: shortest response times that the drive allows; None if neither the request nor the
+      bench gives the length of the step
     """
 
     bench: Bench
@@ -141,10 +142,9 @@ def _row(
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
-    """Return the coarsest encoder step, finer than the bench's, for a precision of `target`.
+    """Return the coarsest encoder step, below that of the bench, with the precision `target`.
 
-    Return None if no step makes the parameter identifiable. The search bisects the logarithm of the
-    step.
+    Return None if no step down to FINEST times the step of the bench reaches this precision.
     """
 
     def fine(step: float) -> bool:
@@ -163,7 +163,10 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the rows of the parameters in `counted` that are > 0 and not identifiable."""
+    """Return the rows of the parameters in `counted` that cannot be identified as requested.
+
+    A parameter is left out if its a-priori value is 0.
+    """
     return [
         row
         for row in assessment.rows

@@ -28,7 +28,7 @@ class AssessmentInputs:
     - strokes: strokes of the proposed sines
     - fastest, slowest: shortest and longest a-priori time constant inertia/viscous, s
     - known: parameter -> relative half width of its a-priori interval
-    - inertia: lower end, value and upper end of the a-priori interval
+    - inertia: lower end, value and upper end of the a-priori interval, kg m^2 | kg
     - breakaway: expected breakaway, N m | N
     - rate: slope of the proposed ramps, N m/s | N/s
     - onsets: number of onsets of the proposed ramps
@@ -80,7 +80,7 @@ class AssessmentRequest:
     noise : float or None
         Standard deviation of the measured drive, A | V; None for the default.
     effort : float or None
-        Largest effort of the test, N m | N; None for the bench's.
+        Largest effort of the test, N m | N; None for the largest effort of the bench.
     presliding : float or None
         Expected presliding distance z_max, rad | m; None for the default.
     step : float or None

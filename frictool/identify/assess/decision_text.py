@@ -66,7 +66,7 @@ def scheme(assessment: Assessment) -> list[str]:
 
 
 def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str) -> list[str]:
-    """Return the questions on differencing: unfiltered (4.3), (4.4), then filtered (4.8), (4.9)."""
+    """Return the questions on differences of samples, first without a filter, then with one."""
     facts = assessment.facts
     raw = raw_bound(row.parameter, assessment.facts)
     lines = [

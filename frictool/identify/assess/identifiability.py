@@ -43,11 +43,11 @@ LOOPS = "slow effort up and down below the breakaway"
 class Identifiability:
     """Verdict on one parameter; precisions are relative to the a-priori value.
 
-    - precision: half width of the expected 95 % interval; None if no value can be expected
-    - bound: largest error of the method that quantisation causes; None if it causes none
+    - precision: half width of the expected 95 % interval; None if it cannot be computed
+    - bound: largest error that the encoder's quantisation can cause; None if it causes none
     - why: reason for the verdict, as text
     - method, test: proposed method and test, or None
-    - filter: time constant of the filter, s, or None
+    - filter: time constant of the proposed low-pass filter, s; None without a filter
     """
 
     identifiable: bool
@@ -92,7 +92,10 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return a text: why sample differences are too inaccurate, and the precision of windows."""
+    """Return as text why differences of samples are too inaccurate.
+
+    The text also states the precision expected with smoothing windows.
+    """
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:
@@ -112,7 +115,7 @@ def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
 
 
 def worst_case(bound: float) -> str:
-    """Return a text with the worst-case relative error of differences of samples."""
+    """Return `bound` as text: the worst-case relative error of differences of samples."""
     return f"worst case of one encoder count in differences of samples: {up_to(bound)}"
 
 
@@ -216,8 +219,8 @@ def _breakaway(facts: AssessmentInputs, wanted: float) -> Identifiability:
     late = onset_precision.latest / facts.breakaway
     precision = QUANTILE * onset_precision.deviation / facts.breakaway
     why = (
-        f"the onset under a ramp of {facts.rate:.3g} per second is detected {up_to(late)} late; "
-        f"corrected with {facts.onsets:g} onsets"
+        f"under a ramp of {facts.rate:.3g} per second, the onset is seen when the effort is "
+        f"{up_to(late)} above the breakaway; corrected with {facts.onsets:g} onsets"
     )
     fine = precision <= wanted
     return Identifiability(fine, precision, late, why, "ramps" if fine else None, RAMPS)

@@ -1,8 +1,9 @@
-"""First-order low-pass (thesis 4.2.2): share of noise power that passes, and the inverse.
+"""First-order low-pass filter (thesis 4.2.2): conversion between time constant and passed noise.
 
     ratio x = arctan(x),   x = 2 pi tau/T
 
-This is thesis (4.7); tau is the time constant and T the period.
+This is thesis (4.7). `ratio` is the share of the noise power that passes the filter, tau the time
+constant, and T the sample period.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Worst-case errors of inertia and viscous friction by differences of a quantised position.
 
-They are thesis (4.3) and (4.4), or (4.8) and (4.9) with a filter.
+The formulas are thesis (4.3) and (4.4) without a filter, (4.8) and (4.9) with one.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Expected precision of the breakaway from ramps (thesis 4.3).
 
 A motion is visible when the axis reaches the next encoder edge, after a distance s of at most one
-count. If friction does not drop at the onset, this takes t = (6 inertia s/R)^(1/3) on a ramp of R
-[N m/s | N/s], and the effort grows by R t meanwhile. `identify` subtracts the mean excess. Two
-errors remain: the scatter of s, which averages out over onsets, and the range of the inertia, which
-does not.
+count. Let the effort be a ramp of R [N m/s | N/s], and let friction not drop at the onset. The axis
+then reaches the edge after the time t = (6 inertia s/R)^(1/3), in which the effort grows by R t.
+`identify` subtracts the mean of this excess. Two errors remain. The scatter of s averages out over
+the onsets. The error of the assumed inertia does not average out.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ class RampPrecision(NamedTuple):
     """Precision of the breakaway, N m | N.
 
     - latest: largest excess of the effort over the breakaway when the motion becomes visible
-    - deviation: standard deviation of the mean breakaway over all onsets, if the mean excess is
-      subtracted
+    - deviation: standard deviation of the mean breakaway of all onsets, after subtraction of the
+      mean excess
     """
 
     latest: float

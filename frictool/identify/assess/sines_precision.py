@@ -1,14 +1,16 @@
 """Expected precision of the method of sines (thesis 4.38).
 
-The middle part of a stroke, |sin| > 1/2, is averaged. The mean effort has the noise of n samples;
-the mean speed follows from the encoder counts at both ends of this part:
+The effort is averaged over the middle part of a stroke, |sin| > 1/2, with n samples. The mean speed
+follows from the encoder counts at both ends of this part. The mean effort minus viscous times the
+mean speed therefore has the variance
 
-    variance = noise^2/n + (viscous step)^2/(6 duration^2)
+    noise^2/n + (viscous step)^2/(6 duration^2)
 
-The uncertainty of the inertia times the mean acceleration adds an error. The mean acceleration is 0
-if the axis follows the sine exactly. The position loop is assumed to keep the speeds at these ends
-equal to within the share FOLLOWED of the top speed. Repetition does not reduce this error; it is
-added as a bound.
+`noise` is the standard deviation of an effort sample, `step` the encoder step, and `duration` the
+duration of the middle part. The uncertainty of the inertia, times the mean acceleration, is a
+further error. The mean acceleration is 0 if the axis follows the sine exactly. The position loop is
+assumed to keep the speeds at both ends of the part equal to within the share FOLLOWED of the top
+speed. Repetition does not reduce this further error, which is added as a bound.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ FOLLOWED = 0.03  # difference of the speeds at the ends of the gate, relative to
 
 
 def sines_half_width(facts: AssessmentInputs, quantile: float) -> Vector:
-    """Return the half widths (2,) of viscous and coulomb in SI units.
+    """Return the half widths (2,) of the intervals of viscous and coulomb in SI units.
 
     `quantile`: number of standard deviations in a half width. The result is inf if all strokes have
     the same speed.

@@ -2,18 +2,19 @@
 
 The thesis takes the largest effort before each visible motion. This maximum is too high by several
 steps of the ramp, because the axis moves for some time before its motion is visible. Here a line is
-fitted to the effort at rest, and evaluated at the onset, whose time follows from the later motion
-(`onset`). The onset depends on the inertia and the friction in slip; their uncertainty widens the
-interval.
+fitted to the effort at rest. The breakaway is the value of this line at the onset of motion. The
+time of the onset is computed from the later motion (`onset`) with the inertia and the friction in
+slip; their uncertainty widens the interval of the breakaway.
 
 The breakaway is constant, or a function of position and direction (`position_law`). The friction in
 slip is assumed to be proportional to the breakaway (thesis 4.42).
 
 - breakaway: mean over the range of positions and over both directions, so that an offset of the
   effort cancels
-- fall: decrease of friction after the onset, with a Stribeck velocity from another log, or in the
-  range that the encoder's changes allow (`stribeck_velocity`). The value holds for an immediate
-  fall if this is allowed; the interval includes the breakaways of all allowed falls.
+- fall: decrease of friction after the onset. Its Stribeck velocity comes from another log or from
+  the encoder's changes (`stribeck_velocity`). The value of the breakaway is computed with an
+  immediate fall if the encoder's changes allow one. The interval includes the breakaways that are
+  computed with all allowed falls.
 - interval: spread between onsets (jackknife), and the ranges of the axis's parameters
   (`combined_interval`). For a sampled ramp, two errors of half a step are added, because they do
   not average out: the breakaway lies within a step of the ramp, and the encoder's changes are late
@@ -55,8 +56,8 @@ class BreakawayOverPosition:
     """Breakaway as a polynomial of the position over [low, high], rad | m.
 
     - forward, backward: mean breakaway of each direction, N m | N
-    - powers: coefficients of each direction, lowest power first, N m | N
-    - coefficients: interval of each coefficient
+    - powers: coefficients of the polynomial, forward and backward, in SI units, constant first
+    - coefficients: intervals of these coefficients
     - common: True if both directions have the same polynomial
     """
 
@@ -76,10 +77,12 @@ class Breakaway:
     - interval: mean breakaway, N m | N; with `rising`, the breakaway after a long rest
     - forward, backward: mean |effort| of each direction, N m | N; NaN without onsets
     - onsets: number of onsets
-    - delay: mean correction for the encoder's delay, N m | N
-    - position, direction: rad | m and +-1 of each onset, (n,)
+    - delay: mean effort that was subtracted because the encoder shows the motion late, N m | N
+    - position: position of each onset, (n,), rad | m
+    - direction: direction of each onset, (n,), +1 or -1
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: possible falls of friction over speed; the interval includes the breakaway with each
+    - fall: allowed falls of friction with the speed; `interval` includes the breakaway that is
+      computed with each of them
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     """
@@ -98,7 +101,7 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the breakaway for a model; if it varies with position, its forward mean."""
+        """Return the mean breakaway; only the forward one if the breakaway varies with position."""
         return self.interval if self.by_position is None else self.by_position.forward
 
 
@@ -112,11 +115,11 @@ def breakaway(
     """Return the breakaway of ramp logs.
 
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
-    - stribeck: Stribeck velocity that was identified from another log; by default the range that
+    - stribeck: Stribeck velocity that was identified from another log; None to use the range that
       the onsets allow
 
-    If the ramps have one direction only, the offset is subtracted. Raises UnusableLogs if each
-    direction has fewer than five onsets, or if a load starts the axis.
+    If the ramps have one direction only, the offset is subtracted. Raises UnusableLogs if neither
+    direction has five onsets, or if a load starts the axis.
     """
     data = onset_data(records, bench)
     nominal = {name: known.value for name, known in axis.items()}
@@ -171,10 +174,7 @@ def breakaway(
 
 
 def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
-    """Raise UnusableLogs if the breakaway over position is not positive.
-
-    A load starts the axis there, and not the effort.
-    """
+    """Raise UnusableLogs if a load starts the axis: the breakaway at a position is not positive."""
     position = np.linspace(law.low, law.high, GRID_POINTS)
     for side, powers in zip(("forward", "backward"), law.powers, strict=True):
         level = np.polynomial.polynomial.polyval(position, np.array(powers))
@@ -189,9 +189,9 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
 
 
 def _wider(full: Interval, mean: Interval) -> Interval:
-    """Return `full`, widened by the half widths of `mean`, added as squares.
+    """Return `full`, widened by the half widths of `mean` (root of the sum of squares).
 
-    The interval of `mean` includes the uncertainty of the axis.
+    The interval of `mean` includes the uncertainty of the axis parameters.
     """
     down = float(np.hypot(full.half_width, mean.value - mean.low))
     up = float(np.hypot(full.half_width, mean.high - mean.value))

@@ -67,9 +67,11 @@ def friction_map(
 ) -> IdentifiedFrictionMap:
     """Return the friction map of sliding `records` and `ramps`.
 
-    first: breakaway of the ramps; it varies with position. axis: parameter intervals as in
-    `breakaway`, with the bench's offset. The ramps are evaluated again with the Coulomb friction of
-    the map. Raises UnusableLogs as `sines` does.
+    - first: breakaway of the ramps, which varies with position
+    - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`; the offset is the bench's
+
+    The ramps are evaluated again with the Coulomb friction of the map. Raises UnusableLogs if the
+    strokes do not determine viscous friction and the levels.
     """
     rows = gated_rows(records, bench)
     offset = axis["offset"].value
@@ -97,9 +99,9 @@ def _fitted(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> tuple[SlidingFit, list[Interval]]:
-    """Return the fit with a shape over position, and the levels of friction in slip.
+    """Return the fit with the shape of `law`, and the levels of friction in slip.
 
-    There is one level, or one for each direction, forward first.
+    If the directions have separate polynomials, there are two levels, forward first; else one.
     """
     means = rows.means
     shaped = means.sign * means.mean(shape_along(rows, law))
@@ -134,7 +136,10 @@ def _fitted(
 
 
 def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
-    """Return the breakaway at the samples (n,), divided by its mean; constant beyond the ramps."""
+    """Return the breakaway (n,) at the positions of the samples, divided by its mean.
+
+    Beyond the positions of the ramps, the breakaway is that at the nearest position.
+    """
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
     forward = np.repeat(rows.means.sign > 0.0, lengths)
     place = np.clip(rows.position, law.low, law.high)

@@ -1,10 +1,10 @@
 """Time of the onset of motion, from the encoder's changes after the onset.
 
-Under an effort that grows at a rate r, an axis breaks away at t0 and its friction falls immediately
-to Coulomb friction. With l = viscous/J and excess = |effort(t0)| - coulomb, it moves in the time t
-after t0 by
+Under an effort that grows at a rate r, an axis of inertia J breaks away at t0, and its friction
+falls immediately to Coulomb friction. In the time t after t0, the axis moves by
 
     s(t) = excess/J t^2 phi2(-l t) + r/J t^3 phi3(-l t)
+    excess = |effort(t0)| - coulomb,   l = viscous/J
     phi2(x) = (e^x - 1 - x)/x^2
     phi3(x) = (phi2(x) - 1/2)/x
 
@@ -18,9 +18,9 @@ the `expected` start. `timing` is the variance of s at a change due to sampling,
 variance of a uniform start, 1/12 count^2. With a single change, only the prior separates t0 and
 `start`.
 
-With a Stribeck velocity v_s, friction falls by excess (1 - exp(-(v/v_s)^exponent)) over the speed
-v. The travel is then integrated numerically into a table, with the excess of the previous onset
-estimate. This is iterated ROUNDS times.
+With a Stribeck velocity v_s, friction at the speed v has fallen by
+excess (1 - exp(-(v/v_s)^exponent)). A table of the travel is then computed by numerical
+integration, with the excess at the previous estimate of t0. Table and t0 are computed ROUNDS times.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ def phi3(x: float) -> float:
 
 @kernel
 def travel(t: float, excess: float, rate: float, inertia: float, viscous: float) -> float:
-    """Return the travel s(t) after the onset, rad | m, by the formula of the module.
+    """Return the travel s(t) [rad | m] at the time t [s] after the onset (module docstring).
 
-    s is 0 for t <= 0. A negative excess is replaced by 0.
+    The travel is 0 for t <= 0. A negative `excess` is replaced by 0.
     """
     if t <= 0.0:
         return 0.0
@@ -76,16 +76,15 @@ def travel(t: float, excess: float, rate: float, inertia: float, viscous: float)
 def travel_table(
     duration: float, excess: float, rate: float, axis: Vector, velocity: float, exponent: float
 ) -> Table:
-    """Return the travel over the time since the onset as cubic polynomials, (STEPS, 6).
+    """Return the travel as cubic polynomials of the time t since the onset, (STEPS, 6).
 
     Row k is valid from t = duration * (k/STEPS)^2 to t = duration * ((k + 1)/STEPS)^2. Its columns
     are its begin [s], 1/length [1/s], and the four coefficients, the constant first, of a cubic in
     (t - begin)/length.
 
-    Friction falls by `excess`, from the breakaway to Coulomb friction, over the Stribeck velocity
+    Friction falls by `excess`, from the breakaway to Coulomb friction, with the Stribeck velocity
     `velocity`; if `velocity` is inf, friction does not fall. The integration is a fourth-order
-    Runge-Kutta method. Its steps are short at the onset, where a fast fall changes the
-    acceleration.
+    Runge-Kutta method, with short steps just after the onset, where friction falls fast.
     """
     table = np.empty((STEPS, 6))
     slopes = np.zeros(4)
@@ -149,18 +148,19 @@ def misfit(
     table_duration: float,
     table: Table,
 ) -> tuple[float, float]:
-    """Return the least sum of squares of travel - (start + `seen`), and the start that gives it.
+    """Return the smallest weighted sum of squares for the onset `t0`, and its start [rad | m].
 
-    The sum includes timing (start - expected)^2.
+    The sum is that of (travel - start - `seen`)^2 of all changes, plus `timing`
+    (start - `expected`)^2. The start is the distance from the rest position to the first change.
 
     - time, seen: times [s] of the encoder's changes, and distances [rad | m] at them, (n,)
     - ramp: |effort| at time 0, and its rate per s
     - axis: inertia, viscous, coulomb
-    - expected, timing: preferred start, rad | m, and its weight relative to one change (see the
-      module)
+    - expected: preferred start, rad | m
+    - timing: weight of the preferred start relative to one change (module docstring)
     - resolution: encoder step, rad | m; the start is between 0 and one step
-    - table, table_duration: result of `travel_table` and its duration, s; without rows, friction
-      falls immediately
+    - table, table_duration: result of `travel_table`, and its duration, s; a table without rows
+      means that friction falls immediately
     """
     excess = ramp[0] + ramp[1] * t0 - axis[2]
     n = time.shape[0]
@@ -195,7 +195,7 @@ def least_misfit(
     table_duration: float,
     table: Table,
 ) -> float:
-    """Return the onset [s] with the least `misfit`, within `span` s before time[0].
+    """Return the onset [s] with the smallest `misfit`, at most `span` s before time[0].
 
     The other arguments are those of `misfit`.
     """
@@ -254,8 +254,9 @@ def onset_time(
     """Return (t0 [s], start [rad | m], misfit, status code) of the onset.
 
     - span: length of the searched interval before time[0], s
-    - velocity, exponent: Stribeck velocity, rad/s | m/s, and exponent of the fall. With velocity 0,
-      friction falls immediately; with inf, it does not fall.
+    - velocity: Stribeck velocity, rad/s | m/s; 0 if friction falls immediately, inf if friction
+      does not fall
+    - exponent: exponent of the fall of friction
 
     The other arguments are those of `misfit`.
     """
@@ -279,5 +280,8 @@ def onset_time(
 
 
 def search_span(resolution: float, rate: float, inertia: float, counts: float) -> float:
-    """Return the time t [s] in which the effort `rate` times t moves a free inertia by `counts`."""
+    """Return the time [s] in which a ramp of effort moves the inertia by `counts` encoder steps.
+
+    The ramp starts at 0 and grows by `rate` per s; no friction acts on the inertia.
+    """
     return float(np.cbrt(6.0 * counts * resolution * inertia / rate))

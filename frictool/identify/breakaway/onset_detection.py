@@ -1,7 +1,8 @@
 """Detection of breakaways in a log of ramps.
 
-A breakaway has a line fitted to the effort at rest, and the encoder's changes after the onset.
-Onsets inside the backlash after a reversal are left out, since only the motor moves there.
+Each breakaway is described by a line that is fitted to the effort at rest, and by the encoder's
+changes after the onset. Onsets inside the backlash after a reversal are left out, because only the
+motor moves there.
 """
 
 from __future__ import annotations
@@ -31,12 +32,13 @@ class BreakawayOnset:
     """One breakaway; the time is 0 at the first visible motion.
 
     - direction: +1 or -1
-    - level, rate: value at time 0, N m | N, and slope per s of the line fitted to |effort|
+    - level: |effort| at time 0 on the line that is fitted to |effort| at rest, N m | N
+    - rate: slope of this line, N m/s | N/s
     - time: times of the encoder's changes, (n,), s
     - seen: distance between the first and each change, (n,), rad | m
-    - position: middle of the encoder count at rest, rad | m
+    - position: middle of the encoder count in which the axis rested, rad | m
     - rested: time at rest before the onset, s
-    - timing: weight of the preferred rest position (`onset.py`)
+    - timing: weight of the expected rest position (`onset.py`)
     """
 
     direction: float

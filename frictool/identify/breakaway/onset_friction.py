@@ -49,13 +49,14 @@ def efforts(
 ) -> tuple[Vector, Vector, Vector]:
     """Return |effort| (n,), rest position (n,) and misfit (n,) of each onset.
 
-    The rest position within an encoder count is between 0 and 1. The misfit is the squared
-    difference of computed and logged travel, divided by the variance that sampling causes.
+    The rest position is a fraction of an encoder count, 0 to 1. The misfit is the sum of the
+    squared differences between computed and logged travel, divided by their variance due to
+    sampling.
 
     - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
     - start: expected rest position, 0 to 1
-    - shape: factors of `coulomb` at the onsets, (n,)
-    - fall: fall of friction over speed after the onset
+    - shape: factor of `coulomb` at each onset, (n,); None if friction is constant
+    - fall: fall of friction with the speed after the onset
     """
     out, positions, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
     for k, onset in enumerate(onsets):
@@ -87,10 +88,12 @@ def efforts(
 
 @dataclass(frozen=True)
 class OnsetData:
-    """Selected onsets with their positions, and the encoder step `resolution`.
+    """Selected onsets of breakaway ramps.
 
-    offset: the bench's, N m | N; None if all onsets have one direction. fall: assumed fall of
-    friction over the speed.
+    - positions: positions and directions of the onsets
+    - resolution: encoder step, rad | m
+    - offset: offset of the bench, N m | N; None if all onsets have one direction
+    - fall: assumed fall of friction with the speed
     """
 
     onsets: list[BreakawayOnset]
@@ -107,9 +110,9 @@ class OnsetData:
         fall: StribeckFall,
         most: float = math.inf,
     ) -> float:
-        """Return the misfit of `efforts`, averaged over the onsets, for a fall of friction.
+        """Return the mean misfit (`efforts`) of the onsets, computed with the fall `fall`.
 
-        Return inf if the mean exceeds `most`; the remaining onsets are then skipped.
+        Return inf if this mean exceeds `most`.
         """
         every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
         onsets = self.onsets[every]
@@ -125,7 +128,7 @@ class OnsetData:
     def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
     ) -> StribeckVelocityRange:
-        """Return the falls that agree with the onsets, for parameters in the intervals `axis`."""
+        """Return the falls that agree with the onsets if the parameters are in `axis`."""
         nominal = {name: known.value for name, known in axis.items()}
         ends = [
             {**nominal, name: end}
@@ -167,7 +170,7 @@ class OnsetData:
     ) -> Vector:
         """Return the friction |effort - offset| (n,) at the onsets [N m | N].
 
-        It is computed for the mean rest position plus `deviations` standard deviations.
+        The assumed rest position is the mean plus `deviations` standard deviations (`rest`).
         """
         offset = axis["offset"] if self.offset is None else self.offset
         mean, deviation = self.rest(axis, shape)

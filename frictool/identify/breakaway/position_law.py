@@ -3,9 +3,10 @@
     |friction| = sum_k c_k P_k(xi)
 
 xi is the position scaled to [-1, 1], and P_k is a Legendre polynomial, so that c_0 is the mean over
-the range. Orders are compared by their leave-one-out errors, paired by breakaway. The order is the
-smallest one whose error is within two standard errors of the smallest error. The same rule decides
-between one polynomial per direction and a common polynomial with an offset of the effort.
+the range of positions. Orders are compared by their leave-one-out errors at the same breakaways.
+The smallest order is chosen whose error is within two standard errors of the smallest error. The
+same rule decides between one polynomial per direction and a common polynomial with an offset of the
+effort.
 """
 
 from __future__ import annotations
@@ -30,8 +31,9 @@ ROWS_PER_TERM = 6  # breakaways needed for each coefficient
 class PolynomialOrders:
     """Polynomial orders of the friction over position.
 
-    - orders: orders forward and backward; -1 for a direction without data
-    - common: True for one polynomial of order orders[0] in both directions, and an offset
+    - orders: order of the forward and of the backward polynomial; -1 for a direction without data
+    - common: True if both directions have one polynomial of order orders[0], plus an offset of the
+      effort
     """
 
     orders: tuple[int, int]
@@ -82,10 +84,11 @@ class BreakawayPositions:
         )
 
     def power_weights(self, rows: Matrix) -> Matrix:
-        """Return the matrix (m, p) from all fitted coefficients to the powers of one polynomial.
+        """Return the matrix (m, p) that converts fitted coefficients to powers of the position.
 
         The p fitted coefficients are in the order of `design`. `rows` (m, p) selects the m Legendre
-        coefficients of the polynomial. Row i of the result gives its coefficient of position^i, SI.
+        coefficients of one polynomial. Row i of the result, times the fitted coefficients, is the
+        coefficient of position^i of this polynomial in SI units.
         """
         convert = np.zeros((rows.shape[0], rows.shape[0]))
         for k, unit in enumerate(np.eye(rows.shape[0])):

@@ -1,8 +1,8 @@
-"""Breakaway over the rate of the ramp, from a table of single breakaways.
+"""Breakaway as a function of the ramp's rate, from a table of single breakaways.
 
-The table is a CSV file with two columns: effort at which the axis started to move, and rate of the
-effort's ramp. The columns are named `effort` and `rate`, or are in this order. The effort is in N m
-| N; the rate may have any unit.
+The table is a CSV file with two columns: the effort at which the axis started to move, and the rate
+of the effort's ramp. The header names them `effort` and `rate`; without a header, the effort is the
+first column. The effort is in N m | N; the rate may have any unit.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class BreakawayAtRate:
 
 @dataclass(frozen=True)
 class BreakawayOverRate:
-    """Breakaway over the rate of the ramp.
+    """Breakaway as a function of the ramp's rate.
 
-    - rates: mean breakaway at each rate, in ascending order
+    - rates: mean breakaway at each rate, in ascending order of the rate
     - per_decade: increase of the breakaway for a tenfold rate, N m | N; None for a single rate
-    - interval: mean over the rates; its ends are the lowest and the highest end of all rates
+    - interval: mean of the breakaways of all rates; the interval contains those of all rates
     """
 
     rates: tuple[BreakawayAtRate, ...]
@@ -150,7 +150,7 @@ def _rise(
 
 
 def rate_lines(over_rate: BreakawayOverRate, unit: str) -> list[str]:
-    """Return the breakaway over the rate as lines of text."""
+    """Return the breakaway at each rate as lines of text."""
     at = ", ".join(
         f"{one.rate:g}: {one.mean.value:.4g} [{one.mean.low:.4g}, {one.mean.high:.4g}] "
         f"({one.count})"

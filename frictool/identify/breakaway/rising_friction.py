@@ -4,8 +4,8 @@
                                                        (friction/rising_breakaway.py)
 
 For a fixed tau the law is linear in `full` and `full (1 - fresh)`; tau is searched. The law is used
-only if it predicts left-out breakaways better than a constant. t differs only between ramps of
-different rates.
+only if it predicts left-out breakaways better than a constant. The ramps must have different rates:
+t differs only between rates.
 """
 
 from __future__ import annotations

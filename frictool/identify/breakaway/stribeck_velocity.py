@@ -28,9 +28,10 @@ EXPONENTS = (2.0, 1.0, 0.5)  # exponents of a Stribeck curve that fits try, the 
 
 
 class StribeckFall(NamedTuple):
-    """Fall of friction over speed v, proportional to 1 - exp(-(v/velocity)^exponent).
+    """Fall of friction with the speed v, proportional to 1 - exp(-(v/velocity)^exponent).
 
-    With velocity 0 friction falls immediately, with inf not at all. The velocity is in rad/s | m/s.
+    `velocity`: Stribeck velocity, rad/s | m/s; 0 if friction falls immediately, inf if it does not
+    fall.
     """
 
     velocity: float
@@ -42,7 +43,7 @@ NO_FALL = StribeckFall(math.inf)
 
 
 class Misfit(Protocol):
-    """Function that returns the misfit of the onsets for a fall of friction."""
+    """Function that returns the mean misfit of the onsets for a fall of friction."""
 
     def __call__(self, fall: StribeckFall, most: float) -> float:
         """Return the misfit averaged over the onsets, or inf if the average exceeds `most`."""
@@ -50,10 +51,10 @@ class Misfit(Protocol):
 
 @dataclass(frozen=True)
 class StribeckVelocityRange:
-    """Fall of friction for the breakaway's value, and falls for the breakaway's interval.
+    """Falls of friction with which a breakaway and its interval are computed.
 
     - value: fall with which the value of the breakaway is computed
-    - ends: falls for which the breakaway is computed as well; the interval includes the results
+    - ends: other allowed falls; the interval contains the breakaways computed with them
     - known: True if the range comes from another log and not from the onsets
     """
 

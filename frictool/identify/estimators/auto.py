@@ -6,9 +6,9 @@ supported ones together with the sliding parameters.
 1. If differentiated velocities are too inaccurate (`assess/identifiability.py`), the method is
    sines. Least squares over smoothing windows are used instead if they agree with sines and their
    intervals are at most half as wide.
-2. If `least_squares` and `power_balance` disagree by more than their intervals, power-balance is
-   preferred: friction at low speed is then not viscous + Coulomb.
-3. Otherwise least-squares is preferred.
+2. If the intervals of `least_squares` and `power_balance` do not overlap, friction at low speed is
+   not viscous + Coulomb, and `power_balance` is preferred.
+3. Otherwise `least_squares` is preferred.
 4. The methods of steps 2 and 3, without and with the load terms that the simulation selects, and
    output error are compared by their prediction of unseen strokes (`method_comparison`). The
    preferred method is used if its error is within a tenth of the smallest.
@@ -16,7 +16,7 @@ supported ones together with the sliding parameters.
    this, otherwise from output error, which differentiates nothing.
 
 If more than 70 % of the motion is at constant speed, and the bench declares no loads, the method is
-`stribeck-curve`, and none of these steps is done.
+`stribeck-curve` in place of all these steps.
 
 Viscous friction, and an offset that the bench does not declare, are dropped if the prediction of
 unseen strokes does not become worse.
@@ -132,9 +132,9 @@ def _at_inertia(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> SlidingFit:
-    """Return the fit of the other parameters with a known inertia.
+    """Return the parameters of `fit` except the inertia, fitted again with the inertia `inertia`.
 
-    The encoder hides the inertia of `fit`, so that noise attenuates it, which shifts the others.
+    The encoder's noise attenuates the inertia of `fit`, which shifts the other parameters.
     """
     try:
         known = refit(records, bench, settings, fit, {"inertia": inertia})
@@ -146,7 +146,7 @@ def _at_inertia(
 def _more_precise(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, means: SlidingFit
 ) -> bool:
-    """Return whether least squares agree with means over strokes, and are far more precise."""
+    """Return whether least squares agree with the sines fit `means` and are far more precise."""
     efficient = run(REFERENCE, records, bench, settings)
     narrower = all(
         name in efficient.parameters
@@ -172,9 +172,10 @@ def _speeds(
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
-    """Return the verdict at the default precision, or else at the precision of the bench.
+    """Return the verdict on a parameter for the default precision.
 
-    The latter is a relative half width of 1 if the bench has no interval.
+    If that precision cannot be reached, return the verdict for the relative half width of the
+    bench's interval, or for 1 if the bench has no interval.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))
@@ -251,7 +252,7 @@ def _differentiated(
 
 
 def disagreement(one: SlidingFit, other: SlidingFit) -> str | None:
-    """Return a text on the first friction parameter whose intervals do not overlap, or None."""
+    """Return as text the first friction parameter whose two intervals do not overlap, or None."""
     for name in ("viscous", "coulomb"):
         a, b = one.parameters.get(name), other.parameters.get(name)
         if a is not None and b is not None and (a.low > b.high or b.low > a.high):

@@ -104,7 +104,10 @@ class ExplanationSearch:
         return cls(used, bench, settings, windows)
 
     def smoother(self, factor: float) -> ExplanationSearch:
-        """Return the search with windows longer by `factor`, at most a quarter of a stroke."""
+        """Return the search with windows that are `factor` times as long.
+
+        A window is at most a quarter of a stroke.
+        """
         longest = (LONGEST_SHARE * stroke_samples(record) for record in self.records)
         windows = tuple(
             max(window, 2 * int(0.5 * min(factor * window, most)) + 1)
@@ -124,7 +127,7 @@ class ExplanationSearch:
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """Return the hypotheses, except ripple, that the bench does not declare."""
+        """Return the hypotheses that suit the records, without ripples and declared terms."""
         named = () if self.bench.load is None else self.bench.load.terms
         measured = any(record.velocity is not None for record in self.records)
         return tuple(
@@ -171,10 +174,10 @@ class ExplanationSearch:
         return self.reduced_rows(samples, waves)
 
     def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:
-        """Return the rows reduced to triangular matrices.
+        """Return the rows of `samples`, reduced to triangular matrices.
 
-        The base columns are in every fit. They are the columns that the bench declares, except
-        those of parameters fixed in the samples.
+        The base columns, which are in every fit, are the columns that the bench declares, without
+        the columns of parameters that are fixed in the samples.
         """
         names = parameters_of(samples)[0]
         plain, _, cluster, stroke = reduced(
@@ -197,7 +200,10 @@ class ExplanationSearch:
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return a ripple at the highest peak of the residual's spectrum; None without a peak."""
+        """Return a ripple at the highest peak of the residual's spectrum, and the peak.
+
+        Return None if the spectrum has no peak.
+        """
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if position is None or len(waves) == MOST_HARMONICS:
             return None
@@ -242,9 +248,11 @@ def _thinned(record: MotionRecord, share: float) -> MotionRecord:
 
 @dataclass(frozen=True)
 class Trial:
-    """Hypothesis with the squared prediction errors (s,) of the strokes in a fit with it.
+    """Hypothesis, and the prediction errors of a fit that includes the hypothesis.
 
-    level: significance level of the hypothesis's test. wave: wave number of a ripple, else None.
+    - squares: squared prediction error of each stroke, (s,)
+    - level: significance level of the test of the hypothesis
+    - wave: wave number of a ripple, 1/rad | 1/m; else None
     """
 
     hypothesis: Hypothesis
@@ -349,7 +357,7 @@ def _spans_a_turn(trial: Trial) -> bool:
 def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Trial]:
     """Return the other trials that predict unseen strokes as well as the best one.
 
-    Their squares are at most EQUAL times as large, and not larger beyond chance.
+    Their prediction errors are at most EQUAL times as large, and not significantly larger.
     """
     return [
         one
@@ -423,7 +431,7 @@ def _explanation(
     rivals: Sequence[Trial],
     state: str,
 ) -> Explanation:
-    """Return the view of a trial; `before` are the squares without its hypothesis."""
+    """Return the view of a trial; `before`: sum of the squares without its hypothesis."""
     one = trial.hypothesis
     alike = tuple(rival.hypothesis.what for rival in rivals)
     position = trial.rows.samples.loads.get(TERMS[SPRING][0])

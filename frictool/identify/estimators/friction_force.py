@@ -1,4 +1,4 @@
-"""Friction force with a known inertia, and its curve over speed (K. Mnich's scripts).
+"""Friction force, computed with a known inertia, as a curve of the speed (K. Mnich's scripts).
 
     filter     same causal low-pass for velocity and effort, so that their delays are equal
     force      effort - inertia (v[k] - v[k-1])/T, with the bench's inertia

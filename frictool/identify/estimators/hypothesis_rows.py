@@ -24,14 +24,12 @@ ABOVE_NOISE = 3.0
 
 @dataclass(frozen=True)
 class ReducedRows:
-    """Rows of all hypotheses, reduced to g triangular matrices (q, q) by QR.
+    """Rows of all hypotheses in g groups of successive rows, each reduced to a triangle by QR.
 
-    Each group of successive rows has one matrix of `plain` (g, q, q), with q - 1 columns and the
-    effort.
-
-    - names: names of the columns, (q - 1,)
-    - base: names of the columns that are always in the fit
-    - cluster, stroke: cluster and stroke of each group, (g,)
+    - plain: triangular matrix of each group, (g, q, q), from q - 1 regressor columns and the effort
+    - names: names of the regressor columns, (q - 1,)
+    - base: names of the columns that are in every fit
+    - cluster, stroke: number of the cluster and of the stroke of each group, (g,)
     - noise: rms noise of the acceleration due to the encoder, rad/s^2 | m/s^2
     """
 
@@ -63,9 +61,10 @@ class ReducedRows:
         return least(self.sides[:, :, [*columns, -1]])[0]
 
     def squares(self, hypotheses: Sequence[Hypothesis]) -> Vector | None:
-        """Return the squared prediction error of each stroke (s,), or None if undetermined.
+        """Return the squared prediction error of each stroke, (s,).
 
-        Each half is predicted by a fit to the other half.
+        Each half of the data is predicted by a fit to the other half. Return None if a half does
+        not determine the parameters.
         """
         chosen = [*self.columns(hypotheses), -1]
         out = np.empty(self.half.size)
@@ -97,10 +96,10 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return True if the rows separate `tested`, and if the effort of `tested` exceeds noise.
+        """Return True if the rows determine `tested`, and if its effort exceeds that of noise.
 
-        The encoder's noise resembles a derivative of the acceleration. It also attenuates the
-        inertia, and a column that resembles the acceleration explains the missing effort.
+        The encoder's noise attenuates the inertia. A column of `tested` that resembles the
+        acceleration, or its derivative, would explain the effort that is then missing.
         """
         columns = self.columns([*others, tested])
         names = [self.names[k] for k in columns]
@@ -120,9 +119,9 @@ class ReducedRows:
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
         """Return the decrease of the mean square, (N m)^2 | N^2, that the encoder's noise causes.
 
-        The acceleration has the noise n and the variance s^2 that the other columns leave. The
-        residual of the inertia J then has the mean square J^2 n^2 (s^2 - n^2)/s^2, which decreases
-        with s^2. A fixed inertia does not give way to other columns.
+        The acceleration has the rms noise n, and the other columns leave the part s^2 of its mean
+        square unexplained. The residual of the inertia J then has the mean square
+        J^2 n^2 (s^2 - n^2)/s^2, which decreases with s^2. For a fixed inertia the result is 0.
         """
         if "inertia" in self.samples.fixed:
             return 0.0

@@ -2,9 +2,10 @@
 
     0 = sum z (u - inertia a - viscous v - coulomb s - offset)
 
-The instruments z are acceleration, velocity, its sign and 1. They are computed from the reference
-of the position, smoothed like the position. They correlate with the motion but not with the
-encoder's noise, so that noisy regressors cause no bias.
+The instruments z are acceleration a, velocity v, its sign s, and 1, computed from the reference of
+the position. The reference is smoothed by the same filter as the position. The instruments
+correlate with the motion but not with the encoder's noise, so that noisy regressors cause no bias.
+u is the effort.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ def instrumental(
     correlation = float(np.corrcoef(z[1], samples.velocity)[0, 1])
     if correlation < WEAKEST:
         raise UnusableLogs(
-            "the velocity does not follow that of the reference (correlation "
+            "the velocity does not follow the velocity of the reference (correlation "
             f"{correlation:.2g}); use least-squares"
         )
     result = by_instruments(samples, z, window, settings.confidence)

@@ -8,10 +8,10 @@
                one sample in ten
     solve      ordinary least squares on [acceleration, velocity, sign(velocity), 1]
 
-Two systematic errors of the published pipeline do not appear in its residuals: a held effort is
-treated as measured at its sample, and samples at rest or at reversals are treated as slip. Each
-interval therefore contains the intervals of the pipeline and of the power balance
-(`power_balance`), which has neither error.
+Two systematic errors of the published pipeline do not appear in its residuals. The effort is
+treated as a measurement at the sample, even if it is held until the next sample. Samples at rest
+and at reversals are treated as slip. Each interval therefore contains the intervals of the pipeline
+and of the power balance (`power_balance`), which has neither error.
 
 The method refuses a log with much motion inside the backlash, and a log whose encoder noise causes
 false reversals.

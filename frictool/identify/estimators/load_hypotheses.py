@@ -51,7 +51,10 @@ def wave_numbers(load: LoadTerms | None) -> tuple[float, ...]:
 
 
 def harmonic(term: str, what: str = "a ripple over the position", settle: str = "") -> Hypothesis:
-    """Return the hypothesis of one harmonic of a ripple; arguments as in `Hypothesis`."""
+    """Return the hypothesis of one harmonic of a ripple.
+
+    `term`, `what` and `settle` are the fields of `Hypothesis`.
+    """
     return Hypothesis(term, TERMS[term], what, settle, is_load=True)
 
 
@@ -59,7 +62,7 @@ def harmonic(term: str, what: str = "a ripple over the position", settle: str = 
 class Structure:
     """Load terms of a fit, and the wave numbers (1/rad | 1/m) of their ripple.
 
-    Each wave number has one term of RIPPLES.
+    `terms` contains one entry of RIPPLES for each wave number.
     """
 
     terms: tuple[str, ...] = ()

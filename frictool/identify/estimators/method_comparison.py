@@ -10,9 +10,9 @@
   order of preference is the method of the decision scheme (`auto`), another regression, output
   error. Output error wins only if the regression of the same structure does not contradict it.
 
-An effect that is removed from the effort (`rows/effects.py`) cannot be simulated; the preferred
-method is then used. If the logs are too short for halves, the regressions are compared on the logs
-of the fit, and output error is no candidate, because it minimises the compared error.
+If an effect was removed from the effort (`rows/effects.py`), the preferred method is used, because
+the effect cannot be simulated. If the logs are too short to be halved, the regressions are compared
+on the logs of the fit, and output error is no candidate, because it minimises the compared error.
 """
 
 from __future__ import annotations
@@ -86,7 +86,10 @@ class PredictionScore:
 
 @dataclass(frozen=True)
 class ComparedData:
-    """Logs, bench, settings, and the regressions for all logs in the order of preference."""
+    """Logs of an axis, and the regressions that are compared on them.
+
+    `fits`: regressions fitted to all logs, in the order of preference.
+    """
 
     records: list[MotionRecord]
     bench: Bench
@@ -94,7 +97,7 @@ class ComparedData:
     fits: Sequence[SlidingFit]
 
     def all(self, bench: Bench) -> tuple[list[MotionRecord], Bench, IdentificationSettings]:
-        """Return the arguments of a method: all records, `bench` and the settings."""
+        """Return the arguments of an identification method: all records, `bench`, settings."""
         return self.records, bench, self.settings
 
 
@@ -137,7 +140,7 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
 def _winner(
     allowed: Sequence[PredictionScore], scores: Sequence[PredictionScore], declared: bool
 ) -> tuple[PredictionScore, SlidingFit, str]:
-    """Return the winner, its fit, and the reason why the winner is not the best one, if it is not.
+    """Return the winner, its fit, and why the best candidate was not chosen (empty if it was).
 
     If an allowed regression of the same structure lies outside the intervals of output error, both
     models lack an effect, for example a breakaway at the reversals. The missing effect shifts the
@@ -173,7 +176,7 @@ def _winner(
 
 
 def _doubtful_load(regression: SlidingFit, chosen: SlidingFit) -> str | None:
-    """Return the first load of a fit that the regression does not find beyond doubt, or None."""
+    """Return the first load of `chosen` that may be 0 according to the regression, or None."""
     claimed = load_intervals(chosen.laws)
     found = load_intervals(regression.laws)
     for names in (TERMS[term] for term in TERMS if term != DIRECTION):
@@ -186,10 +189,10 @@ def _doubtful_load(regression: SlidingFit, chosen: SlidingFit) -> str | None:
 
 
 def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:
-    """Return output error's fit; each interval is extended to contain that of the regression.
+    """Return the fit by output error, with intervals that also contain those of the regression.
 
-    Both have the same structure and fit the same logs. They weigh an effect that the structure
-    lacks differently, so that the distance between them is a part of the uncertainty.
+    Both fits have the same structure and the same logs. The methods give different weights to an
+    effect that the structure lacks, so that their difference is a part of the uncertainty.
     """
     extended = {
         name: replace(

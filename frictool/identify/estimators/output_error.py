@@ -170,7 +170,7 @@ def simulation_error(
     fixed = {name: interval.value for name, interval in settings.fixed.items()}
     simulated = SegmentSimulation(whole(records), bench, terms, servo, fixed)
     if not simulated.segments:
-        raise UnusableLogs("no unbroken piece of the logs is long enough to simulate")
+        raise UnusableLogs("no part of the logs without a gap is long enough to simulate")
     if servo is not None and any(segment.reference is None for segment in simulated.segments):
         raise UnusableLogs(
             "a closed loop needs the controller's reference in the log (channel reference); "
@@ -326,8 +326,8 @@ def output_error(
 ) -> SlidingFit:
     """Return the fit by open-loop output error, with the load terms that best predict unseen data.
 
-    Raises UnusableLogs as `simulation_error` does, or if the bench declares Coulomb friction by
-    direction or an effect that cannot be simulated.
+    Raises UnusableLogs if the records do not determine the parameters, or if the bench declares
+    Coulomb friction by direction or an effect that cannot be simulated.
     """
     if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
         raise UnusableLogs(

@@ -1,17 +1,18 @@
-"""Friction as straight lines over speed with estimated knees (thesis 4.2.6.2).
+"""Friction as a piecewise linear function of the speed, with estimated knees (thesis 4.2.6.2).
 
     friction = (coulomb + sum_j viscous_j max(min(|v|, knee_j+1) - knee_j, 0)) sign(v)
     knee_0 = 0
 
-A row is a mean over a part of a stroke. Each straight piece is averaged over the speeds in that
-part, so that a knee within the part stays sharp. For fixed knees the model is linear. Knees are
+A knee is a speed at which the slope changes. A row is a mean over a part of a stroke. Each straight
+piece is averaged over the speeds in that part, so that a knee within the part stays sharp. For
+fixed knees the model is linear in the parameters. Knees are
 added one at a time; after each addition, all knees are optimised in turn. Schwarz's criterion
 (BIC), with the independent strokes as data, decides when to stop; a knee costs two parameters, its
 speed and its slope. With n strokes and p parameters, the penalty p log n is multiplied by
 n/(n - p - 2) (McQuarrie, 1999).
 
 The search for knees has an additional regressor, the mean acceleration, because an error of the
-bench's inertia can also bend the means over speed. The intervals of all parameters come from a
+bench's inertia can also look like a knee. The intervals of all parameters come from a
 jackknife; for a knee, the derivative with respect to its speed is one more regressor.
 """
 
@@ -44,7 +45,7 @@ class StrokeMeans:
     - weight, cluster: weight of each row, and number of its cluster, (m,)
     - speed: |v| of the samples of all parts, (n,), rad/s | m/s
     - starts: index in `speed` of the first sample of each part, (m,)
-    - nuisance: regressors that are used only in the search for knees, (m, q)
+    - nuisance: regressors that are used only in the search for knees, (m, q); None without any
     """
 
     columns: Matrix
@@ -66,16 +67,16 @@ class StrokeMeans:
         return self.sign * self.mean(np.clip(self.speed, low, high) - low)
 
     def share_beyond(self, knee: float) -> Vector:
-        """Return direction times share of the samples faster than a knee, for each part (m,)."""
+        """Return the share (m,) of samples faster than `knee`, with the sign of the direction."""
         return self.sign * self.mean((self.speed > knee).astype(np.float64))
 
 
 @dataclass(frozen=True)
 class PiecewiseFriction:
-    """Least-squares fit of friction with straight pieces over speed.
+    """Least-squares fit of friction that is piecewise linear in the speed.
 
-    - solution: coefficients of the pieces' viscous friction, the columns, and the derivatives with
-      respect to the knees
+    - solution: coefficients in this order: viscous friction of each piece, one coefficient for each
+      of `StrokeMeans.columns`, one for the derivative with respect to each knee
     - knees: speeds in ascending order, rad/s | m/s
     - residual: residual of each row, (m,)
     """

@@ -28,8 +28,8 @@ class SpectrumPeak:
 
     - number: wave number n, 1/rad | 1/m
     - amplitude: amplitude of the residual at n, N m | N
-    - resolution: 2 pi/travel, the smallest difference of two wave numbers that can be separated
-    - tried: number of wave numbers that can be separated
+    - resolution: 2 pi/travel, the smallest separable difference of wave numbers, 1/rad | 1/m
+    - tried: number of separable wave numbers in the searched range
     """
 
     number: float
@@ -45,7 +45,7 @@ def highest_peak(
     shortest: float,
     excluded: tuple[float, ...] = (),
 ) -> SpectrumPeak | None:
-    """Return the highest peak of the residual over the position.
+    """Return the highest peak in the spectrum of the residual over the position.
 
     Parameters
     ----------
@@ -54,14 +54,15 @@ def highest_peak(
     half
         Half of the data to which each sample belongs, 0 or 1, (n,).
     shortest
-        Shortest period [rad | m].
+        Shortest period that is searched [rad | m].
     excluded
-        Wave numbers [1/rad | 1/m] that are excluded, with their neighbours.
+        Wave numbers [1/rad | 1/m]; they and their neighbours are not searched.
 
     Returns
     -------
     SpectrumPeak or None
-        None if the travel is shorter than LEAST_PERIODS of the shortest period.
+        None if the travel is shorter than LEAST_PERIODS times `shortest`, if a half is empty, or if
+        all wave numbers are excluded.
     """
     low = float(position.min())
     travel = float(np.ptp(position))

@@ -1,8 +1,8 @@
 """Recursive least squares in square-root form, by Givens rotations of the QR triangle.
 
-Thesis (4.16) updates a gain instead, which rounding makes indefinite on long logs. In the duration
-of a median stroke, the weights of earlier squared residuals are multiplied by `forgetting`, so that
-the end of the log has the largest weight.
+Thesis (4.16) updates a gain matrix instead, which rounding errors make indefinite on long logs. In
+the duration of a median stroke, the weight of an earlier squared residual decreases by the factor
+`forgetting`, so that the end of the log has the largest weight.
 
 The last value and its interval are those of least squares with these weights (`fit`). `path`
 returns the values along the log, so that a drift is visible.

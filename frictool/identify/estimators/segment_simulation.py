@@ -46,7 +46,7 @@ OBSERVER = 10.0  # settling times of the observer in a median stroke
 
 @dataclass(frozen=True)
 class SegmentSimulation:
-    """Simulation of segments with a model of certain load terms.
+    """Simulation of segments of the records with one model of the axis.
 
     - terms: load terms of the model
     - servo: the bench's controller; None for the open loop

@@ -175,7 +175,7 @@ def _coulomb_and_offset(
 
 
 def gated_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """Return `stroke_rows`; raise UnusableLogs if they do not determine friction over speed."""
+    """Return the rows of `stroke_rows`; raise UnusableLogs if they do not determine friction."""
     rows = stroke_rows(records, bench)
     _check(rows.means)
     return rows
@@ -253,7 +253,10 @@ def _check(means: StrokeMeans) -> None:
 
 
 def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[PiecewiseFriction, Vector]:
-    """Return friction over speed, and half widths (p,) that include the inertia's range."""
+    """Return the piecewise friction, and the half widths (p,) of its coefficients.
+
+    The half widths include the range of the bench's inertia.
+    """
     means = rows.means
     inertia = bench.mechanics.inertia
     pieces = fit_pieces(

@@ -2,11 +2,11 @@
 
     effort = (coulomb + (breakaway - coulomb) e^(-|v/v_s|^delta)) s + viscous v + offset
 
-A run is a part of a stroke whose position stays within two counts of a straight line over time. If
-there are too few such runs, whole strokes are used: the position must deviate from a line by at
-most 2.7 % of the stroke's distance, and the speed may drift by at most a twentieth. At constant
-speed the inertia has no effect. If all runs have the same direction, the offset is the bench's, and
-its range widens the interval of Coulomb friction.
+s is the direction of motion, +1 or -1. A run is a part of a stroke in which the position stays
+within two counts of a straight line in time. If there are too few runs, whole strokes are used: the
+position must deviate from a line by at most 2.7 % of the stroke's distance, and the speed may drift
+by at most a twentieth. At constant speed the inertia has no effect. If all runs have the same
+direction, the bench's offset is used, and its range widens the interval of Coulomb friction.
 
 For fixed (v_s, delta) the other parameters are linear. v_s is searched; delta is 2 or, if the data
 support it, 1 or 1/2. Schwarz's criterion (BIC) decides between the curve and a straight line. For
@@ -51,7 +51,7 @@ FALL = ("breakaway", "stribeck_velocity")
 
 @dataclass(frozen=True)
 class ConstantSpeedRuns:
-    """Means of the effort over m runs, the parts of strokes with constant speed.
+    """Mean effort of m runs; a run is a part of a stroke with constant speed.
 
     - speed: |v|, (m,), rad/s | m/s
     - sign: direction, +-1, (m,)
@@ -232,10 +232,10 @@ def runs_prevail(records: list[MotionRecord]) -> bool:
 
 
 def _rows(records: list[MotionRecord]) -> list[tuple[float, float, float, float]]:
-    """Return (speed, sign, mean effort, samples) of the runs within counts, or of whole strokes.
+    """Return (speed, sign, mean effort, samples) of each run, or of whole strokes.
 
-    Whole strokes are taken if too few runs are within counts: the ripple of a servo's speed then
-    exceeds a count of the encoder.
+    Whole strokes are used if there are too few runs, because the ripple of a servo's speed exceeds
+    an encoder count.
     """
     rows = [row for record in records for row in _runs(record)]
     if _enough(*_directions(rows)):
@@ -286,10 +286,10 @@ def _runs(record: MotionRecord) -> list[tuple[float, float, float, float]]:
 def _whole_stroke(
     record: MotionRecord, start: int, end: int
 ) -> list[tuple[float, float, float, float]]:
-    """Return a list of a stroke without its ends as one run; empty if the speed is not constant.
+    """Return one row for a stroke without its ends, in a list; empty if its speed varies.
 
-    The stroke is treated as a run if the position keeps within WHOLE_SHARE of the distance from a
-    line. A servo's ripple in speed is then averaged, and the run is as long as the stroke.
+    The speed is treated as constant if the position deviates from a line in time by at most
+    WHOLE_SHARE of the distance. The ripple of a servo's speed is then averaged.
     """
     ends = max(BLOCK, int(ENDS_SHARE * (end - start)))
     position = record.position[start + ends : end - ends]
@@ -312,9 +312,9 @@ def _straight(record: MotionRecord, first: int, last: int) -> bool:
 
 
 def _row(record: MotionRecord, first: int, last: int) -> list[tuple[float, float, float, float]]:
-    """Return a list of the run without its first and last block, in which the speed settles.
+    """Return one row for a run without its first and last block, in a list.
 
-    The list is empty if too few samples or counts are left.
+    The speed settles in these blocks. The list is empty if too few samples or counts are left.
     """
     inner: NDArray[np.int64] = np.arange(first + BLOCK, last - BLOCK)
     if inner.size < BLOCK:

@@ -43,9 +43,9 @@ MOST_COMPARED = 300_000  # largest number of simulated samples in a half
 
 
 def halves(records: Sequence[MotionRecord]) -> Sides | None:
-    """Return the parts of the records before and after the reversal nearest to the middle.
+    """Return two halves of the records, cut at the reversal nearest to the middle of each record.
 
-    None if a record has too few strokes.
+    Return None if a record has too few strokes.
     """
     before, after = [], []
     for record in records:
@@ -63,9 +63,9 @@ def halves(records: Sequence[MotionRecord]) -> Sides | None:
 
 @dataclass(frozen=True)
 class HeldOutPrediction:
-    """Prediction of unseen strokes with certain load terms.
+    """Prediction of unseen strokes by a model.
 
-    - terms: load terms
+    - terms: load terms of the model
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - values: parameters fitted to each half
     - errors: name of each compared choice of terms -> held-out rms error [rad | m]
@@ -120,7 +120,7 @@ def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) ->
 def choose_terms(
     records: Sequence[MotionRecord], bench: Bench, known: Mapping[str, float], confidence: float
 ) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Return the load terms to keep, and choice of terms -> held-out rms error [rad | m]."""
+    """Return the best load terms, and the held-out rms error [rad | m] of each tried set."""
     sides = halves(records)
     if sides is None:
         return declared_terms(bench), {}

@@ -10,10 +10,11 @@ Friction over position, and knees over speed, have additional columns if these i
 prediction of unseen strokes (`weak_structure`). Coulomb friction and offset are then means over the
 range of positions, and viscous friction is that below the first knee.
 
-The expected precision (assess/weak_form_precision.py) determines the length of the window, and if
-the inertia is identifiable. The encoder's noise attenuates the inertia, by at most the value for
-white noise. Half of this value is added to the inertia, and the interval covers +- half of it. If
-strokes repeat each other, nothing is added, and the interval covers +- the whole value.
+The expected precision (assess/weak_form_precision.py) determines the length of the window, and
+whether the inertia is identifiable. The encoder's noise attenuates the inertia by at most the value
+for white noise. Half of this value is added to the inertia, and the interval is widened by half of
+it to either side. If strokes repeat each other, nothing is added, and the interval is widened by
+the whole value to either side.
 """
 
 from __future__ import annotations
@@ -180,7 +181,7 @@ def _chosen(
     """Return the samples with the columns of the structure.
 
     `bend_j` is the column of viscous friction between knee j and the next knee, `knee_j` the
-    derivative of the friction by the speed of knee j.
+    derivative of the friction with respect to the speed of knee j.
     """
     chosen = with_structure(samples, parts, structure)
     pieces = [samples.velocity]

@@ -3,7 +3,7 @@
 - order: the smallest order whose prediction of unseen strokes is as good as that of the best order.
   It is 0 unless the best order is significantly better than a constant and reduces the held-out
   error by a fifth.
-- knees: added one at a time at the speed that explains most, and kept by the same rule
+- knees: each new knee is placed at the speed at which it explains most, and kept by the same rule
 
 The order is chosen again after each knee, because a bend over speed looks like a dependence on
 position until it has its own column.

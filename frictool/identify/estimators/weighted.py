@@ -35,7 +35,7 @@ def weighted(
 def inverse_deviation(samples: RegressionSamples) -> Vector:
     """Return for each row (n,) 1/(standard deviation of the residuals in its speed class).
 
-    Raises UnusableLogs as `residuals` does.
+    Raises UnusableLogs if the regressors are dependent.
     """
     residual = residuals(samples, np.ones(samples.velocity.size))
     speed = np.abs(samples.velocity)

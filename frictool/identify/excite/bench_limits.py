@@ -29,7 +29,7 @@ ROUNDING = 1e-9
 class BenchLimits:
     """Worst-case limits of a bench in SI units.
 
-    - low, high: ends of the travel less its margins; infinite if the bench declares no travel
+    - low, high: ends of the travel minus its margins; infinite if the bench declares no travel
     - speed: top speed
     - effort: least effort at the drive's limit
     - inertia, viscous, coulomb, offset: largest a-priori values
@@ -66,7 +66,7 @@ class BenchLimits:
         return "rad" if self.axis == "rotary" else "m"
 
     def acceleration(self, speed: float) -> float:
-        """Return the largest acceleration at a speed, rad/s^2 | m/s^2; <= 0: no spare effort."""
+        """Return the largest acceleration at `speed`, rad/s^2 | m/s^2; <= 0: no effort is left."""
         return (self.effort - self.viscous * speed - self.steady) / self.inertia
 
 
@@ -135,7 +135,7 @@ def unsaid_load(bench: Bench) -> str | None:
 
 
 def axis_known(bench: Bench) -> PriorAxis:
-    """Return the a-priori axis with its widest backlash.
+    """Return the nominal a-priori axis, but with the largest backlash.
 
     A friction with the value 0 is replaced by the upper end of its interval.
     """
@@ -175,14 +175,14 @@ def sensing_of(bench: Bench, noise: float | None = None) -> SensorPrecision:
 def check_reference(
     limits: BenchLimits, position: Vector, velocity: Vector, acceleration: Vector
 ) -> None:
-    """Raise NoSolutionError, with the limit, if a reference (n,) exceeds a limit."""
+    """Raise NoSolutionError if a reference (n,) exceeds a limit; the message names the limit."""
     unit = limits.unit
     drive = "A" if limits.drive == "current" else "V"
     rounding = ROUNDING * (abs(limits.low) + abs(limits.high))
     if position.min() < limits.low - rounding or position.max() > limits.high + rounding:
         raise NoSolutionError(
             f"travel: the test goes from {position.min():.4g} to {position.max():.4g} {unit}; "
-            f"allowed ({100 * MARGIN:g} % off either end): {limits.low:.4g} to "
+            f"allowed ({100 * MARGIN:g} % inside either end): {limits.low:.4g} to "
             f"{limits.high:.4g}; lower the amplitude or raise the frequency"
         )
     fastest = float(np.abs(velocity).max())

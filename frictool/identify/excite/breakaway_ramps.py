@@ -53,6 +53,7 @@ class Ramp(NamedTuple):
     - rate, top: slope and largest value of the drive signal, A/s | V/s and A | V
     - low, high: positions at which the direction changes, rad | m
     - advance_on: distance after which the next segment begins, rad | m
+    - open_loop: True if the drive reaches the top of every ramp
     """
 
     rate: float
@@ -115,8 +116,12 @@ def breakaway_ramps(
 ) -> ExcitationSequence:
     """Return a sequence of breakaway ramps in both directions.
 
-    top [A | V], rate [A/s | V/s]: None for the default. segments: number of ramps over the travel
-    in each direction. Raises NoSolutionError; the message names the exceeded limit.
+    - top: largest drive signal, A | V; None for the default
+    - rate: slope of the drive signal, A/s | V/s; None for the default
+    - open_loop: True if the drive reaches the top of every ramp
+    - segments: number of ramps over the travel in each direction
+
+    Raises NoSolutionError if a limit is exceeded; the message names the limit.
     """
     constant = bench.actuator.constant
     most = breakaway_range(bench)[2]

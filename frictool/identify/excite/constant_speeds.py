@@ -1,10 +1,9 @@
 """Runs at constant speeds in both directions, for friction over speed (`stribeck-curve`).
 
 A run is a motion in one direction from rest to rest. Its speed rises and falls as a raised cosine
-and is constant in between. Dry friction and load leave a
-spare effort (`half_sines.spare_effort`). Half of this effort accelerates the axis, and half
-overcomes viscous friction at the top speed. The rise and fall of the fastest run take half of the
-travel.
+and is constant in between. The spare effort (`half_sines.spare_effort`) is the part of the largest
+effort that dry friction and load do not need. Half of it accelerates the axis, and half overcomes
+viscous friction at the top speed. The rise and fall of the fastest run take half of the travel.
 """
 
 from __future__ import annotations

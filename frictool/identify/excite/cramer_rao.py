@@ -6,7 +6,8 @@ e_x and e_u:
     inertia D2 x + viscous D1 x + coulomb sign(v) + offset = u + r
     r = e_u + (inertia D2 + viscous D1) e_x
 
-D1 and D2 are central differences. e_u is white noise, and e_x is white with the variance step^2/12.
+D1 and D2 are the first and the second central difference. e_u is white noise, and e_x is white
+noise with the variance step^2/12.
 r depends on e_x at up to two samples on either side, so that its covariance V over a stroke has
 five diagonals. With the regressors G (n, 4) of the trajectory, a stroke has the information
 
@@ -65,7 +66,7 @@ class DeclaredLoads:
 class PriorAxis:
     """A-priori axis of a test, in SI units.
 
-    - backlash: full width, rad | m; samples inside it do not count
+    - backlash: full width, rad | m; samples inside the backlash are not used
     - loads: declared loads
     - middle: middle of the travel and of the strokes, rad | m
     """
@@ -80,7 +81,7 @@ class PriorAxis:
 
 @dataclass(frozen=True)
 class PlannedStroke:
-    """Stroke between two reversals, with a half sine of the speed over time.
+    """Stroke between two reversals, with a speed that is a half sine in time.
 
     - speed: top speed V, rad/s | m/s
     - distance: > 0, rad | m
@@ -142,8 +143,8 @@ def regressors(
 ) -> Vector:
     """Return G (n, p) at those samples of a stroke that certainly slip outside the backlash.
 
-    `side` is 1 for forward and -1 for backward. The columns are inertia, viscous, Coulomb, offset
-    (unless absent) and the loads.
+    `side` is 1 for forward and -1 for backward. The columns are inertia, viscous, Coulomb, the
+    offset if the axis has one, and the loads.
     """
     duration = stroke.duration
     samples = max(0, math.floor(duration / sensing.period))

@@ -35,8 +35,8 @@ LONGEST = 10_000_000  # samples, longest test; a longer one is a mistaken settin
 class ExcitationSettings:
     """Settings of a test in SI units; None selects the default of the test.
 
-    - amplitude: half the travelled distance, rad | m; for ramps the largest drive signal
-    - frequency: Hz
+    - amplitude: half the distance of a stroke, rad | m; for ramps the largest drive signal, A | V
+    - frequency: frequency of the sine, Hz
     - speed: top speed, rad/s | m/s
     - rate: slope of the ramps, units of the drive per s
     - duration: duration of the test, s

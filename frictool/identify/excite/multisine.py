@@ -3,6 +3,7 @@
     v(t) = V sum_k cos(2 pi k f t + phase_k)
     phase_k = -pi k (k - 1)/K      (Schroeder 1970)
 
+K is the number of harmonics, and f the frequency of the first one.
 The search starts from Schroeder's phases and alternates between time and frequency (Van der
 Ouderaa, Schoukens and Renneboog 1988): the speed is clipped, its phases are kept, and its
 amplitudes are restored.
@@ -32,7 +33,7 @@ def schroeder(harmonics: int) -> Vector:
 
 
 def crest(phases: Vector) -> float:
-    """Return the crest factor (largest value to rms) of equal cosines with these phases."""
+    """Return the crest factor (largest absolute value/rms) of equal cosines with these phases."""
     speed = _period(phases)
     return float(np.abs(speed).max() / np.sqrt(np.mean(speed**2)))
 

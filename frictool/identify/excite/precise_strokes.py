@@ -47,7 +47,7 @@ class PrecisionRequest:
     - noise: standard deviation of the measured drive, A | V; None for 0.2 % of its limit
     - seed: seed of the random reversal positions
     - factors: parameter -> half width that `identify` reports, divided by the expected half width;
-      EXPECTED_FACTOR for other parameters
+      EXPECTED_FACTOR for a parameter that is not a key
     """
 
     wanted: Mapping[str, float]
@@ -90,7 +90,7 @@ def bench_value(bench: Bench, name: str) -> float:
     known = getattr(bench.mechanics, name)
     if known is None or known.value == 0.0:
         raise NoSolutionError(
-            f"{name}: a precision relative to mechanics.{name} needs a value of it other than 0; "
+            f"{name}: a relative precision needs a value of mechanics.{name} other than 0; "
             f"found: {'none' if known is None else '0'}"
         )
     return abs(float(known.value))
@@ -111,7 +111,7 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     -------
     PreciseTest
         Reference of the position loop, and the promised half widths. If `request.duration` is set,
-        they may be wider than requested.
+        these half widths may be wider than requested.
 
     Raises
     ------
@@ -184,7 +184,7 @@ def _expected_deviation(
 def stroke_program(
     bench: Bench, request: PrecisionRequest, candidates: list[StrokeCandidate]
 ) -> StrokeProgram:
-    """Return the convex program for `candidates` and, last, a pause without motion.
+    """Return the convex program for `candidates`, followed by a pause as last candidate.
 
     Raises
     ------
@@ -214,10 +214,12 @@ def stroke_motion(
     period: float,
     seed: int,
 ) -> Motion:
-    """Return the motion with `times` (k + 1,) repetitions of the candidates and, last, of pauses.
+    """Return the motion in which each of the k candidates is repeated.
 
-    The positions of the reversals are random within the share SPREAD of the reach at both ends, so
-    that encoder errors differ between strokes. Pauses are spread evenly.
+    `times` (k + 1,) are the numbers of repetitions; the last one is that of pauses, which are
+    spread evenly. The positions of
+    the reversals are random within the share SPREAD of the candidate's reach at both ends, so that
+    encoder errors differ between strokes.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
@@ -271,7 +273,7 @@ def _figures(
 
 
 def _unreachable(bench: Bench, request: PrecisionRequest, needed: float | None) -> NoSolutionError:
-    """Return the refusal of a precision, with the limit and what would do."""
+    """Return the refusal of a precision, which names the limit and the remedies."""
     from frictool.identify.excite.precision_remedies import remedies
 
     wanted = ", ".join(f"{name}={100 * one:.3g}%" for name, one in request.only(SLIDING).items())

@@ -26,8 +26,9 @@ CHOICES = 24  # number of distances tried
 
 
 def condition(speed: float) -> float:
-    """Return the condition number of viscous and Coulomb friction in a sine (thesis 4.30).
+    """Return the condition number of the regression of friction on a sine (thesis 4.30).
 
+    The regressors are those of viscous and Coulomb friction.
     `speed` is the sine's top speed, rad/s | m/s.
     """
     half = 0.5 * speed**2 + 1.0
@@ -64,7 +65,7 @@ def _lasting(distance: float, limits: BenchLimits, duration: float) -> PlannedSt
 
 
 def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> float:
-    """Return the largest Cramér-Rao bound, relative to the value, of the nonzero parameters."""
+    """Return the largest Cramér-Rao bound of a nonzero parameter, relative to the parameter."""
     values = (axis.inertia, axis.viscous, axis.coulomb)
     return max(
         float(bound) / value
@@ -74,7 +75,7 @@ def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> f
 
 
 def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
-    """Return the sine, centred in the travel, from the low end of its range.
+    """Return a sine in the middle of the travel that starts at its lowest position.
 
     The sine has round(times) periods of `stroke`, at least one.
     """

@@ -47,7 +47,7 @@ class StrokeCandidate:
     - stroke: mean stroke; the reversal positions vary by the share SPREAD of `reach`
     - reach: largest distance between two reversals, rad | m
     - information: information matrix of both directions, (p, p)
-    - mean_square: mean square of (drive/its limit) on the worst axis
+    - mean_square: mean square of the drive divided by its limit, on the worst axis
     """
 
     stroke: PlannedStroke
@@ -82,7 +82,8 @@ def stroke_candidates(bench: Bench, noise: float | None) -> list[StrokeCandidate
     Raises
     ------
     NoSolutionError
-        If every stroke within the travel is shorter than the backlash and SHORTEST_COUNTS counts.
+        If every stroke within the travel is shorter than the backlash plus SHORTEST_COUNTS encoder
+        counts.
     """
     limits = limits_of(bench)
     axis, sensing = worst_axis(bench), worst_sensing(bench, noise)
@@ -112,7 +113,7 @@ def _stroke(limits: BenchLimits, reach: float, share: float) -> PlannedStroke:
 
 
 def mean_square(stroke: PlannedStroke, limits: BenchLimits) -> float:
-    """Return the mean square of (drive/its limit) on the worst axis."""
+    """Return the mean square of the drive divided by its limit, on the worst axis."""
     share = (np.arange(DRIVE_POINTS) + 0.5) / DRIVE_POINTS
     _, speed, acceleration = unit_profile(share)
     effort = (

@@ -9,12 +9,13 @@ shortest test for the half widths h_i of the parameters i is
                 x_k >= 0
 
 (Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). e_i is the i-th unit vector, and q_i
-the half width divided by the standard deviation at the Cramér-Rao bound. The most precise test of a
-given duration minimises the largest ratio of a parameter's variance to its limit. A pause is a
-candidate without information and drive.
+the half width divided by the standard deviation at the Cramér-Rao bound. rms_k is the rms drive of
+candidate k, and rms the largest allowed rms drive of the test, both divided by the drive's limit.
+The most precise test of a given duration minimises the largest ratio of a parameter's variance to
+its limit. A pause is a candidate without information and drive.
 
 All x_k are rounded up. Repetitions are then removed one by one, those of the longest strokes first,
-as long as every constraint holds.
+as long as every constraint is met.
 """
 
 from __future__ import annotations
@@ -41,9 +42,9 @@ class StrokeProgram:
 
     - information: matrices of the candidates, (k, p, p)
     - duration: durations (k,), s
-    - mean_square: mean square of (drive/its limit), (k,)
+    - mean_square: mean square of the drive divided by its limit, (k,)
     - limit: largest variance of each parameter, (p,); inf for a parameter that is not requested
-    - rms: largest allowed rms of (drive/its limit) over the test
+    - rms: largest allowed rms of the drive over the test, divided by the drive's limit
     """
 
     information: Matrix
@@ -53,7 +54,10 @@ class StrokeProgram:
     rms: float = math.inf
 
     def variances(self, times: Vector) -> Vector:
-        """Return the Cramér-Rao variances (p,) of repetitions `times` (k,); inf if undetermined."""
+        """Return the Cramér-Rao variances (p,) of a test with `times` (k,) repetitions.
+
+        A variance is inf if the test does not determine the parameter.
+        """
         matrix = np.tensordot(times, self.information, axes=1)
         scale = np.sqrt(np.diag(matrix))
         if not np.all(scale > 0.0):
@@ -64,7 +68,7 @@ class StrokeProgram:
         return np.asarray(np.diag(np.linalg.inv(unit)) / scale**2)
 
     def worst(self, times: Vector) -> float:
-        """Return the largest ratio of variance to limit for `times` (k,) repetitions."""
+        """Return the largest ratio of a variance to its limit for `times` (k,) repetitions."""
         known = self.requested
         return float((self.variances(times)[known] / self.limit[known]).max())
 

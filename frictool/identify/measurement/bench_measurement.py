@@ -87,8 +87,8 @@ def constant_warning(measured: Measurement, bench: Bench) -> str | None:
         return None
     return (
         f"actuator.constant: the measured {name} is [{low:.4g}, {high:.4g}] {constant.unit}, and "
-        f"the bench states {constant.value:.4g}; for a DC motor both are equal: correct it, or the "
-        "units"
+        f"the bench states {constant.value:.4g}; for a DC motor both are equal: correct the bench, "
+        "or the units"
     )
 
 

@@ -7,12 +7,12 @@
 The equation is used in the weak form (`weak`). Inside the backlash only the friction of the motor
 (brush) acts. The width is searched, with [advance < width] smoothed over a count.
 
-The delay is a linear parameter. The estimation is repeated, with the effort shifted by the previous
-delay, until the remaining delay is 0. It uses only rows outside the wider of the bench's and the
-estimated backlash, because brush friction inside the backlash looks like a delay.
+The delay is a linear parameter. Its estimation is repeated, with the effort shifted by the previous
+delay, until the remaining delay is 0. Only rows outside the backlash are used, the bench's or the
+estimated one, whichever is wider, because brush friction inside the backlash looks like a delay.
 
-Schwarz's criterion (BIC) decides if there is a backlash. The intervals come from a jackknife over
-strokes; the position of a reversal is known to within a count.
+Schwarz's criterion (BIC) decides whether there is a backlash. The intervals come from a jackknife
+over strokes; the position of a reversal is known to within a count.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ LARGEST_DELAY = 0.25  # largest delay relative to the window; beyond it the line
 class ReversalRows:
     """Weak-form rows (n,) of one record, and signals (m,) of all its samples.
 
-    - plain: weighted means of acceleration, velocity, sign and 1, (n, 4)
-    - slope: derivative of the effort, (n,)
+    - plain: weighted means of acceleration, velocity, sign of the velocity, and 1, (n, 4)
+    - slope: weighted mean of the derivative of the effort, (n,)
     - effort, stroke: weighted mean of the effort, and number of the stroke, (n,)
     - advance: distance since the last reversal, (m,), rad | m
     - sign, moving: direction and velocity, (m,)
@@ -97,7 +97,7 @@ def reversals(
 ) -> tuple[Interval | UnusableLogs, Interval | UnusableLogs]:
     """Return the full width of the backlash [rad | m] and the delay [s].
 
-    A value that is not determined is replaced by the error with the reason.
+    If the records do not determine one of the two, an UnusableLogs with the reason replaces it.
 
     Raises UnusableLogs if nothing moves.
     """
@@ -286,8 +286,8 @@ def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:
 def _solved(rows: list[ReversalRows], width: float) -> LeastSquaresSolution:
     """Return the regression with the delay, or for a width > 0 with the backlash.
 
-    With a width, the regressors include the derivative by the width. Raises UnusableLogs if the
-    rows do not determine the parameters.
+    With a width, the regressors include the derivative with respect to the width. Raises
+    UnusableLogs if the rows do not determine the parameters.
     """
     plain, effort, stroke = _together(rows)
     if width > 0.0:

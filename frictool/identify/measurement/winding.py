@@ -55,7 +55,7 @@ LONGEST_STEP = 1.5  # periods, longest interval of one piece
 class WindingLog:
     """Voltage [V], current [A] and position [rad | m] (n,) of one log.
 
-    - piece: number of the unbroken piece of each sample, (n,)
+    - piece: number of the part without gaps that contains the sample, (n,)
     - period: sample period, s
     - window: length of the test function in samples
     - noise: noise of the position, rad | m
@@ -224,7 +224,8 @@ def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
     known = [one for one in intervals if one is not None]
     if len(known) < len(intervals):
         return UnusableLogs(
-            "the logs do not show it: the motor did not move, or the current settles in a period"
+            "the logs do not determine it: the motor did not move, or the current settles within a "
+            "period"
         )
     low = min(one.low for one in known)
     high = max(one.high for one in known)

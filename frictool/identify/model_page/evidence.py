@@ -35,8 +35,8 @@ FEWEST_CELLS = 16  # least number of cells with samples that give a spectrum
 class SlipSamples:
     """Samples (n,) of all logs that certainly slip, smoothed (`force_error.py`), in SI units.
 
-    - time: time along the logs, placed one after the other, s
-    - position, velocity: rad and rad/s | m and m/s
+    - time: time with all logs placed one after the other, s
+    - position, velocity: smoothed motion, rad and rad/s | m and m/s
     - residual: measured effort minus the effort of the model, N m | N
     - friction: friction of the model, averaged over the travel, plus direction times residual, N m
       | N
@@ -142,7 +142,7 @@ class HeldOutPositions:
 
     - held_out: False if the logs are too short for halves; the model then simulates the logs of its
       fit
-    - segments: one for each unbroken piece of the records, placed one after the other in time
+    - segments: one for each part of the records without gaps, placed one after the other in time
     """
 
     held_out: bool
@@ -206,7 +206,7 @@ def _half_model(
 
 
 def _predicted(model: Model, records: Sequence[MotionRecord]) -> list[PositionPrediction]:
-    """Return the measured and simulated positions of every unbroken piece of the records."""
+    """Return the measured and simulated positions of every part of the records without gaps."""
     return [
         PositionPrediction(
             segment.record.name,

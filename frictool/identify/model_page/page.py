@@ -115,7 +115,7 @@ def _explanation_table(outcome: IdentifiedModel) -> TextTable:
             "Possible cause",
             "Treatment",
             "Effort, rms",
-            "Prediction error on unseen strokes, relative to that without this cause",
+            "Prediction error on unseen strokes, relative to the error without this cause",
             "Predict equally well",
             "To decide",
         ),
