@@ -98,7 +98,7 @@ def compare_with_promise(
     if (promise.name, promise.axis) != (bench.name, bench.axis):
         raise InputFileError(
             "--promise",
-            f"is of the bench {promise.name} ({promise.axis}); allowed: {bench.name} "
+            f"belongs to the bench {promise.name} ({promise.axis}); allowed: {bench.name} "
             f"({bench.axis})",
         )
     out = []
@@ -146,7 +146,7 @@ def _reasons(
     step = bench.encoder.resolution
     if facts.sensing.step > MORE * step:
         reasons.append(
-            f"the noise of the position is that of an encoder with the step "
+            f"the position is as noisy as that of an encoder with the step "
             f"{facts.sensing.step:.3g}, the bench's has {step:.3g}"
         )
     assumed = SensorPrecision(
@@ -163,7 +163,7 @@ def _reasons(
         )
     if not reasons:
         reasons.append(
-            "length, noise and strokes are as planned, so that the residual has a part that the "
+            "length, noise and strokes are as planned: the residual probably has a part that the "
             "model lacks, such as a load or a friction over position"
         )
     return tuple(reasons)

@@ -60,9 +60,9 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
 
 
 def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
-    """Return True if `implausible` gives the same warning as `warning`, which belongs to a log.
+    """Return True if `implausible` gives a warning that the log has already (`warning`).
 
-    This is the case for a warning about jumps if the bench has a top speed.
+    This is so if the warning is about jumps and the bench has a top speed.
     """
     return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 

@@ -49,10 +49,10 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     """Return the accepted parameters, and the fit with refused ones at the bench's values.
 
-    The fit with the bench's values (`fixed_parameter_refit.py`) is used only if it identifies all
-    parameters of the free fit and explains the effort. A value of the bench that contradicts the
-    log would otherwise refuse parameters that the log determines. The intervals include effects
-    that the model does not include; the widened fit names them.
+    The fit with the bench's values (`fixed_parameter_refit.py`) is used only if it explains the
+    effort and identifies all parameters that `fit` identifies. A value of the bench that
+    contradicts the log would otherwise refuse parameters that the log determines. The intervals
+    include effects that the model lacks; the WidenedFit names these effects.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
@@ -83,8 +83,8 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    Motion with the drive off has no effort for this search. A method for comparison keeps its
-    intervals if the force error is doubtful; a warning states this (`fit_warnings`).
+    The intervals are not widened for motion with the drive off, which has no effort to search for
+    effects, and for a comparison method with a large force error (`fit_warnings` warns of it).
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):

@@ -124,7 +124,7 @@ def presliding_lines(model: Model) -> list[str]:
             limit = getattr(law, "elastic_limit", None)
             elastic = "" if limit is None else f", {shown('elastic limit', limit)}"
             unseen = (
-                f"off by {100.0 * law.held_out:.3g} % of the breakaway on branches left out of the "
+                f"off by {100.0 * law.held_out:.3g} % of the breakaway on strokes left out of the "
                 "fit"
             )
             lines.append(f"  {name}: {shown('stiffness', law.stiffness)}{elastic}; {unseen}")
@@ -149,7 +149,7 @@ def force_line(error: float | None) -> str:
 
 
 def explanation_place(one: Explanation) -> str:
-    """Return a text: in the model, removed from the effort, or left in the residual."""
+    """Return as text where this effort went: model, removed from the effort, or residual."""
     if one.state == "left":
         return "left in the residual"
     return (
@@ -176,7 +176,7 @@ def explanation_line(one: Explanation, unit: str) -> str:
 
 
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
-    """Return the line on the Stribeck velocities for which the breakaway's interval holds.
+    """Return the line on the Stribeck velocities for which the breakaway's interval is valid.
 
     If the range comes from the onsets only, the line also states how to make the range narrower.
     """

@@ -1,16 +1,17 @@
 """Widening of intervals by effects that the model does not include and the residual shows.
 
-Such an effect leaves the same residual in every stroke, so that the covariance over strokes
-(`regression`) does not include the resulting error. Four sources of this error are examined
+An effect that the model lacks leaves the same residual in every stroke, so that the covariance over
+strokes (`regression`) does not include the resulting error. Four sources of this error are examined
 (docs/theory/identify.md):
 
 1. Residuals that repeat over position and state (velocity, sign of the acceleration) add a variance
    (`regression/multiway.py`). If only few rows determine viscous friction, as in strokes of one
-   speed, the encoder's noise of the acceleration adds a variance, too; it is treated as the same in
-   every stroke, because equal strokes reverse at the same counts.
+   speed, the encoder's noise in the acceleration also adds a variance. This noise is treated as the
+   same in every stroke, because equal strokes reverse at the same counts.
 2. Hypotheses of `explanation_search` that improve the fit shift the parameters.
 3. Smoothing windows of twice the length shift the parameters.
-4. A delay or a lag, computed exactly, shifts the parameters if the column of the delay is used.
+4. If the column of the delay, which is a first-order approximation, is used, the shift by an exact
+   delay and by an exact lag is computed.
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, because effects that look alike may shift a
@@ -79,8 +80,8 @@ class AcceptedEffects:
     """Effects that act together.
 
     - what: names of the effects in the order of acceptance
-    - significance: p-value of the last effect
-    - shift: change of each sliding parameter
+    - significance: p-value of the effect that was accepted last
+    - shift: change of each sliding parameter if the model had these effects
     - held_out: sum of the squared prediction errors, relative to the sum without the effects
     """
 
@@ -95,7 +96,7 @@ class WidenedFit:
     """Fit with intervals that include unmodelled effects.
 
     - what: most significant effect; None if it is uncertain or hardly improves the prediction
-    - ratios: parameter -> new width/old width, for intervals that become much wider
+    - ratios: parameter -> new width divided by old width, for intervals that become much wider
     """
 
     fit: SlidingFit
@@ -103,9 +104,9 @@ class WidenedFit:
     ratios: Mapping[str, float] = field(default_factory=dict)
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return a warning that names the effect, if it widened identified intervals.
+        """Return a warning that names the effect if it widened intervals in `identified`.
 
-        Intervals from ramps are not widened.
+        The effect does not widen intervals that come from ramps.
         """
         wider = [
             f"{name} {ratio:.2g}"
@@ -115,7 +116,7 @@ class WidenedFit:
         if self.what is None or not wider:
             return ()
         return (
-            f"the residual shows an effect that the model lacks, most like {self.what}; it widens "
+            f"the residual shows an effect that the model lacks, perhaps {self.what}; it widens "
             f"the intervals ({listed(wider, LONGEST_RATIOS)} times as wide)",
         )
 
@@ -178,11 +179,11 @@ def _of_delay(
     confidence: float,
     plain: _EffectRegression,
 ) -> list[AcceptedEffects]:
-    """Return the changes by a pure delay, and by a lag, in place of their common first order.
+    """Return the shifts by an exact delay and by an exact lag.
 
-    The effort is moved by the estimated delay, or passes a lag; the column of the delay then only
-    takes up what is left. A measured effort that is late is not filtered, since the inverse of a
-    lag increases its noise.
+    The effort is delayed or filtered by the estimated delay; the column of the delay then fits the
+    remaining delay. A lag is tried only if the effort is early, since the inverse of a lag would
+    increase the noise of the effort.
     """
     late = fit.effects.get(DELAY)
     if late is None:

@@ -33,9 +33,10 @@ OVERDUE = 2.0  # longest time since the last turn, in longest times between two 
 class LimitCycle:
     """Result of the limit-cycle test of one hold.
 
-    amplitude: half the peak-to-peak value over the last period [rad or m]; 0 without a limit cycle,
-    None if the hold does not show whether there is one. period: mean time between turns in the same
-    direction [s]. reason: reason for an amplitude of None.
+    - amplitude: half the peak-to-peak value over the last period [rad or m]; 0 without a limit
+      cycle, None if the hold does not show whether there is one
+    - period: mean time between turns in the same direction [s]; None without a limit cycle
+    - reason: reason for an amplitude of None, else empty
     """
 
     amplitude: float | None
@@ -77,12 +78,12 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
 
 
 def limit_cycle_amplitude(cycle: LimitCycle) -> float | str:
-    """Return the amplitude in a test's result, or the reason why there is none."""
+    """Return the amplitude [rad or m], or the reason why there is none."""
     return cycle.reason if cycle.amplitude is None else cycle.amplitude
 
 
 def limit_cycle_period(cycle: LimitCycle) -> float | str:
-    """Return the period in a test's result, or the reason why there is none."""
+    """Return the period [s], or the reason why there is none."""
     return (cycle.reason or "there is no limit cycle") if cycle.period is None else cycle.period
 
 

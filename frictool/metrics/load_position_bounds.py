@@ -1,6 +1,6 @@
 """Bounds of the load's position behind a backlash, computed from the motor's position.
 
-|motor - load| <= backlash/2, and while the backlash is open the load stays at rest (thesis 4.45).
+|motor - load| <= backlash/2, and the load stays at rest while the backlash is open (thesis 4.45).
 The load position is therefore the play operator of the motor position. The operator increases with
 the motor position and with the unknown initial position in the backlash. The ends of the intervals
 of both positions therefore give bounds of the load position. After a stroke longer than the
@@ -20,8 +20,9 @@ from frictool.typing import Vector
 def load_bounds(position: Vector, backlash: float, unsure: float) -> tuple[Vector, Vector]:
     """Return the lowest and highest load position (n,) [rad or m] for motor positions (n,).
 
-    backlash: full width [rad or m]. unsure [rad or m]: largest error of a motor position plus half
-    the largest error of the backlash.
+    - backlash: full width [rad or m]
+    - unsure: largest error of a motor position plus half the largest error of the backlash
+      [rad or m]
     """
     half = 0.5 * backlash
     low = _play(position, half, float(position[0]) - half)

@@ -1,8 +1,8 @@
 """Holds of the reference, and the steps that begin them.
 
 A *hold* is a run of at least 20 samples of constant reference. A hold begins with a *step* if it
-follows another hold with at most three samples between them, as a resampled reference has. The step
-starts at the first sample at which the reference has left the previous hold.
+follows another hold with at most three samples in between; resampling can cause such samples. The
+step starts at the first sample at which the reference has left the previous hold.
 
 The record may begin with a step. Its first hold is then a step from the initial position, if the
 axis moves at least half of the distance to the reference. A jump of at most one sensor step is not

@@ -1,4 +1,4 @@
-"""Motions of a reference, in which it changes over more samples than a step.
+"""Motions of a reference: changes that take more samples than a step.
 
 A *motion* is a maximal run of samples in which the reference changes; it may contain pauses of
 fewer than 20 samples. A change within at most three samples is a step, which no axis can follow.

@@ -23,11 +23,12 @@ def zone_half_width(origin: float, target: float, resolution: float) -> float:
 def response_time_95(
     time: Vector, position: Vector, origin: float, target: float, resolution: float = 0.0
 ) -> float:
-    """Return the time [s] after which `position` stays within 5 % of the step of its final value.
+    """Return the time [s] after which `position` stays in the 95 % zone around its final value.
 
-    `time` and `position` (n,) are the samples of the hold, which begins with the step. The result
-    is infinite if the position leaves this zone in the last tenth of the hold, or moves by less
-    than half of the step.
+    `time` and `position` (n,) are the samples of the hold, which begins with the step. The half
+    width of the zone is `zone_half_width`. The result is infinite if the position leaves the zone
+    in the last tenth of the hold, or if its final value is more than half of the step off the
+    target.
     """
     final = final_value(position)
     if abs(target - final) > 0.5 * abs(target - origin):

@@ -22,8 +22,9 @@ LEAST_SENSOR_STEPS = 2.0  # least return of a reversal, in sensor steps
 def turning_points(position: Vector, threshold: float, direction: float = 0.0) -> list[int]:
     """Return the indices of turns after which `position` (n,) moves back by more than `threshold`.
 
-    threshold [rad or m]. direction: initial direction of motion, 1 or -1; with 0 it is that of the
-    first motion by more than the threshold.
+    - threshold: distance [rad or m]
+    - direction: initial direction of motion, 1 or -1; 0 to use the direction of the first motion
+      that exceeds `threshold`
     """
     increments = position[1:] - position[:-1]
     moving = increments.nonzero()[0]

@@ -36,7 +36,7 @@ def saturation_time(
     drive_limit: float,
     drive_noise: float,
 ) -> float:
-    """Return the time [s] at the limit of `command` or, if that is None, of `measured`."""
+    """Return the time [s] for which `command` or, if it is None, `measured` is at the limit."""
     if command is not None:
         return commanded_saturation(time, command, drive_limit)
     assert measured is not None

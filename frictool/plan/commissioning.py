@@ -129,14 +129,14 @@ def next_step(
     missing = [name for name in NEEDED if name not in known]
     if missing:
         reasons = "; ".join(
-            f"{name}: {outcome.result.refused.get(name, 'no log of it')}" for name in missing
+            f"{name}: {outcome.result.refused.get(name, 'no log shows it')}" for name in missing
         )
         return _strokes(narrowed_bench(bench, model), f"not identified yet: {reasons}", reached)
     return _designed(bench, outcome, refusal_of, narrow)
 
 
 def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep:
-    """Return the ramps, or the usual ones if FIRST_RAMPS cannot be reached."""
+    """Return ramps with the precision FIRST_RAMPS, or default ramps if it cannot be reached."""
     try:
         test = rehearsed_ramps(bench, PrecisionRequest({"breakaway": FIRST_RAMPS}))
     except NoSolutionError:

@@ -22,12 +22,12 @@ def narrowed_bench(bench: Bench, model: Model) -> Bench:
 
 
 def narrowed_model(model: Model) -> Model:
-    """Return the model with a narrowed bench: its plants are those that agree with the logs."""
+    """Return the model with a narrowed bench, so that its plants agree with the logs."""
     return structs.replace(model, bench=narrowed_bench(model.bench, model))
 
 
 def exact_model(model: Model) -> Model:
-    """Return the narrowed model with exact values: identified parameters have no interval."""
+    """Return the narrowed model with the exact values of the identified parameters."""
     exact = {
         name: structs.replace(one, low=one.value, high=one.value)
         for name in NARROWED

@@ -1,9 +1,10 @@
 """Design of tests that reach a requested precision in rehearsals.
 
-The result is the shortest such test, or the best test of a given duration. `precise_strokes` and
-`precise_ramps` design a test from the Cramér-Rao bound. `identify` reports wider intervals than
-this bound; rehearsals of the test measure the factor for each parameter. The design is repeated
-with the measured factors until the upper bound of every half width is within the request.
+The result is the shortest test with the precision, or the most precise test of a given duration.
+`precise_strokes` and `precise_ramps` design a test from the Cramér-Rao bound. `identify` reports
+wider intervals than this bound; rehearsals of the test measure the ratio of the two for each
+parameter. The design is repeated with the measured ratios until the upper bound of every half width
+is within the request.
 """
 
 from __future__ import annotations
@@ -131,8 +132,8 @@ def _corrected(
 ) -> dict[str, float]:
     """Return the factors of the next round.
 
-    `ratio` is the upper bound over the wanted half width, `spare` the wanted half width over that
-    of the design, which may be more precise than wanted.
+    - ratio: upper bound of the half width divided by the requested half width
+    - spare: requested half width divided by that of the design, which may be smaller
     """
     return {
         name: attempt.factor(name) * spare[name] * min(RESERVE * one, LARGEST_STEP)
@@ -159,7 +160,7 @@ def _shortfall(
     sample: Mapping[str, HalfWidthSample],
     wanted: Mapping[str, float],
 ) -> str:
-    """Return the message on a precision that the rehearsals miss, with sufficient changes."""
+    """Return a message with the missed precisions, and the changes that would reach them."""
     missed = []
     for name, one in sample.items():
         if one.refusals:

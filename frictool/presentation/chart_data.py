@@ -1,8 +1,8 @@
 """Data of a drawn figure for the charts of a page, read from the figure itself.
 
-explore.js draws these data with uPlot in place of the `<svg>` element. A figure is drawn once, by
-matplotlib, so that both show the same. A number is stored as 16 bits: its error is at most 1/130000
-of the range of its curve.
+explore.js draws these data with uPlot in place of the `<svg>` element. The data are read from the
+figure that matplotlib drew, so that chart and `<svg>` element show the same. A number is stored as
+16 bits: its error is at most 1/130000 of the range of its curve.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Decimation of a signal for a plot: fewer points, with every visible peak kept."""
+"""Decimation of a signal for a plot: fewer points, but every visible peak."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def decimated_indices(*signals: Vector, columns: int = COLUMNS) -> NDArray[np.in
 def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -> NDArray[np.intp]:
     """Return increasing indices at which a curve (n,) over a rising abscissa is stored.
 
-    The ordinates of the lines between the samples differ from the curve by at most `tolerance`
-    (cone intersection). Samples that are not finite, and their neighbours, are kept.
+    Straight lines between the stored samples differ from the curve by at most `tolerance` (cone
+    intersection). Samples that are not finite, and their neighbours, are kept.
     """
     count = abscissa.size
     if count < 3:
@@ -73,7 +73,7 @@ def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -
 
 
 def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
-    """Return increasing indices at which a static figure draws a curve (n,), rising abscissa.
+    """Return increasing indices at which a static figure draws a curve (n,); rising `abscissa`.
 
     Peaks are kept (`decimated_indices`); samples on straight parts are left out.
     """
@@ -84,10 +84,10 @@ def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
 
 
 def decimated_path_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
-    """Return increasing indices that follow the path of two signals (n,) in steps of 1/500.
+    """Return increasing indices at which the path of two signals (n,) is plotted.
 
-    The unit of length is the range of each signal. Samples at a standstill are dropped; the last
-    one is kept.
+    Each signal is divided by its range; the samples are then about 1/500 of path length apart. The
+    last sample is always kept.
     """
     width, height = float(np.ptp(abscissa)) or 1.0, float(np.ptp(ordinate)) or 1.0
     length = np.concatenate(

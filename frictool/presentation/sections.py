@@ -16,7 +16,11 @@ from markupsafe import Markup
 
 @dataclass(frozen=True)
 class FigureView:
-    """Named range of a figure's panel; None in abscissa or ordinate means the whole range."""
+    """Named range that a reader can choose in a figure.
+
+    - abscissa, ordinate: ends of the range; None for the whole range
+    - panel: index of the panel of the figure
+    """
 
     name: str
     abscissa: tuple[float, float] | None = None
@@ -37,8 +41,8 @@ class FigureView:
 class PageFigure:
     """Figure: title and caption as plain text, and the text of the `<svg>` element.
 
-    key: name of the figure, to which other parts of the page link. views: ranges that a reader can
-    choose.
+    - key: name of the figure, to which other parts of the page link
+    - views: ranges that a reader can choose
     """
 
     title: str
@@ -49,12 +53,12 @@ class PageFigure:
 
     @property
     def views_json(self) -> str:
-        """The views as JSON."""
+        """Return the views as JSON."""
         return json.dumps([view.as_json() for view in self.views])
 
     @property
     def markup(self) -> Markup:
-        """The `<svg>` element, marked so that a page does not escape it."""
+        """Return the `<svg>` element, marked so that a page does not escape it."""
         return Markup(self.svg)
 
 
@@ -62,9 +66,11 @@ class PageFigure:
 class TextTable:
     """Table of texts, one tuple per row.
 
-    title: title on the page. headings: one per column, or none. names: number of first columns that
-    name the row; the other columns contain values, aligned on the right. If `names` is None, all
-    columns are aligned on the left. left_out: number of rows not shown.
+    - title: title on the page
+    - headings: one heading per column, or none
+    - names: number of left-aligned columns, which name the row; the other columns contain values
+      and are aligned on the right. None: all columns are aligned on the left
+    - left_out: number of rows that are not shown
     """
 
     title: str

@@ -77,8 +77,9 @@ def panels(
 ) -> tuple[Figure, list[Axes]]:
     """Return an empty figure with `rows` axes above each other that share one abscissa.
 
-    size: width and height in inches. ratios: relative heights of the axes. space: gap between two
-    axes, relative to their mean height.
+    - size: width and height in inches
+    - ratios: relative heights of the axes; None for equal heights
+    - space: gap between two axes, relative to their mean height
     """
     (width, height), (left, right, bottom, top, label) = size, margins
     figure = Figure(figsize=size)
@@ -98,9 +99,8 @@ def panels(
 def render(figure: Figure, label: str) -> str:
     """Return the text of the `<svg>` element; the call must be within `drawing`.
 
-    The element contains the data of the charts with which a page replaces it (chart_data.py).
-
-    label: any text, read out by screen readers.
+    The element contains the data of the chart that replaces it on a page (chart_data.py). `label`:
+    text that screen readers read out.
     """
     buffer = io.StringIO()
     canvas: Any = FigureCanvasSVG(figure)
@@ -121,9 +121,9 @@ def render(figure: Figure, label: str) -> str:
 
 
 def render_compact(figure: Figure, label: str) -> str:
-    """Return the text of the `<svg>` element with path coordinates cut to 0.1 point.
+    """Return the text of the `<svg>` element with path coordinates rounded to 0.1 point.
 
-    This is for a page with many figures.
+    The text is shorter, for a page with many figures.
     """
     return re.sub(
         r' d="[^"]*"',

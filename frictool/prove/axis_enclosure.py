@@ -1,18 +1,18 @@
 """Enclosure of the motion of one axis over a sample: stick, breakaway, slip, contact, stop.
 
 All quantities are intervals; the direction of the motion is always known. In a slip in direction s,
-with w = s v >= 0 and a constant command u,
+with the speed w = s v >= 0, the drive i, and a constant command u, the system
 
     drive i' = (u - i)/lag,        w' = s (K i - offset)/J - viscous w/J - friction/J
 
-is linear (K: drive constant, J: inertia). Its Taylor series is summed with interval coefficients,
-and `_tail` bounds the remainder. The displacement since the start does not depend on the initial
-position, since no law depends on the position: the same enclosure holds for every position within
-an encoder count.
+is linear (K: drive constant, J: inertia). The Taylor series of its solution is summed with interval
+coefficients, and `_tail` bounds the remainder. The displacement since the start does not depend on
+the initial position, since no law depends on the position: the same enclosure is valid for every
+position within an encoder count.
 
-Steps that are proved free of events approach the next event, until at most EVENT seconds are left
-to the event. The bounds over these EVENT seconds contain every possible motion. If the enclosure
-cannot decide which event follows, it raises `Ambiguous`, and nothing is proved.
+The integration takes steps that provably contain no event, until at most EVENT seconds remain
+before the next event. The bounds over these EVENT seconds contain every possible motion. If the
+enclosure cannot decide which event follows, it raises `Ambiguous`, and nothing is proved.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Ambiguous(Exception):
 class PlantBox:
     """Parameters of an axis as intervals in SI units, with the names of plant/axis.py.
 
-    lag [s] and the sample period [s] are plain numbers.
+    `lag` [s], `drive_limit`, `backlash` and the sample period `period` [s] are exact numbers.
     """
 
     inertia: RoundedInterval
@@ -76,11 +76,14 @@ def plant_box(axis: AxisParameters, period: float) -> PlantBox:
 
 @dataclass(frozen=True, slots=True)
 class AxisSet:
-    """Set of axis states.
+    """Set of states of an axis.
 
-    moved: displacement since the start [rad | m]. direction: sign of the speed, 0 at rest. edge: +1
-    or -1 at the edge of the backlash at which the motor moves the load, 0 inside. gap: position
-    inside the backlash [rad | m].
+    - moved: displacement since the start [rad | m]
+    - speed: velocity, with its sign [rad/s | m/s]
+    - drive: drive of the motor [A | V]
+    - gap: position inside the backlash [rad | m]
+    - direction: sign of the velocity, 0 at rest
+    - edge: +1 or -1 at the edge of the backlash, where the motor moves the load; 0 inside
     """
 
     moved: RoundedInterval
@@ -270,7 +273,7 @@ class _Phase:
 
 @dataclass(frozen=True, slots=True)
 class _Bounds:
-    """Bounds during a step. moves: the speed stays above 0, or does not fall from 0."""
+    """Bounds during a step; `moves`: True if the speed stays above 0, or does not fall from 0."""
 
     moves: bool
     farthest: float

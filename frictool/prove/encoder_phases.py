@@ -44,10 +44,13 @@ DRIVE_SLACK = 1e-9  # relative distance of the drive from the breakaway while th
 class LoopOfPlant:
     """Sampled loop of one plant and one number format.
 
-    running: the controller's program before its start. reference (n,): one value per sample [rad |
-    m]. start: initial position [rad | m]; the proof covers every initial position with the same
-    encoder count. travel: positions of the end stops [rad | m]; a run that may reach one is not
-    proved.
+    - running: program of the controller before its start
+    - reference: one value per sample, (n,), rad | m
+    - delay: delay of the command in samples
+    - encoder_step: encoder step, rad | m
+    - start: initial position, rad | m; the proof covers every initial position with the same
+      encoder count
+    - travel: positions of the end stops, rad | m; a run that may reach an end stop is not proved
     """
 
     plant: PlantBox
@@ -63,9 +66,11 @@ class LoopOfPlant:
 class PhaseRun:
     """Runs from the starts [low, high], with the same reading and command at every sample.
 
-    position (n,): readings of the encoder. command (n,): commands of the controller. rests: True if
-    the axis is at rest at the end. reason: reason why nothing is proved for these starts, or empty;
-    the arrays then end before the sample that is not decided.
+    - position: readings of the encoder, (n,)
+    - command: commands of the controller, (n,)
+    - rests: True if the axis is at rest at the end
+    - reason: reason why nothing is proved for these starts; empty if the runs are proved. With a
+      reason, `position` and `command` end before the undecided sample
     """
 
     low: float
@@ -258,4 +263,4 @@ def _check_travel(loop: LoopOfPlant, branch: _Branch) -> None:
         branch.low + state.moved.low - reach <= low
         or branch.high + state.moved.high + reach >= high
     ):
-        raise Ambiguous("an end stop within reach")
+        raise Ambiguous("the axis may reach an end stop")

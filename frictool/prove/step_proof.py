@@ -1,9 +1,9 @@
 """Proof of a step test: all runs of each plant from one encoder count, and their metrics.
 
-Readings and commands of a run are numbers (encoder_phases.py). The metrics are computed from them
-as `report` computes them from a log. A requirement is proved if every start belongs to a run that
-meets the requirement. A requirement is refuted only if a simulation with the event-exact engine
-violates the requirement from a start, too.
+Readings and commands of a run are numbers (encoder_phases.py). The metrics are computed from these
+numbers as `report` computes them from a log. A requirement is proved if every start belongs to a
+run that meets the requirement. A requirement is refuted only if a simulation by the event-exact
+engine, from one of the starts, violates it as well.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from frictool.typing import Vector
 from frictool.workers.job_sharing import share
 
 NOMINAL = "nominal"
-NOT_COVERED = "prove does not compute it"
+NOT_COVERED = "prove does not compute this requirement"
 FLICKER = 1.0 + 1e-6  # motion at rest, in encoder steps, as in `report`
 
 
@@ -255,7 +255,7 @@ def _judged(
         played = _played(test, loop, plant, start, metric)
         if isinstance(played, float) and played > bound:
             return ProvedRequirement(key, "refuted", bound, shown, start=start)
-        reason = "the bounds of a run violate it, but not the simulated run from the same start"
+        reason = "the bounds of a run violate the limit, but its simulation from the start does not"
         return ProvedRequirement(key, "undecided", bound, shown, reason=reason)
     missing = next((value for _, value in values if isinstance(value, str)), "")
     reason = missing or next((one.reason for one in runs if one.reason), "")
@@ -285,7 +285,7 @@ def _margin(controller: Controller, bound: float) -> ProvedRequirement:
             "by the certificate, for every plant of the box; frictool verify repeats this proof"
         )
         return ProvedRequirement("modulus_margin", "proved", bound, max(margins), reason=reason)
-    reason = "the certificate of the controller has no bound that suffices"
+    reason = "the certificate of the controller proves no margin that reaches the limit"
     return ProvedRequirement("modulus_margin", "undecided", bound, reason=reason)
 
 
@@ -311,7 +311,7 @@ def _played(
         NO_CONDITIONS,
     )
     if status != OK:
-        return "the engine cannot simulate it"
+        return "the engine cannot simulate the run from this start"
     position, command = (np.ascontiguousarray(record[:, column]) for column in (MEASURED, COMMAND))
     return metric(test, loop, position, command)
 
@@ -325,7 +325,7 @@ def _times(loop: LoopOfPlant) -> Vector:
 
 
 def _of_steps(value: Callable[[LoopOfPlant, Hold, Vector], float]) -> Metric:
-    """Return the metric that is the worst value of all steps."""
+    """Return a metric: the largest of the values of all steps."""
 
     def metric(
         test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector

@@ -17,7 +17,7 @@ from frictool.report.requirement import number
 
 ORDERS = {1: "first", 2: "second"}
 INPUTS = {
-    "eta": "eta, the integral of the speed reference less the position",
+    "eta": "eta = (integral of the speed reference) - position",
     "speed_error": "the speed's error",
 }
 

@@ -27,7 +27,7 @@ def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
 
 
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the larger of two peaks: of the command, and of the measured drive less its noise."""
+    """Judge the larger of two peaks: of the command, and of the measured drive minus its noise."""
     measured = f"of the measured {spec.drive}, less its noise floor"
     peaks: list[JudgedValue] = []
     for item, _ in evidence:

@@ -208,7 +208,7 @@ def test_a_velocity_does_not_tell_a_spring() -> None:
     record = velocity_record(
         "log", axis.record.time, np.gradient(axis.record.position, PERIOD), axis.record.effort, 0.0
     )
-    with pytest.raises(UnusableLogs, match=r"no position, on which spring of load\.terms depend"):
+    with pytest.raises(UnusableLogs, match=r"no position; load\.terms needs a position for spring"):
         run("least-squares", [record], axis.bench, IdentificationSettings())
 
 

@@ -218,7 +218,7 @@ def test_the_clutch_is_refused_in_one_line(tmp_path: Path) -> None:
     refused(
         run("identify", "--loops", still, "--bench", CLUTCH, "-o", target),
         1,
-        "presliding: the longest branch below the breakaway has 0 encoder counts",
+        "presliding: the longest branch between two reversals has 0 encoder counts",
         "or less",
     )
     assert not target.exists()

@@ -95,7 +95,7 @@ def test_a_promise_of_another_bench_is_refused(belt: tuple[Bench, PreciseTest, P
         servo=default_servo(bench),
         drive_noise=0.02,
     )
-    with pytest.raises(InputFileError, match=r"is of the bench belt \(linear\); allowed: arm"):
+    with pytest.raises(InputFileError, match=r"belongs to the bench belt \(linear\); allowed: arm"):
         compare_with_promise(identify([log], bench), other, promise)
 
 

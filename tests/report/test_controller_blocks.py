@@ -41,7 +41,7 @@ def test_a_plain_cascade_has_its_law_and_its_linear_part() -> None:
     )
     assert (
         found["Linear"]
-        == "order 1 from eta, the integral of the speed reference less the position, runs as "
+        == "order 1 from eta = (integral of the speed reference) - position, runs as "
         "state space"
     )
     assert found["Drive"] == "current limited to 50 A"

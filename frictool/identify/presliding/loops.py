@@ -1,9 +1,9 @@
 """Positions and friction along slow loops below the breakaway.
 
-The axis hardly accelerates, so that friction is the effort less its offset. Each row is a stay of
+The axis hardly accelerates, so that friction is the effort minus its offset. Each row is a stay of
 the encoder within one count: the mean effort belongs to the middle of the count. If the effort
-reverses during a stay, its mean belongs to no unique position; this row continues the path but is
-not fitted.
+reverses during a stay, the mean effort has no unique position. The row of this stay continues the
+path but is not fitted.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class PreslidingLoops:
     - branch: number of the branch, which is the path between two reversals of the effort
     - used: True for rows whose samples are all in one branch
     - starts: True for the first row of each record, at which the contact is assumed to be relaxed
-    - breakaway: breakaway, N m | N
+    - breakaway: interval of the breakaway, N m | N
     - count: encoder resolution, rad | m
     """
 
@@ -75,7 +75,7 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
     rows = np.bincount(branch[used], minlength=above)
     if rows.max() < FEWEST_ROWS:
         raise UnusableLogs(
-            f"the longest branch below the breakaway has {rows.max()} encoder counts; "
+            f"the longest branch between two reversals has {rows.max()} encoder counts; "
             f"presliding needs at least {FEWEST_ROWS}, that is, a count of "
             f"{records[0].resolution * max(int(rows.max()), 1) / FEWEST_ROWS:.2g} or less"
         )

@@ -35,7 +35,8 @@ class MaxwellFit:
     - force: friction at each displacement, N m | N
     - stiffness: slope of the curve at 0, N m/rad | N/m
     - limit: z_max, at which the curve reaches the breakaway, rad | m
-    - force_error, held_out: as `PreslidingFit`
+    - force_error: rms residual on the branches of the fit, relative to the breakaway
+    - held_out: rms residual on unseen branches, relative to the breakaway
     """
 
     displacement: Vector

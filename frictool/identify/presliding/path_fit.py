@@ -53,7 +53,10 @@ class PreslidingFit:
 
 
 def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: float) -> PreslidingFit:
-    """Return the fit of a law. start: start values (p,), SI; the first one is the stiffness.
+    """Return the fit of a law.
+
+    - path: function that returns the force of the law along the path of the loops, (n,)
+    - start: start values of the parameters, (p,), SI; the first parameter is the stiffness
 
     Raises UnusableLogs if the loops do not determine the parameters.
     """
@@ -76,7 +79,7 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
     # half a count relative to z_max: uncertainty of the reversal within its count
     counts = 0.5 * loops.count * float(value[0]) / loops.breakaway.value
     if not np.all(np.isfinite(statistical) & (statistical < MOST_UNSURE)):
-        raise UnusableLogs("the loops determine a parameter within a factor of ten only")
+        raise UnusableLogs("the loops determine a parameter only to within a factor of ten")
     estimates = []
     for k, centre in enumerate(value):
         width = half_width(
@@ -127,7 +130,7 @@ def _minimum(
 
 
 def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
-    """Return, for each parameter, the derivative (n,) of the force by the parameter's logarithm."""
+    """Return the derivative (n,) of the force with respect to the logarithm of each parameter."""
     step = 1e-4
     out = []
     for k in range(value.size):

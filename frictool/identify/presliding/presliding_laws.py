@@ -34,7 +34,10 @@ def presliding(
 ) -> Presliding:
     """Return the presliding laws, fitted to loops that never slip.
 
-    breakaway: N m | N. inertia: kg m^2 | kg. Raises UnusableLogs if the loops determine no law.
+    - breakaway: interval of the breakaway, N m | N
+    - inertia: inertia of the axis, kg m^2 | kg
+
+    Raises UnusableLogs if the loops determine no law.
     """
     loops = find_loops(records, breakaway)
     fits: dict[str, Any] = {}
@@ -74,7 +77,7 @@ def _checked(fit: T) -> T:
     """Return the fit; raise UnusableLogs if it predicts badly or does not determine z_max."""
     if isinstance(fit, PreslidingFit | MaxwellFit) and fit.held_out > LARGEST_ERROR:
         raise UnusableLogs(
-            f"on branches left out of the fit its force is off by {100.0 * fit.held_out:.3g} % of "
+            f"on strokes left out of the fit, the force is off by {100.0 * fit.held_out:.3g} % of "
             f"the breakaway (allowed: {100 * LARGEST_ERROR:g} %)"
         )
     if isinstance(fit, MaxwellFit) and not (fit.limit.low > 0.0 and fit.stiffness.low > 0.0):
@@ -132,8 +135,8 @@ def _preisach(fit: EverettTable, inertia: float, bench: Bench) -> Preisach:
 class PreslidingLaw(NamedTuple):
     """Presliding law: functions that fit it and write it into the document.
 
-    predicts: True if its fit has an error on unseen branches; the law with the smallest error is
-    chosen.
+    `predicts`: True if the fit of the law has an error on unseen branches. The law with the
+    smallest such error is chosen.
     """
 
     fit: Callable[[PreslidingLoops, float], Any]

@@ -3,7 +3,7 @@
     F = (v - k + 1)/(v k) b^T V^-1 b  ~  F(k, v - k + 1)
 
 b (k,) are the tested parameters, V is their delete-one-cluster covariance (CR3 of Bell and
-McCaffrey, 2002), and v is the number of clusters less one. Residuals may be correlated within a
+McCaffrey, 2002), and v is the number of clusters minus one. Residuals may be correlated within a
 cluster.
 """
 

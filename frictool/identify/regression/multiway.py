@@ -2,7 +2,7 @@
 
 An effect that the model does not include leaves the same residual in every stroke, at the same
 positions or phases. Rows are therefore grouped a second time, by bins of position, phase or time.
-The variance over these groups is added, less the part that both groupings have in common (Cameron,
+The variance over these groups is added, minus the part that both groupings have in common (Cameron,
 Gelbach and Miller, 2011):
 
     V = V_strokes + (V_bins - V_both),    V_groups = sum over groups (sum over rows psi)^2

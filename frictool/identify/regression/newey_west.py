@@ -15,7 +15,9 @@ from frictool.typing import Matrix, Vector
 def newey_west(columns: Matrix, residual: Vector, reach: int) -> Vector:
     """Return the standard deviations (p,) of the parameters.
 
-    columns: regressors (n, p). residual: (n,). reach: rows over which residuals are correlated.
+    - columns: regressors, (n, p)
+    - residual: residuals of the fit, (n,)
+    - reach: number of rows over which residuals are correlated
 
     Raises SingularRegressors if the regressors do not determine the parameters.
     """

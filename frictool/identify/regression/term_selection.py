@@ -1,10 +1,10 @@
 """Selection of parameters by the prediction of unseen strokes.
 
 A sliding parameter is dropped if its interval contains 0 and the held-out error is not larger
-without it. Its value is then 0, and the other parameters are fitted again without its column. Its
-interval is kept, since the data do not show that the parameter is exactly 0. Load terms are never
-dropped: the bench declares them, or a search has shown that they improve the prediction
-(`explanation_search`, `structure_selection`).
+without it. The dropped parameter has the value 0, and the other parameters are fitted again without
+its column. Its interval is kept, since the data do not show that the parameter is exactly 0. Load
+terms are never dropped: the bench declares them, or a search has shown that they improve the
+prediction (`explanation_search`, `structure_selection`).
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
 def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:
     """Return True if the held-out squares `richer` (s,) are clearly smaller than `simpler` (s,).
 
-    They must be significantly smaller, and their sum below WORTH^2 times the other sum. Return
-    False if an argument is None.
+    The squares `richer` must be significantly smaller, and their sum must be below WORTH^2 times
+    the sum of `simpler`. Return False if one of them is None.
     """
     if richer is None or simpler is None:
         return False

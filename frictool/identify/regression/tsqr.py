@@ -68,7 +68,8 @@ def reduce_rows(
 def triangles(columns: tuple[Vector, ...], weight: Vector, starts: IntVector) -> Tensor:
     """Return the triangular matrices (g, q, q) of g groups of rows, from q columns (n,).
 
-    weight: weight of each row (n,). starts: first row of each group, (g,).
+    - weight: weight of each row, (n,)
+    - starts: index of the first row of each group, (g,)
     """
     out = np.zeros((starts.size, len(columns), len(columns)))
     for run, bounds in _pieces(np.append(starts, weight.size).astype(np.int64)):

@@ -31,7 +31,7 @@ def differenced_fit(
     settings: IdentificationSettings,
     weigh: Callable[[RegressionSamples], Vector],
 ) -> SlidingFit:
-    """Return the least-squares fit of all samples of all strokes, with weights weigh(samples) (n,).
+    """Return the least-squares fit of all samples of all strokes, weighted by `weigh(samples)`.
 
     A weight of 0 removes the row. The inertia is refused if quantisation hides it, as with most
     encoders. Raises UnusableLogs if nothing moves.

@@ -4,9 +4,9 @@
 
 The columns of a declared effect (`load.terms`) are added to the regression, so that other
 parameters do not absorb the effect. The model document does not contain the effects. P_k are
-Legendre polynomials over the log's time or the record's travel, less their mean over the samples
-used, so that the sliding parameters are means over these samples. s is the direction of the motion,
-u the effort:
+Legendre polynomials over the log's time or the record's travel. Their means over the samples used
+are subtracted, so that the sliding parameters are means over these samples. s is the direction of
+the motion, u the effort:
 
     drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
     warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
@@ -57,8 +57,9 @@ SLOW_SHARES = (0.05, 0.1, 0.2)  # of the top speed, widths of the columns of `st
 class SmoothedMotion:
     """Smoothed signals (n,) of a record in SI units; they are NaN at the ends of the record.
 
-    window: length of the smoothing window in samples. sign: direction of the stroke. used: mask of
-    the samples in the regression.
+    - window: length of the smoothing window in samples
+    - sign: direction of the stroke
+    - used: True for the samples in the regression
     """
 
     record: MotionRecord

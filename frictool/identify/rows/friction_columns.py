@@ -40,8 +40,8 @@ class FrictionRows:
 
     - sign: direction of the stroke, (n,)
     - speed: |v|, (n,), rad/s | m/s
-    - kept: indices of the samples that are rows, (m,)
-    - bell: weights of the test function over the window
+    - kept: index of the sample of each row, (m,)
+    - bell: values of the test function over the window
     """
 
     sign: Vector
@@ -69,7 +69,7 @@ def position_columns(
 ) -> dict[str, Vector]:
     """Return the columns friction_k and load_k (m,) for k = 1 to HIGHEST.
 
-    low, high: positions of xi = -1 and 1, rad | m.
+    `low` and `high` are the positions at which xi is -1 and 1, rad | m.
     """
     xi = 2.0 * (record.position - low) / (high - low) - 1.0
     powers = np.asarray(legvander(xi, HIGHEST), dtype=np.float64)

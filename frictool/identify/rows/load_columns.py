@@ -5,7 +5,8 @@
     gravity_sine, _cosine        sin x, cos x
     ripple_sine, _cosine         sin n x, cos n x
 
-The columns of declared effects (`effects`) follow.
+x is the position, and n the wave number of the ripple. The columns of declared effects (`effects`)
+come after these.
 
 A harmonic needs sufficient travel: over a short distance its sine cannot be separated from a
 spring, and its cosine from an offset.
@@ -52,8 +53,8 @@ def load_columns(motion: SmoothedMotion, bench: Bench) -> dict[str, Vector]:
     out = dict[str, Vector]()
     if record.velocity is not None and absolute:
         raise UnusableLogs(
-            f"{record.name} has a velocity and no position, on which {', '.join(absolute)} of "
-            "load.terms depend"
+            f"{record.name} has a velocity and no position; load.terms needs a position for "
+            f"{', '.join(absolute)}"
         )
     for term in terms:
         if term == DIRECTION:
@@ -80,8 +81,9 @@ def _smoothed(values: Vector, window: int, period: float) -> Vector:
 def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
     """Return parameter -> reason for harmonics that the travel does not separate from other terms.
 
-    plain: triangular matrices (g, q, q) of g groups of rows, with the columns `names` and the
-    target. rows: number of all rows.
+    - plain: triangular matrices of g groups of rows, (g, q, q), with the columns `names` and the
+      target
+    - rows: number of rows in all groups
     """
     whole = merged(plain)[:, :-1]
     out = {}

@@ -61,7 +61,7 @@ DECLARED: dict[str, Term] = {
 POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward", "coulomb_backward")
 HALVES = ("coulomb_backward",)  # parameters that belong to no term
 ONLY_OFFSET = LoadTerms(("offset",))  # a load that leaves nothing but friction over position
-TOO_FEW_REPETITIONS = "the motion does not repeat often enough to compute its uncertainty"
+TOO_FEW_REPETITIONS = "the motion does not repeat often enough to compute the uncertainty"
 SMALLEST = 1e-6  # least inertia tried, relative to the start value
 
 

@@ -1,8 +1,8 @@
 """Test whether the encoder's quantisation hides the inertia, for any differentiating filter.
 
 The test is thesis (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of
-the second difference. Quantisation changes the acceleration by at most D_a = step/2 sum|h|, which
-shifts the inertia by up to J D_a/rms(a). Identification is useful only if this shift is less than
+the second difference. Quantisation changes the acceleration a by at most D_a = step/2 sum|h|, which
+shifts the inertia J by up to J D_a/rms(a). Identification is useful only if this shift is less than
 the half width of the bench's interval.
 """
 

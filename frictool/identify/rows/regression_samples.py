@@ -142,11 +142,11 @@ def fit(
     """Return a weighted least-squares fit of the samples; weight (n,).
 
     Residuals are correlated over `window` rows. Parameters in `droppable` that do not improve the
-    prediction (`term_selection`) are set to 0, and the others are fitted without them; their
-    intervals allow for every value in the interval of a dropped parameter. A load that the travel
-    cannot separate is refused, and its possible effect widens the other intervals
-    (`omitted_parameters`). If the motion has one direction only, the offset is refused; Coulomb
-    friction is refused, too, unless the bench states the offset.
+    prediction (`term_selection`) are set to 0, and the other parameters are fitted without them.
+    The intervals of the other parameters are widened by the effect of every value in the interval
+    of a dropped parameter. A load that the travel cannot separate is refused, and its possible
+    effect widens the other intervals (`omitted_parameters`). If the motion has one direction only,
+    the offset is refused; Coulomb friction is also refused unless the bench states the offset.
 
     Raises UnusableLogs if there are too few rows, or if the regressors are dependent.
     """
@@ -372,7 +372,7 @@ def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str
 def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vector, ...]]:
     """Return names and columns (n,) of the identifiable sliding parameters that are not fixed.
 
-    Raises UnusableLogs as `parameters_of` does.
+    Raises UnusableLogs if there are too few rows.
     """
     names, _ = parameters_of(samples)
     free = [

@@ -19,7 +19,8 @@ def savitzky_golay(
 ) -> Vector:
     """Return the weights of a derivative at the middle of a window.
 
-    Of all weights that are exact for polynomials up to `degree`, they have the smallest norm.
+    These weights have the smallest norm of all weights that are exact for polynomials up to
+    `degree`.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ class RecordSegment:
 
 
 def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return every unbroken piece of the records that is long enough."""
+    """Return every part of the records without gaps that is long enough."""
     segments = []
     for record in records:
         edges = np.concatenate(
@@ -83,9 +83,9 @@ def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
 
 
 def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]:
-    """Return the beginnings of evenly chosen segments, with at most `most` samples in total.
+    """Return shortened segments, evenly chosen, with at most `most` samples in total.
 
-    Return all segments if they have at most `most` samples.
+    Return all segments unchanged if they have at most `most` samples.
     """
     if sum(one.last - one.first for one in segments) <= most:
         return list(segments)

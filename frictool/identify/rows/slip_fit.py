@@ -5,8 +5,9 @@ strokes, acceleration is nearly orthogonal to velocity and its sign, so that thi
 widens the other intervals.
 
 Noise attenuates this parameter. If all strokes have one speed, only the reversals separate viscous
-from Coulomb friction, and the attenuation shifts both. The intervals of the others therefore cover
-their fits for every inertia from the fitted one to the one without attenuation (`_unattenuated`).
+from Coulomb friction, and the attenuation shifts both. The intervals of the other parameters
+therefore contain the fits with every inertia from the fitted one to the one without attenuation
+(`_unattenuated`).
 
 The window is chosen twice. The first window is long enough for an inertia of any precision. The
 second window is the shortest one with which encoder noise attenuates the inertia by less than a
@@ -60,7 +61,7 @@ def weighted_fit(
     weigh: Callable[[RegressionSamples], Vector],
     droppable: tuple[str, ...] = (),
 ) -> SlidingFit:
-    """Return the least-squares fit of slipping samples, with weights weigh(samples) (n,).
+    """Return the least-squares fit of slipping samples, weighted by `weigh(samples)` (n,).
 
     Parameters in `droppable` that do not improve the prediction are set to 0. Raises UnusableLogs
     if nothing slips.
@@ -243,9 +244,9 @@ def full_backlash(bench: Bench) -> float:
 def slipping_mask(
     record: MotionRecord, strokes: Strokes, bench: Bench, velocity: Vector, window: int, every: int
 ) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the samples that certainly slip over `window`, one in `every` samples.
+    """Return a mask (n,) of the samples that certainly slip over `window`.
 
-    velocity: velocity (n,), smoothed over the same window.
+    Only one in `every` samples can be in the mask. `velocity` (n,) is smoothed over `window`.
     """
     mask = slip_mask(record, strokes, velocity, window, full_backlash(bench))
     if every > 1:
@@ -262,7 +263,8 @@ def slipping_rows(
 ) -> RegressionSamples:
     """Return the rows of the samples that certainly slip, of one in `every` samples of a record.
 
-    signals: smoothed acceleration, velocity and effort (n,). They are overwritten to save memory.
+    `signals`: smoothed acceleration, velocity and effort, each (n,); the arrays are overwritten to
+    save memory.
     """
     strokes = find_strokes(record)
     mask = slipping_mask(record, strokes, bench, signals[1], window, every)

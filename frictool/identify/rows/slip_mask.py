@@ -38,9 +38,9 @@ def mark_slip(
     """Set `mask` (n,) to True for samples that slip over `reach` samples before and after.
 
     A sample slips if its velocity along the stroke exceeds `slowest`, and if the distance `advance`
-    since the beginning of the stroke exceeds the backlash `gap`.
-    The samples within `reach` must be in one stroke. A sample with a NaN velocity does not slip.
-    The mask must be False before the call.
+    since the beginning of the stroke exceeds the backlash `gap`. The samples within `reach` must be
+    in one stroke. A sample with a NaN velocity does not slip. The mask must be False before the
+    call.
     """
     first = 0
     n = velocity.shape[0]
