@@ -37,19 +37,24 @@ NO_CONTROLLER = "a log alone does not contain it; give --controller"
 class StreamEvidence:
     """Stream of a log with everything that its judgement needs.
 
-    `resolution`: step of the position sensor [rad | m], 0 if unknown. `gaps`: reason for each
-    missing signal. `load`: lowest and highest position of the load behind the backlash, (n,) each;
-    the same array twice if the log contains this position. `drive_limit`: limit of the drive [A |
-    V].
-
-    `nominal`: True if the stream belongs to the nominal plant (`/axis`, or the only stream of its
-    log) and not to a variant. `simulated`: True for a simulated log, in which each topic is a
-    plant. A measured log may contain several streams of one rig.
-
-    `modulus_margin`: modulus margin of the controller's loop with the stream's plant, None if
-    unknown. `margin_gap`: reason why the margin is unknown. `beyond`: text with the differences
-    between the stream's rig and the rig of the controller's verification, or empty. `worst`: True
-    for the stream with the worst value of a requirement; figures show this stream in red.
+    - source: label of the log
+    - resolution: step of the position sensor, rad | m; 0 if unknown
+    - holds: periods of constant reference
+    - command, measured: command and measured drive, (n,), A | V; None if the signal is missing
+    - gaps: signal -> reason why it is missing
+    - nominal: True for the nominal plant (`/axis`, or the only stream of its log), False for a
+      variant
+    - simulated: True for a simulated log, in which each topic is a plant; a measured log may
+      contain several streams of one rig
+    - load: lowest and highest position of the load behind the backlash, (n,) each; the same array
+      twice if the log contains this position; None if the position is unknown
+    - drive_limit: limit of the drive, A | V; None if unknown
+    - modulus_margin: modulus margin of the controller's loop with the stream's plant; None if
+      unknown
+    - margin_gap: reason why the margin is unknown, else empty
+    - beyond: differences between the stream's rig and the rig for which the controller was
+      verified; empty if there are none
+    - worst: True for the stream with the worst value of a requirement, which figures show in red
     """
 
     source: str
@@ -185,7 +190,7 @@ def stream_evidence(
 ) -> StreamEvidence:
     """Return the evidence of one stream of the log `source`.
 
-    Raises LogError as `gather_evidence` does.
+    Raises LogError if the stream is empty, or if a position is not in the unit of the kind of axis.
     """
     if stream.time.size == 0:
         raise LogError(source, f"stream {stream.topic} has no samples")

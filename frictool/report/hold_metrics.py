@@ -21,9 +21,11 @@ from frictool.report.measured_part import MeasuredPart, measure
 class HoldMetrics:
     """Metrics of one hold.
 
-    `values`: value of each metric in SI (overshoot in %). `bounds`: (low, high) of each metric
-    known within bounds only. `missing`: reason for each missing metric. `number`: number of the
-    hold, from 1.
+    - number: number of the hold in its stream, from 1
+    - start_s: start of the hold, s
+    - values: metric -> value in SI (overshoot in %)
+    - bounds: metric -> (low, high), for the metrics that are known only within bounds
+    - missing: metric -> reason why it has no value
     """
 
     hold: Hold

@@ -77,7 +77,7 @@ class JudgedLoop:
     def played_beyond(self, log: Log) -> str:
         """Return the simulated plant parameters outside the intervals of the verification, or ''.
 
-        Such values come from `given` in a scenario, or from a drift.
+        A scenario sets these values with `given` or with a drift.
         """
         texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
         plants = [plant for plant in map(LoggedPlant.of_text, texts) if plant is not None]

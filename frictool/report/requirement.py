@@ -27,8 +27,11 @@ STATES: tuple[State, ...] = get_args(State)
 class ValueLocation:
     """Location of a value: a vertex of the controller, or a place in a log.
 
-    `step`: number of the hold (period of constant reference) in `stream`, from 1; None for the
-    whole stream. `time_s`: start of the hold [s].
+    - log, stream: log and topic of the value; None for a vertex
+    - step: number of the hold (period of constant reference) in `stream`, from 1; None for the
+      whole stream
+    - time_s: start of the hold, s
+    - vertex: name of a vertex of the controller; None for a place in a log
     """
 
     log: str | None = None
@@ -50,8 +53,13 @@ class ValueLocation:
 class Requirement:
     """Requirement: one key of the specification with its outcome.
 
-    `met` is None if the requirement is undecided. `value` is None without a finite value. `known`
-    states the source of the outcome: measured, simulated, computed or proved; empty if undecided.
+    - value: worst value, in `unit`; None if there is no finite value
+    - met: True or False; None if the requirement is undecided
+    - relation: relation of value and limit that the requirement demands
+    - reason: remark on the outcome, or why the requirement is undecided
+    - where: location of the worst value
+    - details: name -> further number
+    - known: source of the outcome (measured, simulated, computed or proved); empty if undecided
     """
 
     name: str
@@ -88,7 +96,7 @@ class Requirement:
 
     @property
     def sign(self) -> str:
-        """Return the relation as one character."""
+        """Return the relation as one character, ≤ or ≥."""
         return {"<=": "≤", ">=": "≥"}[self.relation]
 
     @property

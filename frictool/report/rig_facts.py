@@ -15,9 +15,11 @@ from frictool.verify.rig_facts import RECORD, facts_of_text
 class RigFacts:
     """Data of a bench, or unknown values without a bench.
 
-    `resolution`: step of the sensor [rad | m], 0 if unknown. `drive_limit`: limit of the drive [A |
-    V]. `backlash`: full width [rad | m]. `backlash_unsure`: largest deviation of the width in
-    either direction [rad | m]. `known`: True if there is a bench.
+    - resolution: step of the sensor, rad | m; 0 if unknown
+    - drive_limit: limit of the drive, A | V; None if unknown
+    - backlash: full width of the backlash, rad | m; None if unknown
+    - backlash_unsure: largest deviation of this width in either direction, rad | m
+    - known: True if there is a bench
     """
 
     resolution: float = 0.0
@@ -41,11 +43,14 @@ class RigFacts:
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:
-        """Return the data changed by the simulation of a log, as `simulated` does."""
+        """Return the data, changed by the simulation that wrote the log (`simulated`)."""
         return self.simulated(facts_of_text(log.metadata.get(RECORD, {})))
 
     def simulated(self, facts: Mapping[str, float]) -> RigFacts:
-        """Return the data with a simulation's encoder step and the lower of two drive limits."""
+        """Return the data with the encoder step of a simulation, and the lower drive limit.
+
+        The lower limit is that of the bench or of the simulation.
+        """
         limits = [
             limit
             for limit in (self.drive_limit, facts.get("drive_limit"))

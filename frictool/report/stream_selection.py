@@ -41,9 +41,9 @@ def _with_worst(verdict: Verdict) -> JudgedStreams:
 def select_streams(verdict: Verdict) -> JudgedStreams:
     """Return the streams that a page shows, at most forty, in the order of the evidence.
 
-    Of more than forty streams, it returns the nominal ones, the worst one of each requirement and
-    the failing ones, then other streams at even distances. The worst stream is marked. The verdict
-    and `--json` always cover all streams.
+    If there are more than forty streams, the page shows the nominal ones, the worst one of each
+    requirement and the failing ones, then other streams at even distances. The worst stream is
+    marked. The verdict and `--json` always cover all streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

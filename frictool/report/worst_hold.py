@@ -24,7 +24,10 @@ NEVER = "does not settle within the hold, or moves by less than half of the step
 
 
 class JudgedValue(NamedTuple):
-    """Value of a metric for the stream `item`, or for its hold `hold`, with a remark."""
+    """Value of a metric for the stream `item` or, if `hold` is not None, for this hold.
+
+    `reason`: remark on the value.
+    """
 
     value: float
     item: StreamEvidence
