@@ -16,7 +16,7 @@ its interval Lambda(0) contains 0.
 If the breakaway is above the Coulomb friction, the graph falls at x = 0. Then a tree that can stay
 at rest stays at rest; any other tree starts to move with its friction in slip.
 
-With a self-locking link the graph may fall, too, so that 0 = Lambda(x) may have several solutions,
+With a self-locking link the graph may also fall, so that 0 = Lambda(x) may have several solutions,
 or none (Painleve's paradox). Then `follow` and `_leaves_unloaded` choose the solution that a stiff
 link with damping would reach.
 """
