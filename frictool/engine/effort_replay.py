@@ -4,15 +4,15 @@
 
 The effort is held for a period, or moves to effort[k+1] with the drive's lag.
 
-Most periods contain no event. While the axis slips in one direction under linear friction, the
-motion over a period is that of a linear system with coefficients computed once. A test excludes
-events exactly: under the lower of the two efforts of a period the axis is slower at every instant,
-so that a slip that does not end under the lower effort does not end under the real one. All other
+Most periods contain no event. While the axis slips in one direction under linear friction, its
+motion over a period is linear, with coefficients computed once. A test excludes events exactly:
+under the lower of the two efforts of a period the axis is slower at every instant. A slip that does
+not end under the lower effort therefore does not end under the real effort. All other
 periods are simulated by engine/axis_motion.py. A load that depends on position
 (plant/position_load.py) is constant over a period, with its value in the middle of the period; the
 error is of second order in the period.
 
-The correction is that of a stationary observer: before each period, `gains` times (measured -
+The correction works as a stationary observer: before each period, `gains` times (measured -
 position) is added to position and velocity. With zero gains, the simulation is open loop. With the
 gains of a Kalman filter, measured - position is the innovation.
 """

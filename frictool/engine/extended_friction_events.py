@@ -2,7 +2,7 @@
 
 The functions correspond to those of slip_events.py, but use a larger state:
 
-    state (8,)   that of engine/body.py, then the film's lagged velocity, the time at rest, the
+    state (8,)   state of engine/body.py, then the film's lagged velocity, the time at rest, the
                  number of knees passed
 
 The time at rest is measured from the stop, or from the start of a run that begins at rest; during

@@ -16,8 +16,8 @@ endless cycles:
 - A slip that starts with an acceleration of zero to rounding starts with exactly zero.
 - After a slip that ends at the instant of its start, the threshold in that direction
   is slightly above the breakaway.
-- A rising speed leaves the layer at a higher speed than the one at which a falling speed enters
-  it. The knee also has two such speeds.
+- The speed at which a body leaves the layer is higher than the speed at which it enters the
+  layer. A knee is also passed upwards at a higher speed than downwards.
 - A rebound from an end stop with a flight shorter than SHORTEST_FLIGHT of the run ends at rest
   there (event RESTS_AT_STOP).
 

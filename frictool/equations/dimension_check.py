@@ -38,7 +38,7 @@ def check_sum(terms: list[Term], unit: str, within: Equation | None = None) -> i
             raise ElementError(
                 key,
                 f"the term {term.text}{where} has the dimension {_dimension_text(measured)}; "
-                f"allowed: that of {unit or '1'}, the unit of the other terms",
+                f"allowed: the dimension of {unit or '1'}, the unit of the other terms",
             )
     return len(terms)
 

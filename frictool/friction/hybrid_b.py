@@ -65,7 +65,7 @@ def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
     """Set z to +z_max or -z_max for a new mode (thesis 3.33); return a status code.
 
-    The sign is that of u at the start of slip, and that of v at the start of stick. If a body with
+    At the start of slip z gets the sign of u, at the start of stick the sign of v. If a body with
     v = 0 sticks, z is unchanged.
     """
     if mode == SLIPPING:

@@ -9,8 +9,8 @@ mode  name      motion
 
 C_{1->0} is (u < F_c and 0 < v < Sigma) or (u > -F_c and -Sigma < v < 0), (3.2), valid for Sigma > 3
 v_s. At v = 0 the body slips in the direction of the effort. If F_c or F_s differ by direction, the
-driver passes the parameters p of one direction: that of the velocity in slip, that of the effort at
-rest.
+driver passes the parameters p of one direction: in slip the direction of the velocity, at rest the
+direction of the effort.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ their hull (Boyd et al., 1994). In discrete time a Schur complement keeps A' P A
     [-P  A'P  0  C'; P A  -P  P B  0; 0  B'P  -gamma  D'; C  0  D  -gamma] < 0.
 
 The matrices of a sampled plant are not multi-affine in the parameters of the continuous plant. For
-sampled loops the bound therefore covers plants whose sampled matrices are interpolated between
-those of the corners. The true plants between the corners are near them, but not covered. The
+sampled loops the bound therefore covers plants with sampled matrices interpolated between the
+matrices of the corners. The true plants between the corners are near them, but not covered. The
 solver's gamma is not used: for the computed P, the smallest gamma of each inequality is the largest
 eigenvalue of a matrix (Schur complement).
 """

@@ -86,8 +86,8 @@ class GridPlants:
 class GridInequalities:
     """Inequalities at all points of the grid.
 
-    Decision vectors begin with the upper triangles of the coefficients of X/gamma; those of Y/gamma
-    follow.
+    Decision vectors begin with the upper triangles of the coefficients of X/gamma, followed by the
+    upper triangles of the coefficients of Y/gamma.
     """
 
     def __init__(

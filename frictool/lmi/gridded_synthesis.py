@@ -112,8 +112,8 @@ class GriddedSolution:
 def minimise(family: Family, schedule: GridSchedule, recentring: float) -> GriddedSolution:
     """Return X and Y that solve the inequalities at `recentring` times the smallest gamma.
 
-    The smallest gamma is that of the grid. X and Y also satisfy the inequalities at the points of
-    the finer grid. `family` maps values r_j in [-1, 1] to plants, all continuous or all sampled.
+    The smallest gamma is computed on the grid. X and Y also satisfy the inequalities at the points
+    of the finer grid. `family` maps values r_j in [-1, 1] to plants, all continuous or all sampled.
     Raises NoSolutionError if the inequalities are infeasible, if the solver's result violates them,
     or if they still fail between the points after ROUNDS refinements.
     """

@@ -5,7 +5,8 @@ of (Glover and Doyle, 1988)
 
     A' X + X A + C1' C1 - (C1' D1 + X B) V^-1 (D1' C1 + B' X) = 0
 
-and Y that of the dual equation. Let D12 have full column rank and D21 full row rank, and let the
+and Y the stabilising solution of the dual equation. Let D12 have full column rank and D21 full row
+rank, and let the
 systems (A, B2, C1, D12) and (A, B1, C2, D21) have no zeros on the imaginary axis. A controller with
 a norm below gamma then exists if and only if X and Y exist, X >= 0, Y >= 0 and the spectral radius
 of X Y is below gamma^2. A sampled plant is first transformed by s = (z - 1)/(z + 1), which changes

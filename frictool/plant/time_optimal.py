@@ -81,7 +81,7 @@ def step_zone(length: float, resolution: float, overshoot: float | None = None) 
     Returns
     -------
     StepZone
-        The zone around the target, whose upper end is cut at the overshoot.
+        The zone around the target; the permitted overshoot limits its upper end.
     """
     zone = max(ZONE * length, resolution)
     beyond = zone if overshoot is None else min(zone, max(overshoot * length, resolution))

@@ -167,7 +167,7 @@ class MechanismPlant:
 
 
 def width_of(assembled: AssembledMechanism) -> float:
-    """Return the size of a mechanism's logged data relative to that of one axis.
+    """Return the size of a mechanism's logged data divided by the size for one axis.
 
     A block has three channels, an axis nine.
     """

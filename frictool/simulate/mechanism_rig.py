@@ -6,8 +6,8 @@ from the sensor's position and the product of the ratios:
     q_block - start_block = ratio (q_sensor - start_sensor)
 
 The load is the block that `control.load` names. Without that key it is the block separated by most
-links from the sensor, or the last such block in the file. Its position is converted to the sensor's
-coordinate, so that it can be compared with the reference.
+links from the sensor; of several such blocks, the last one in the file. The load's position is
+converted to the sensor's coordinate, so that it can be compared with the reference.
 """
 
 from __future__ import annotations

@@ -48,8 +48,8 @@ class VariedParameter(NamedTuple):
 
     `label`: name of the parameter in messages. `least`: (name of another parameter that is the
     lower limit of this one, factor between their units); for a breakaway, this is its Coulomb
-    friction. A parameter with a range is drawn from the part of its range above the limit. Without
-    a range, its ratio to the limit is that of the document.
+    friction. A parameter with a range is drawn from the part of its range above the limit. A
+    parameter without a range keeps its ratio to the limit in the document.
     """
 
     low: float

@@ -234,8 +234,8 @@ def locate(
     of length h, which has passed a guard. The second result is True if the rates could not be
     evaluated. The search is bracketed and follows the guard that is passed first. For guards of
     speeds and positions, the next instant is the zero of the cubic through both ends; for guards of
-    efforts, that of regula falsi (Illinois). Bisection helps if the search is slow. Each instant is
-    evaluated on the step's dense output. Afterwards the rows END, AFTER, TRIAL and SPENT contain
+    efforts, regula falsi (Illinois) gives it. Bisection helps if the search is slow. Each instant
+    is evaluated on the step's dense output. Afterwards the rows END, AFTER, TRIAL and SPENT contain
     the results of a step to the returned instant.
     """
     k, p, _ = machine

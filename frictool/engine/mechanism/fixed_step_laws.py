@@ -1,9 +1,9 @@
 """Laws with a fixed time step T_e: hybrid A, B, C, and banded laws (thesis 3.28-3.39, 2.32, 2.35).
 
-The input of such a law is the effort u on its block: the effort of all other elements of the tree
+The input of each law is the effort u on its block: the effort of all other elements of the tree
 that moves with the block, reflected to the block by the joints. The mode is updated at the
 beginning of each step T_e and constant within the step; the motion within the step is integrated as
-usual. If one tree has several such laws, the friction of each law is subtracted from u of the
+usual. If one tree has several of these laws, the friction of each law is subtracted from u of the
 following laws. While a tree sticks by exact friction, these laws are inactive.
 """
 
