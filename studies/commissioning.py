@@ -68,7 +68,7 @@ class Commissioning:
 
 
 def commission(seed: str, number: int) -> Commissioning:
-    """Return the commissioning of one actuator of a seed."""
+    """Commission one actuator of a seed; return the outcome."""
     actuator = draw(seed, number)
     plants = draw_plants(actuator, seed)
     with tempfile.TemporaryDirectory() as place:

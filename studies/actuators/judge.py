@@ -42,7 +42,7 @@ class Run(NamedTuple):
 
 @dataclass(frozen=True)
 class Verdict:
-    """Worst value over the plants and limit of each requirement; which plants meet all of them.
+    """Worst value and limit of each requirement; for each plant, True if it meets all of them.
 
     Values are in SI. The value of rest is the motion in counts, or infinite if the drive is not 0.
     """

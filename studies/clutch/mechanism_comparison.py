@@ -1,4 +1,4 @@
-"""Comparison of the exhaustive clutch (2.16)-(2.23) with its one inertia (2.24)-(2.29).
+"""Comparison of the clutch's mechanism (2.16)-(2.23) with its one-inertia model (2.24)-(2.29).
 
     python -m studies.clutch.mechanism_comparison SPEC BUILD LAW...
 

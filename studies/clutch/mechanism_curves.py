@@ -2,8 +2,8 @@
 
     python -m studies.clutch.mechanism_curves        prints the curves in the format of the file
 
-Known are the friction map (4.42), (4.44) of tables 4.7 and 4.8, the ratio r, the friction of the
-brushes, and the inertia. In slip the friction at the rotor is
+The thesis states the friction map (4.42), (4.44) of tables 4.7 and 4.8, the ratio r, the friction
+of the brushes, and the inertia. In slip the friction at the rotor is
 
     C_r+ = C_r2 + (mu_c F_s1 + F_res) r/eta        C_r- = C_r2 + (mu_c F_s1 - F_res) r/eta
                                                    (2.28)-(2.29)
@@ -55,10 +55,7 @@ WIDTH = 132  # of a line in the file
 
 
 def cone(deflection: Vector) -> Vector:
-    """Return Almen and Laszlo's force of a coned disc over deflection/thickness.
-
-    It is known up to a factor.
-    """
+    """Return Almen and Laszlo's force of a coned disc, up to a factor, at deflection/thickness."""
     return np.asarray(deflection * ((CONE - deflection) * (CONE - 0.5 * deflection) + 1.0))
 
 
@@ -88,8 +85,8 @@ def slideway(theta: Vector) -> tuple[Vector, Vector]:
 def curves() -> dict[str, tuple[Vector, Vector]]:
     """Return name -> (position [m], value) of the three curves.
 
-    Force of s1 [N] and angle [rad] are over the position of the cart, force of s2 [N] is over the
-    position of the slave piston.
+    The position is that of the cart for the force of s1 [N] and the angle [rad], and that of the
+    slave piston for the force of s2 [N].
     """
     theta = np.linspace(0.0, TRAVEL, POINTS)
     x = RATIO * theta

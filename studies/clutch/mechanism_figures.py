@@ -64,7 +64,7 @@ $figures
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces (n,) over the position x (n,) [m] of the cart, and constants of the clutch.
+    """Forces (n,) at the positions x (n,) [m] of the cart, and constants of the clutch.
 
     The forces are F_s2, F_s1 tan(alpha) and mu_c F_s1 [N]; the constants are r [m/rad], eta and
     C_r2 [N m].

@@ -1,7 +1,7 @@
 """Scores of an identification on the records of one machine, equally defined for every method.
 
-- held out: rms force error (`frictool/identify/force_error.py`) over all pairs of records, of the
-  fit of the first on the second
+- held out: force error (`frictool/identify/force_error.py`) of the fit of one record on another
+  record, rms over all pairs
 - across: share of the parameter intervals that overlap the interval of another record's fit
 - published: number of published values inside an interval of any record, and number of published
   values that were fitted

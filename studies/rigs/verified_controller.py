@@ -20,8 +20,8 @@ from frictool.verify.vertices import vertex_points
 def truthful(controller: Controller) -> Controller:
     """Return the controller with the verified figures and forms recomputed from its coefficients.
 
-    The checks of each vertex are without delay and with the bench's; sections and continuous form
-    follow.
+    Each vertex is checked without delay and with the bench's delay. Sections and continuous form
+    are computed from the coefficients.
     """
     lag = controller.bench.actuator.loop_time_constant_s
     system = read_state_space(controller.linear.discrete, controller.sample_period_s)

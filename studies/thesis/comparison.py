@@ -76,10 +76,10 @@ def compare(documents: Documents, part: Part, chosen: frozenset[str] | None = No
             continue
         ours = part.values.get(name, {})
         problems += _lost(
-            f"{name}: frictool gave none of", [key for key in table.rows if key not in ours]
+            f"{name}: values not computed:", [key for key in table.rows if key not in ours]
         )
         problems += [
-            f"{name} {key}: found, and not in published.yaml"
+            f"{name} {key}: computed, but not in published.yaml"
             for key in ours
             if key not in table.rows
         ]
@@ -88,12 +88,12 @@ def compare(documents: Documents, part: Part, chosen: frozenset[str] | None = No
         ]
         used |= {f"{name} {key}" for key in table.rows}
         problems += [
-            f"{name} {line.key}: differs, {line.ours} for {line.published}, without a word"
+            f"{name} {line.key}: {line.ours}, published {line.published}; no reason in words.yaml"
             for line in tables[name]
             if _lacks(line)
         ]
         problems += [
-            f"{name} {line.key}: agrees, and words say why it differs"
+            f"{name} {line.key}: agrees; remove the reason in words.yaml"
             for line in tables[name]
             if line.agrees and line.word
         ]

@@ -91,7 +91,7 @@ def summary(documents: Documents, part: Part, comparison: Comparison) -> list[st
     for name, found in comparison.tables.items():
         lines += [
             f"{name} {line.key}: {line.ours}, published {line.published}: "
-            f"{line.word or 'WITHOUT A WORD'}"
+            f"{line.word or 'NO REASON IN words.yaml'}"
             for line in found
             if not line.agrees
         ]
