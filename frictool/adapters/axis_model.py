@@ -29,7 +29,7 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     `overrides` replaces fields of AxisParameters. An overridden Coulomb or viscous friction scales
     the model's friction (adapters/friction_levels.py); an overridden breakaway does not. The
     friction inside the backlash (motor and brushes, thesis 4.4.4) is a part of the axis's friction;
-    by default it equals the smaller of the Coulomb frictions of the two directions. Raises
+    by default, this part is the smaller of the Coulomb frictions of the two directions. Raises
     ValueError with the name of a parameter that is out of range.
     """
     bench, today = model.bench, model.parameters

@@ -32,7 +32,7 @@ class DriveBound(NamedTuple):
 
 
 def driven_axis(bench: Bench, plant: PlantPoint) -> DrivenAxis:
-    """Return a plant with the bench's drive at its limit, and without backlash."""
+    """Return a plant driven by the bench's drive at the drive's limit, without backlash."""
     actuator = bench.actuator
     return DrivenAxis(
         plant.inertia,

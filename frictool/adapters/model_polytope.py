@@ -83,11 +83,11 @@ def uncertain_centre(model: Model, unit: float | None = None) -> UncertainPlant:
 def uncertain_polytope(
     model: Model, scheduled: Sequence[Parameter], unit: float | None = None
 ) -> tuple[Polytope, tuple[UncertainPlant, ...]]:
-    """Return the mixed form of annex (28)-(29): the polytope, and each vertex with its channel.
+    """Return the mixed form of annex (28)-(29): the polytope, and its vertices with a channel each.
 
-    The polytope spans the scheduled parameters; the others are in the channel. The speed regimes
-    include viscous and Coulomb friction (annex 5.1), so that scheduling the regimes removes both
-    from the channel. Raises FrictoolError and ValueError as `polytope` does.
+    The polytope spans the scheduled parameters; the channel contains the other parameters. The
+    speed regimes include viscous and Coulomb friction (annex 5.1), so that scheduling the regimes
+    removes both from the channel. Raises FrictoolError and ValueError as `polytope` does.
     """
     box = polytope(model, scheduled)
     left = unscheduled_half_widths(model, scheduled)

@@ -31,9 +31,9 @@ def intervals(model: Model) -> dict[str, tuple[float, float]]:
 def ranges(model: Model) -> dict[str, tuple[float, float]]:
     """Return the hull of the model's intervals and of the bench's range over the product's life.
 
-    The hull includes every direction and regime. `simulate` and `campaign` draw from it. Friction
-    that varies with position enters with its mean, and a bench value without a range as a point.
-    The log shows the bench today; the bench's range also covers later values.
+    The hull includes every direction and regime. `simulate` and `campaign` draw from this hull.
+    Friction that varies with position enters with its mean, a bench value without a range as a
+    point. The log shows the bench today; the bench's range also covers later values.
     """
     known = model.bench.mechanics
     today = model.parameters
@@ -53,12 +53,11 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
 
 
 def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]:
-    """Return a parameter's interval [low, high], widened by that of the actuator's constant.
+    """Return a parameter's interval, widened by the interval of the actuator's constant.
 
     A model's parameters are proportional to the constant; [low, high] applies to the constant's
-    nominal value.
-    The result contains every value in [low, high] times every ratio of the constant to its nominal
-    value.
+    nominal value. The result contains every value in [low, high] times every ratio of the constant
+    to its nominal value.
     """
     ratios = [end / constant.value for end in constant.interval]
     products = [ratio * end for ratio in ratios for end in (low, high)]

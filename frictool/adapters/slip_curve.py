@@ -44,9 +44,9 @@ class SlipCurve(NamedTuple):
     def band(self, speed: Vector) -> tuple[Vector, Vector]:
         """Return the least and largest friction (n,) [N m | N] within the intervals.
 
-        F rises with F_c, F_s and every slope: their low ends give the least friction, their high
-        ends the largest. The Stribeck velocity and the knees are tried at both ends, because the
-        sign of their effect is not known.
+        F rises with F_c, F_s and every slope: the low ends of these parameters give the least
+        friction, the high ends the largest. The Stribeck velocity and the knees are tried at both
+        ends, because their effect may have either sign.
         """
         velocity = self.stribeck_velocity
         velocities = (None,) if velocity is None else velocity.interval

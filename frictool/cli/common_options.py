@@ -25,7 +25,7 @@ class NamedPath(click.Path):
     ) -> None:
         """Store the formats of an output.
 
-        `writes`, `chooses`: as in cli/file_endings.py `check_ending`. If `writes` is empty, any
+        `writes`, `chooses`: see `check_ending` of cli/file_endings.py. If `writes` is empty, any
         name is allowed.
         """
         self._writes, self._chooses = writes, chooses
@@ -48,7 +48,7 @@ def output_option(
     writes: Sequence[str] = (),
     chooses: bool = False,
 ) -> Callable[[F], F]:
-    """Return the option `-o/--output PATH`; `writes` and `chooses` are as in NamedPath."""
+    """Return the option `-o/--output PATH`; `check_ending` explains `writes` and `chooses`."""
     return click.option(
         "-o", "--output", type=NamedPath(True, writes, chooses), required=required, help=help
     )
@@ -73,7 +73,7 @@ class FiniteRange(click.FloatRange):
     """Range of a number option that rejects NaN and implausible magnitudes.
 
     click's own range accepts NaN, because every comparison with it is false. A magnitude outside
-    LEAST to LARGEST is a typing error, and its square may overflow.
+    LEAST to LARGEST is probably a typing error, and the square may overflow.
     """
 
     LEAST, LARGEST = 1e-15, 1e12

@@ -43,7 +43,7 @@ def note(text: str) -> None:
 
 
 def note_changes(path: Path, controller: Controller) -> None:
-    """Warn if a block of a controller changed after its verification.
+    """Warn if a block of a controller was changed after the controller was verified.
 
     A document without digests gives no warning.
     """
@@ -61,7 +61,7 @@ def use_colour(to_stderr: bool) -> bool:
 def print_json(form: str, value: dict[str, Any], output: Path | None = None) -> None:
     """Print a JSON object on stdout, or on stderr if stdout carries the output.
 
-    form: name and version of the object's format (json_formats.yaml), written as its first key.
-    Values that are not finite become null.
+    form: name and version of the object's format (json_formats.yaml), written as the first key of
+    the object. Values that are not finite become null.
     """
     click.echo(printable_json(json_text(form, value)), err=output == STDOUT)

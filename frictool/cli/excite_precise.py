@@ -22,7 +22,7 @@ SETTINGS = ("duration", "seed")  # options of --kind that --for reads
 
 @dataclass(frozen=True)
 class PreciseRun:
-    """Command line of --for.
+    """Arguments and options of `frictool excite --for`.
 
     - options: options shared with --kind
     - precise: values of the options --longest, --noise, --ramps and --promise

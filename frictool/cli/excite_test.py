@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def bench_of(path: Path) -> Bench:
-    """Return the bench at `path`; warn if it declares a load without the load's largest effort."""
+    """Return the bench at `path`; warn if `load.most` is missing although the bench has a load."""
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
     from frictool.identify.excite.bench_limits import unsaid_load

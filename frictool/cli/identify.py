@@ -266,7 +266,7 @@ class IdentifyViews:
 
 @dataclass(frozen=True)
 class IdentifyCommand:
-    """Command line of one model, with its bench loaded.
+    """Arguments and options of `frictool identify` for one model, with the loaded bench.
 
     `shown`: option -> value of the options that affect the model.
     """

@@ -35,7 +35,7 @@ TABLE = "parameters.csv"  # in the folder of the models
 
 @dataclass(frozen=True)
 class IdentifyEachCommand:
-    """Command line with its bench loaded.
+    """Arguments and options of `frictool identify --each`, with the loaded bench.
 
     `shown`: option -> value of the options that affect one model.
     """

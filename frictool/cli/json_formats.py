@@ -22,13 +22,13 @@ KINDS: dict[str, Any] = {
 
 @cache
 def json_formats() -> dict[str, Any]:
-    """Return the keys of each format by its name and version, such as "report/2"."""
+    """Return name of the format -> its keys; the name includes the version, such as "report/2"."""
     text = Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8")
     return {name: keys for name, keys in yaml.safe_load(text).items() if "/" in name}
 
 
 def format_names() -> dict[str, str]:
-    """Return each format by its name without version, such as "report"."""
+    """Return name without version -> name with version, such as "report" -> "report/2"."""
     return {name.partition("/")[0]: name for name in json_formats()}
 
 

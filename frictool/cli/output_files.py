@@ -67,7 +67,7 @@ def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
 
 
 def require_folder(target: Path) -> None:
-    """Raise OutputError if the folder of `target` does not exist: its name may be misspelt."""
+    """Raise OutputError if the folder of `target` does not exist."""
     folder = target.resolve().parent if target.is_symlink() else target.parent
     if not folder.exists():
         raise OutputError(

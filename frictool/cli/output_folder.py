@@ -23,9 +23,9 @@ def save_folder(
 ) -> None:
     """Write `files` (relative name -> content) into `target`; other files there stay as they are.
 
-    `-` writes a tar archive to stdout. `target` is created if necessary; the folders above it only
-    with `parents`. Raises OutputError, before anything is changed, if a file is an input, cannot be
-    written, or exists and `overwrite` is false.
+    `-` writes a tar archive to stdout. `target` is created if necessary; `parents`: True to create
+    the folders above `target` as well. Raises OutputError, before anything is changed, if a file is
+    an input, cannot be written, or exists and `overwrite` is false.
     """
     if target == STDOUT:
         sys.stdout.buffer.write(archive(files))
@@ -77,7 +77,7 @@ def _bytes(content: str | bytes) -> bytes:
 def archive(files: Mapping[str, str | bytes]) -> bytes:
     """Return an uncompressed tar archive of the files.
 
-    It has no owners and times: the same files give the same bytes.
+    The archive contains neither owners nor times, so that the same files give the same bytes.
     """
     buffer = io.BytesIO()
     with tarfile.open(fileobj=buffer, mode="w", format=tarfile.USTAR_FORMAT) as tar:

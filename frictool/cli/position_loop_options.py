@@ -36,7 +36,7 @@ OPTIONS = (
 
 
 class ServoGains(NamedTuple):
-    """Gains of the bench's position loop in SI, as on the command line."""
+    """Gains of the bench's position loop in SI; None for a gain that is not given."""
 
     position: float | None
     speed: float | None

@@ -50,7 +50,7 @@ def note_step(step: str) -> None:
 def search_progress() -> Callable[[str], None]:
     """Return a callback that prints each step of a search on stderr.
 
-    Without a terminal it leaves out the first step, so that a quick search prints nothing.
+    Without a terminal, the callback omits the first step, so that a quick search prints nothing.
     """
     printed = shows_progress()
 

@@ -123,7 +123,7 @@ def command(**values: Any) -> None:
 
 @dataclass(frozen=True)
 class ReduceCommand:
-    """Arguments and options of the command."""
+    """Arguments and options of `frictool reduce`."""
 
     mechanism: Path
     bandwidth: float | None

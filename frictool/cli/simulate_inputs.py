@@ -29,7 +29,7 @@ def with_observer_option(document: Controller, observer: Path | None) -> Control
 
 
 def compile_target(folder: Path, controller: Path, document: Controller) -> CompiledTarget:
-    """Return the compiled code of the controller."""
+    """Compile the exported C code of the controller in `folder`, and return it."""
     from frictool.adapters.controller_composition import controller_program
     from frictool.documents.provenance import digest
     from frictool.simulate.closed_loop import scheduled

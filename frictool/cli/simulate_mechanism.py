@@ -68,7 +68,7 @@ def mechanism_plant(path: Path, events: EventsOutput) -> MechanismPlant:
 
 
 def on_bench(path: Path, gains: ServoGains) -> tuple[MechanismBenchPlant, PositionServo]:
-    """Return the mechanism at `path` on its bench, with the bench's position loop."""
+    """Return the mechanism at `path` as the plant of a bench test, and the position loop."""
     import math
 
     from frictool.simulate.mechanism_bench import MechanismBenchPlant

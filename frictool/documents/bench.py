@@ -81,7 +81,7 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     @property
     def period(self) -> float | None:
-        """Return the period of the reported position [rad | m]; None if it does not wrap."""
+        """Return the period [rad | m] of the reported position; None if it never wraps."""
         if self.wrap is not None:
             return self.wrap.value
         return None if self.wrap_bits is None else self.resolution * 2.0**self.wrap_bits

@@ -119,8 +119,8 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `kind`: `square_root`: gain sqrt(|e|) sign(e). `proportional`: gain e.
     - `formula`: Formula of the gain of a square-root law, with Coulomb friction F and inertia J.
     - `band`: Half-width of the band [rad | m].
-    - `action`: `cut` opens the loop inside the band. `brake` opens it there only below
-      `rest_speed`. `none` never opens it.
+    - `action`: `cut` opens the loop inside the band. `brake` opens the loop inside the band only
+      below `rest_speed`. `none` never opens the loop.
     - `settled_speed`: Speed of the prefilter below which `cut` and `brake` may act [rad/s | m/s].
     - `rest_speed`: Measured speed below which `brake` opens the loop [rad/s | m/s].
     """
@@ -266,8 +266,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `speed`: Largest speed [rad/s | m/s].
     - `acceleration`: Largest acceleration and deceleration [rad/s^2 | m/s^2].
-    - `smoothing_samples`: Number N of samples of the moving average over the profile; the jerk is
-      at most 2 acceleration/(N sample_period_s).
+    - `smoothing_samples`: Number N of samples of the moving average that smooths the profile; the
+      jerk is at most 2 acceleration/(N sample_period_s).
     """
 
     speed: PositiveNumber
@@ -375,7 +375,7 @@ class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `structured`: Upper bound for constant parameters, from D-G scalings; only files of older
       versions have this key.
     - `parameter_dependent`: Upper bound for constant parameters, from a Lyapunov matrix that
-      depends on them; only files of older versions have this key.
+      depends on the parameters; only files of older versions have this key.
     - `common`: Upper bound from one Lyapunov matrix, for parameters that vary arbitrarily fast.
     """
 
@@ -466,7 +466,7 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `parameters`: Scheduled parameters.
     - `corners`: Controllers at the corners.
-    - `gamma`: Worst norm of the sampled loop over the corners and the plants between them, each
+    - `gamma`: Worst norm of the sampled loop at the corners and at plants between them, each plant
       with the controller for its parameters.
     - `modulus_margin`: Worst modulus margin of these plants.
     - `points`: Number of plants between the corners.

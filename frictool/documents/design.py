@@ -99,8 +99,8 @@ class Design(
       `first_order`: linearised in all parameters.
     - `frozen_at`: Plant whose controller runs. `centre`: middle of the intervals. `identified`:
       identified values.
-    - `scheduled`: True to store the vertices' controllers too. A target that knows the parameters
-      at run time can then interpolate between them.
+    - `scheduled`: True to store the vertices' controllers as well. A target that knows the
+      parameters at run time can then interpolate between these controllers.
     - `grid`: Settings of a synthesis on a grid of parameters.
     - `channel_effort`: Effort for which the uncertainty channel's signal is 1 [N m | N]. By default
       half the width of the Coulomb friction interval.

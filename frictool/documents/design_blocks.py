@@ -41,7 +41,7 @@ class PositionLawDesign(
     - `settled_speed`: Speed of the prefilter or profile below which `cut` and `brake` may act.
     - `rest_speed`: Measured speed below which `brake` sets the drive to 0.
     - `virtual_coulomb_factor`: Factor on F in the square-root law, for virtual friction in addition
-      to that of the axis.
+      to the axis's friction.
     """
 
     # square_root is (5.19), annex (5): sqrt(2F/J); sqrt(F/J) is annex 5.2. The factor is F_cv/F_c
@@ -114,8 +114,8 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     """Release of the drive near the target of a position loop; the integrator is frozen meanwhile.
 
     - `condition`: `energy` releases the drive if the model's Coulomb friction alone stops the
-      motion inside the band. `error` releases it if the error is inside the band; this condition is
-      for comparison, because it causes limit cycles.
+      motion inside the band. `error` releases the drive if the error is inside the band; this
+      condition causes limit cycles and is for comparison only.
     - `band`: Half-width of the band around the target. By default the encoder's step, which is also
       the smallest allowed value.
     - `settled_speed`: The release waits until the prefilter or profile moves more slowly than this.
@@ -144,8 +144,8 @@ class FrictionCompensationDesign(
     """Friction effort added to the drive: a baseline for comparison.
 
     - `source`: `model` adds the model's friction: Coulomb friction times tanh(v/smoothing_speed)
-      plus viscous friction times v, or a table over v if the friction has a Stribeck term, knees or
-      different directions. `observer` adds the disturbance that an observer estimates.
+      plus viscous friction times v, or a table against v if the friction has a Stribeck term or
+      knees, or differs by direction. `observer` adds the disturbance that an observer estimates.
     - `velocity`: Speed v: of the filtered reference, or measured. By default `measured`.
     - `smoothing_speed`: Speed below which the modelled friction fades. By default, for the measured
       speed, one encoder count per sample.

@@ -15,8 +15,8 @@ from frictool.errors import DocumentError, FrictoolError, InputFileError
 def line_of(path: Path, key: str) -> int | None:
     """Return the line of `key` (such as `steps[1].reference`) in the document at `path`.
 
-    If the key is absent, return the line of its last part that exists; None if the document cannot
-    be read again.
+    If the key is absent, return the line of the nearest enclosing key that is present; None if the
+    document cannot be read again.
     """
     try:
         node = compose(read_text(path), path)

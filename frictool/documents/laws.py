@@ -45,7 +45,7 @@ class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Coefficients of powers of the position in SI (rad | m), lowest power first; 1 to 8 of them.
+    """1 to 8 coefficients of powers of the position in SI (rad | m), lowest power first.
 
     - `forward`: Coefficients of the positive direction.
     - `backward`: Coefficients of the negative direction. By default `forward`.

@@ -105,7 +105,7 @@ class Level(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Compliance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Elasticity of a link at its second end; that of a belt is along the belt.
+    """Elasticity of a link at its second end; a belt is elastic along the belt.
 
     - `stiffness`: Stiffness of the elastic element.
     - `damping`: Viscous damping of the elastic element.
@@ -150,7 +150,7 @@ class Gear(
 ):
     """Gear: omega_b = -ratio omega_a; the sign is + for an internal gear.
 
-    - `ratio`: Speed of the second end divided by that of the first; above 0.
+    - `ratio`: Speed of the second end divided by the speed of the first end; above 0.
     - `internal`: True for an internal gear.
     """
 
@@ -239,7 +239,7 @@ class Rack(
 ):
     """Rack and pinion: v_rack = radius omega_pinion.
 
-    - `radius`: Radius of the pinion; it can include a reducer in front of the pinion.
+    - `radius`: Radius of the pinion; the radius can include a reducer in front of the pinion.
     - `reversed`: True if the rack moves against the positive direction.
     """
 
@@ -476,8 +476,8 @@ class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     - `source`: Name of the source.
     - `sensor`: Name of the sensor.
-    - `load`: Block whose position is that of the load. By default the block with the most links
-      between it and the sensor.
+    - `load`: Block at the load. By default the block that is separated from the sensor by the most
+      links.
     """
 
     source: str

@@ -66,10 +66,11 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     """Switched observer; its states are position, velocity and the wear alpha.
 
     The inequalities do not cover a rest, in which alpha is constant, nor a switch between moving
-    modes that is not in `transitions`. After a rest or such a switch, the axis must move for some
-    time. No command proves an edited document again; run `observe design` instead.
+    modes that is not in `transitions`. After a rest or a switch that is not in `transitions`, the
+    axis must move for some time. No command proves an edited document again; run `observe design`
+    instead.
 
-    - `wear`: `multiplicative`: the friction is alpha f. `additive`: it is f + alpha.
+    - `wear`: `multiplicative`: the friction is alpha f. `additive`: the friction is f + alpha.
     - `switch_speed`: Speed below which the mode is 0.
     - `weights`: Weights of position, velocity and alpha in the estimate's error z.
     - `modes`: Modes of the observer.
@@ -142,7 +143,7 @@ class ObserverBacklash(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Backlash between motor and load.
 
     - `width`: Full width [rad | m].
-    - `friction`: Friction of the motor alone inside it [N m | N].
+    - `friction`: Friction of the motor alone, inside the backlash [N m | N].
     """
 
     # (4.45)

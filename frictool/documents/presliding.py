@@ -67,7 +67,7 @@ class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `saturation`: Half of the difference between the efforts at +`limit` and -`limit`.
     - `table`: Rows of the table; one row and one column for each grid position from -`limit` to
       +`limit`.
-    - `half_width`: Half-widths of the table's intervals, in the same shape.
+    - `half_width`: Half-width of the interval of each entry of `table`.
     """
 
     # the table of friction/preisach.py

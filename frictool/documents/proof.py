@@ -28,7 +28,7 @@ class ProvedRequirement(
       `undecided`: see `reason`.
     - `limit`: Limit of the specification.
     - `value`: Worst value of all runs.
-    - `plant`: Plant that refutes the requirement, or leaves it undecided.
+    - `plant`: Plant for which the requirement is refuted or undecided.
     - `start`: Position at rest [rad | m] from which the requirement is violated.
     - `reason`: Reason for an undecided requirement.
     """

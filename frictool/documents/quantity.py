@@ -102,8 +102,9 @@ class Estimate(Quantity, frozen=True, forbid_unknown_fields=True, omit_defaults=
     - `value`: Number in `unit`.
     - `low`, `high`: Ends of the confidence interval.
     - `unit`: Unit of all numbers here; any multiple of the SI unit may be written.
-    - `source`: `identified`: from the logs. `bench`: the logs do not determine it, and the bench's
-      value is used. `assumed`: the bench has no value either, and a default is used.
+    - `source`: `identified`: from the logs. `bench`: the logs do not determine the parameter, and
+      the bench's value is used. `assumed`: neither logs nor bench contain a value, and a default is
+      used.
     """
 
     source: Literal["identified", "bench", "assumed"]

@@ -123,8 +123,8 @@ class Scenario(
     - `variants`: `nominal`: the model's values. `vertices` adds one run at each vertex of the
       controller's polytope; `random` one for each of `plants` plants drawn from the bench's ranges.
       `given`: one plant that differs from the model in the parameters of `given`.
-    - `given`: Parameters of the one plant by name; the others keep the model's values. The
-      breakaway changes in proportion to `coulomb` unless it is listed too.
+    - `given`: Parameters of the one plant by name; parameters that are not listed have the model's
+      values. A breakaway that is not listed changes in proportion to `coulomb`.
     - `plants`: Number of plants of `variants: random`.
     - `drive`: Type of drive, for the units of quantities here.
     - `drive_noise`: Standard deviation of the measured drive [A | V].

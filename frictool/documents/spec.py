@@ -32,7 +32,7 @@ docs/metrics.md defines each metric.
 if TYPE_CHECKING:
 
     class Spec(SpecHead, frozen=True):
-        """Specification; its other fields follow from REQUIREMENTS, each None if not present."""
+        """Specification; REQUIREMENTS defines the other fields. An absent field is None."""
 
         examples: tuple[str, ...]
 

@@ -122,8 +122,8 @@ class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
     - `kind`: Kind of the fault, as in `sensor_faults`.
     - `at_s`: Range of the start. By default the start of the scenario.
-    - `lasts_s`: Range of the duration; `encoder_stuck` requires it; by default `encoder_invalid`
-      and drive faults last to the end.
+    - `lasts_s`: Range of the duration. `encoder_stuck` requires this key; by default
+      `encoder_invalid` and drive faults last to the end.
     - `counts`: Range of the number of lost counts.
     - `offset`: Range of the sensor's offset.
     - `gain_error`: Range of the sensor's gain error.

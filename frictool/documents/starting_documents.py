@@ -42,11 +42,12 @@ EXAMPLE = "example: replace"
 class StartingRig:
     """Facts about a rig, from the user or from a log.
 
-    `log`: base name of the log. `log_path`: its path from the rig's folder. `axis_source`: source
-    of the kind of axis: the user, the log, or neither. `columns`: channel -> (column, unit).
-    `left`: columns without a channel. `period`: sample period [s]. `step`: step of the encoder
-    [rad | m]. `questions`: channel -> note on its column or unit, which the log does not contain.
-    `preset`: drive or robot whose log format has these columns and determined the units.
+    `log`: base name of the log. `log_path`: path of the log, relative to the rig's folder.
+    `axis_source`: source of the kind of axis: the user, the log, or neither. `columns`: channel ->
+    (column, unit). `left`: columns without a channel. `period`: sample period [s]. `step`: step of
+    the encoder [rad | m]. `questions`: channel -> note on its column or unit, which the log does
+    not contain. `preset`: drive or robot whose log format has these columns and determined the
+    units.
     """
 
     name: str
@@ -191,7 +192,8 @@ def _aligned(text: str) -> str:
 def quoted(text: str) -> str:
     """Return a text as a YAML scalar on one line, also valid between braces.
 
-    It is in double quotes, with escapes, if the plain text could be read as anything else.
+    The scalar is in double quotes, with escapes, if YAML would not read the plain text as this
+    text.
     """
     plain = yaml.safe_dump(
         [text], default_flow_style=True, width=float("inf"), allow_unicode=True

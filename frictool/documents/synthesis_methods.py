@@ -1,8 +1,8 @@
-"""Synthesis methods by name: the keys of a design that each reads, and the text that describes it.
+"""Synthesis methods by name: keys of a design that the method reads, and texts that describe it.
 
 Everything that a design, its schema or a help text says about a method follows from its record. The
-function that solves it, and its module in `synth/`, have the name of the method; the module is
-imported when the method runs.
+module in `synth/` that implements a method, and its function, have the name of the method; the
+module is imported when the method runs.
 """
 
 from __future__ import annotations

@@ -90,7 +90,7 @@ def accept(
 
 
 def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> ResonantCheck | None:
-    """Check the loops with the resonances of the model; return their worst margin.
+    """Check the loops with the resonances of the model; return the worst margin of all loops.
 
     The result is None if the model has no resonances. Raises NoSolutionError if a loop is unstable
     with the bench's delay (1 sample for a bench without delay), or if its margin is below the

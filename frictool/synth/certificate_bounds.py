@@ -1,9 +1,9 @@
 """Certificate of a loop: the smallest bounds that verify/zero_exclusion.py proves.
 
 A box contains the plants whose parameters are in given intervals. The first bound is a fraction
-SLACK above the worst norm at its corners. If a proof fails, it returns a plant; the worst norm is
-updated with the norm of that plant, and the slack is doubled. After a proof with a larger slack,
-the search returns to SLACK, as long as this lowers the bound.
+SLACK above the worst norm at the corners of the box. A proof that fails returns a plant; the worst
+norm is updated with the norm of that plant, and the slack is doubled. After a proof with a larger
+slack, the search returns to SLACK, as long as this lowers the bound.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedB
 
     The second result contains the proved bounds with their numbers of cells, or the reason why a
     bound is not proved. Raises NoSolutionError if the loop is unstable for a plant of the box. The
-    number of cells is limited, not the time, so that the same inputs give the same certificate.
+    number of cells is limited instead of the time, so that the same inputs give the same
+    certificate.
     """
     found = {of: _proved(quantity_loops(loop, of), box, of) for of in loop.quantities}
     proved = tuple(bound for bound in found.values() if isinstance(bound, ProvedBound))

@@ -1,10 +1,10 @@
-"""Scheduled controller: interpolation of the controllers at the corners over the parameters.
+"""Scheduled controller: interpolation between the controllers at the corners of the parameters.
 
 The weights of the corners are those of thesis (5.46), (5.64). If the plants are affine in the
 parameters (vertices: first_order, continuous time), the inequalities also hold for the interpolated
-controller. With exact vertices or sampled plants they hold only approximately. The interpolated
-controller is therefore verified as it runs on the target, at the corners and at plants between
-them.
+controller. With exact vertices or sampled plants, the inequalities hold only approximately. The
+interpolated controller is therefore verified as it runs on the target, at the corners and at plants
+between the corners.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from frictool.verify.scheduled_loop import scheduled_figures
 
 
 def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate) -> stored.Schedule:
-    """Verify the scheduled controller of a candidate and return it as it is stored.
+    """Verify the scheduled controller of a candidate; return its document.
 
     Raises NoSolutionError if the controller of a corner is unstable, or if a loop is unstable or
-    its margin below the specified one.
+    has less than the specified margin.
     """
     if candidate.over is None:
         raise NoSolutionError(

@@ -68,8 +68,8 @@ def external_controller(
     Parameters
     ----------
     system : LTI system of python-control or scipy.signal
-        Controller from the position error [rad | m] to the drive [A | V]. With a `position_law` its
-        input is eta = integral(speed reference) - position.
+        Controller from the position error [rad | m] to the drive [A | V]. With a `position_law`,
+        the input of the controller is eta = integral(speed reference) - position.
     model : Model
         Identified model whose intervals span the vertices.
     spec : Spec

@@ -20,7 +20,7 @@ from frictool.errors import NoSolutionError
 
 @dataclass(frozen=True)
 class LoadDisturbance:
-    """Largest load terms, and the efforts that oppose them [N m | N].
+    """Largest load terms, and the efforts that oppose the load [N m | N].
 
     available: effort of the actuator at its limit. breakaway: smallest breakaway.
     """
@@ -38,7 +38,7 @@ class LoadDisturbance:
 
 
 def disturbance(model: Model) -> LoadDisturbance:
-    """Return the largest load over the model's intervals.
+    """Return the largest load within the model's intervals.
 
     Raises NoSolutionError if the load has a spring, or if the sum of load and Coulomb friction may
     exceed the actuator's effort.

@@ -3,9 +3,9 @@
 The inequalities of thesis (5.62) are solved on a grid, and also checked between its points. Method
 `lpv` has one X and one Y, and therefore covers parameters that jump. Method `lpv_grid` assumes
 constant or slowly varying parameters and reaches a lower gamma. All plants on the grid are exact;
-no plant is linearised. Coulomb friction only scales an input: if it is scheduled, its largest value
-is used everywhere. The controller is frozen at one plant (thesis 5.3.4), and its loop is verified
-at every vertex.
+no plant is linearised. Coulomb friction only scales an input: if Coulomb friction is scheduled, its
+largest value is used everywhere. The controller is frozen at one plant (thesis 5.3.4), and its loop
+is verified at every vertex.
 """
 
 from __future__ import annotations

@@ -45,8 +45,8 @@ def minimax(problem: SynthesisProblem, seed: int = 0) -> ControllerCandidate:
     """Return the best controller of several descents; the same seed gives the same controller.
 
     Raises NoSolutionError if no start stabilises every vertex, or if the order is too low for the
-    structure. In a sampled design, also raises it if the margin of the best controller with the
-    bench's delay is below the specified one.
+    structure. In a sampled design, also raises NoSolutionError if the best controller with the
+    bench's delay has less than the specified margin.
     """
     design = problem.design
     period = problem.period if problem.sampled else 0.0

@@ -35,7 +35,7 @@ SETTLED = 1e-6  # relative improvement below which a descent has converged
 
 @dataclass(frozen=True)
 class DescentPoint:
-    """Parameters of the controller, their exact worst norm, and the violation of the margin.
+    """Parameters of the controller, with the exact worst norm and the violation of the margin.
 
     missed: M max|S| - 1 for the required margin M, or 0 if that is negative.
     """
@@ -92,7 +92,7 @@ class MinimaxDescent:
         return float(max(np.max(open_loop.bounds(k)) for open_loop in self.on_grid))
 
     def point(self, parameters: Vector) -> DescentPoint:
-        """Evaluate the exact norms at the parameters and store their peak frequencies."""
+        """Evaluate the exact norms at the parameters, and store the peak frequency of each norm."""
         k = self.structure.system(parameters)
         if not all_stable(k, self.plants):
             return DescentPoint(parameters, np.inf, np.inf)

@@ -2,10 +2,10 @@
 
 Balanced truncation removes the states with the smallest Hankel singular values. Its error is at
 most twice the sum of these values (Enns 1984; Glover 1984), and the direct gain is unchanged.
-Residualisation (singular perturbation) has the same bound, but the steady state is unchanged
-instead. The bound applies to the controller, not to the closed loop. A function of the caller
-therefore checks the loop with each reduced controller, and raises NoSolutionError if it fails. An
-integrator is split off first and not reduced.
+Residualisation (singular perturbation) has the same bound of the error, but leaves the steady state
+unchanged and not the direct gain. The bound applies to the controller, not to the closed loop. A
+function of the caller therefore checks the loop with each reduced controller, and raises
+NoSolutionError if the check fails. An integrator is split off first and not reduced.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def truncated(k: Lti, order: int) -> Lti:
 
 
 def residualised(k: Lti, order: int) -> Lti:
-    """Return a balanced system with `order` states; the other states have their steady state."""
+    """Return a balanced system with `order` states; the removed states take their steady values."""
     kept = slice(0, order)
     gone = slice(order, k.order)
     settled = (

@@ -3,8 +3,8 @@
 The realisations are a balanced state space, its inverse Tustin transform, and sections.
 
 An exact integrator (pole at z = 1) is a separate state with the coefficient 1, which no rounding
-changes; it is also a separate section if the zeros allow it. The remaining controller is stable and
-balanced, which makes it insensitive to rounded coefficients.
+changes; this state is also a separate section if the zeros allow a proper one. The remaining
+controller is stable and balanced, so that rounded coefficients change it little.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ INFINITE = 1e8  # zeros of larger modulus are treated as infinite
 def stored_forms(k: Lti) -> LinearController:
     """Return all realisations of the discrete controller `k`, which may have one integrator.
 
-    Raises NoSolutionError if the controller without its integrator is unstable (it would diverge
-    whenever the loop is open: at the drive's limit, at rest), or if it has two integrators. Also
-    raises it if the frequency responses of sections and state space differ by more than 1e-6 of the
-    peak; with an integrator, those of (z - 1) K(z).
+    Raises NoSolutionError if `k` without its integrator is unstable, because such a controller
+    diverges whenever the loop is open (at the drive's limit, at rest); if `k` has two integrators;
+    or if the frequency responses of sections and state space (with an integrator, of (z - 1) K(z))
+    differ by more than 1e-6 of the peak.
     """
     integrator, rest = split_integrator(k)
     radius = spectral_radius(rest.a)

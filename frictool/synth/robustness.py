@@ -22,9 +22,9 @@ def robustness(
 ) -> stored.Robustness:
     """Return the largest norm of the sampled loop with `system` in a search between the vertices.
 
-    With `varying`, also return a bound for parameters that vary arbitrarily fast; the certificate
-    holds for constant parameters only. Raises NoSolutionError if the loop is unstable for a plant
-    of the box, or if the norm is more than 1 % above that of the vertices.
+    With `varying`, also return a bound for parameters that vary arbitrarily fast. Raises
+    NoSolutionError if the loop is unstable for a plant of the box, or if the norm is more than 1 %
+    above the largest norm at the vertices.
     """
     vertices, worst = worst_inside(system, problem.running, problem.box.vertices)
     if math.isinf(worst.norm):
@@ -56,8 +56,9 @@ def sensitivity_inside(
 ) -> stored.Robustness:
     """Return the largest sensitivity between the vertices, for loops without a weighted norm.
 
-    It is that of sampled plants, not an upper bound. Raises NoSolutionError if a loop is unstable
-    for one of these plants, or if the sensitivity is more than 1 % above that of the vertices.
+    The value is the largest one at scattered plants, not an upper bound. Raises NoSolutionError if
+    a loop is unstable for one of these plants, or if the sensitivity is more than 1 % above the
+    largest one at the vertices.
     """
     vertices, inside, at = worst_sensitivity(
         loops, problem.lag, problem.delay, problem.box.vertices

@@ -73,10 +73,10 @@ class PlacementTrial:
 
 
 def rst(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the RST controller with the best w, m and f; it may violate the specification.
+    """Return the RST controller with the best w, m and f, even if it violates the specification.
 
-    Raises NoSolutionError if the order is below that of the plant, or if no tuning is stable at
-    every vertex.
+    Raises NoSolutionError if the controller's order is below the plant's order, or if no tuning is
+    stable at every vertex.
     """
     tuning = _PlacementSearch(problem)
     best = tuning.best()
@@ -189,7 +189,10 @@ class _PlacementSearch:
             here = better
 
     def merit(self, trial: PlacementTrial) -> tuple[float, float, float, float]:
-        """Return the criteria in order; the first three are 0 if met, else minus the violation."""
+        """Return the criteria in order of priority.
+
+        The first three criteria are 0 if met, else minus the violation.
+        """
         required = CLEAR * (self.problem.spec.modulus_margin or 0.0)
         return (
             -self.late(trial),

@@ -3,7 +3,8 @@
 With an integrator (thesis 5.4.3.1) the static error vanishes. A stable pole is needed if the
 optimal controller has a slow pole just outside the stability limit. At frequencies far above |p|,
 r/(s - p) is close to r/s: the pole p is moved with unchanged residue r, and the loop is verified
-again. The usual slow pole is that of W2, which the controller inherits from the weighted plant.
+again. The slow pole is usually the pole of W2, which the controller inherits from the weighted
+plant.
 """
 
 from __future__ import annotations

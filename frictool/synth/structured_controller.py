@@ -76,11 +76,11 @@ class StructuredController:
         return low, high
 
     def wider(self) -> StructuredController:
-        """Return the same structure with an order higher by 1."""
+        """Return this structure with an order higher by 1."""
         return replace(self, order=self.order + 1)
 
     def grown(self, parameters: Vector, pole: float) -> Vector:
-        """Return the parameters in the `wider` structure that give the same controller.
+        """Return the parameters of the `wider` structure for which the controller is unchanged.
 
         A zero cancels the added pole at `pole` [rad/s].
         """

@@ -129,7 +129,7 @@ def _smoothing(model: Model, rise: float) -> tuple[int, str]:
 def stored_feedforward(
     model: Model, requested: FeedforwardDesign, tell: Tell
 ) -> stored.Feedforward:
-    """Return the feedforward of a design as it is stored; `tell` as in `stored_profile`.
+    """Return the feedforward of a design as it is stored; `tell`: see `stored_profile`.
 
     Raises FrictoolError (exit 3) if the bandwidth of the filter is at least 2/T.
     """

@@ -36,7 +36,7 @@ SLOPE = 0.8  # slope of log gamma over log W1, assumed while only one point is k
 
 @dataclass(frozen=True)
 class TradePoint:
-    """Weights W1 (`disturbance`) and W3 (`drive`); `level` is their gamma or verified norm."""
+    """Weights W1 (`disturbance`) and W3 (`drive`); `level`: their gamma or verified norm."""
 
     disturbance: float
     drive: float
@@ -69,8 +69,8 @@ def relax(
 ) -> Trade:
     """Search relaxed weights, starting from the strictest weights `chosen`.
 
-    `level` maps weights to gamma and may raise NoSolutionError. There are at most BUDGET
-    evaluations; `progress` is called with the largest feasible W1 at each W3. Raises
+    `level`: function that maps weights to gamma; it may raise NoSolutionError. There are at most
+    BUDGET evaluations; `progress` is called with the largest feasible W1 at each W3. Raises
     NoSolutionError if no weights have a gamma of at most `required`.
     """
     return _TradeSearch(chosen, level, required, progress).trade()

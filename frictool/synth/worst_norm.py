@@ -127,8 +127,8 @@ def true_norms(
 ) -> list[tuple[float, float]]:
     """Return the norm of each closed loop and its peak frequency [rad/s].
 
-    An unstable loop gives (inf, nan). `looks` contains earlier peak frequencies of each plant; they
-    only reduce the computing time.
+    An unstable loop gives (inf, nan). `looks`: earlier peak frequencies of each plant, which reduce
+    the computing time.
     """
     hints = looks or [()] * len(plants)
     return [

@@ -36,7 +36,7 @@ class BlockNames:
     def index(self, key: str, name: str) -> int:
         """Return the index of the block called `name`.
 
-        Raises ElementError if there is none, or if it is the frame.
+        Raises ElementError if no block has this name, or if `name` is the frame.
         """
         if name == GROUND:
             raise ElementError(

@@ -54,7 +54,7 @@ class CouplingRow(NamedTuple):
 
 
 class ElementArrays:
-    """Rows by name of all arrays of a packed mechanism, except rigid links and sources.
+    """Rows of all arrays of a packed mechanism, by element name, except rigid links and sources.
 
     springs: (block, block or FRAME) of each spring. pushes: (name, row) of each effort on a block,
     constant or of a cam; a link and a source may have the same name. grounded: blocks that an
@@ -307,7 +307,7 @@ class ElementArrays:
 
 
 def pack_rows(kind: type[Arrays], rows: Collection[tuple[float, ...]]) -> Arrays:
-    """Return the rows as a record of arrays; each column has the type of its annotation."""
+    """Return the rows as a record `kind` of arrays; an array has the type of its annotation."""
     columns = zip(*rows, strict=True) if rows else [()] * len(_types(kind))
     return kind(
         *(np.array(column, dtype=of) for column, of in zip(columns, _types(kind), strict=True))

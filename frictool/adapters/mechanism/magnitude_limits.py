@@ -1,4 +1,4 @@
-"""Limits of numbers in a mechanism, against overflow when they are multiplied."""
+"""Limits of the numbers in a mechanism, so that products of these numbers do not overflow."""
 
 from __future__ import annotations
 

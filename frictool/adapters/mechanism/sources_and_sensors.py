@@ -110,7 +110,7 @@ def controlled_names(document: Mechanism) -> tuple[str, str]:
 def controlled_indices(document: Mechanism, assembled: AssembledMechanism) -> tuple[int, int]:
     """Return the indices of the source and the sensor that a controller uses.
 
-    Raises ElementError if they are ambiguous.
+    Raises ElementError if the choice of source or sensor is ambiguous.
     """
     source, sensor = controlled_names(document)
     return assembled.sources.index(source), assembled.sensors.index(sensor)

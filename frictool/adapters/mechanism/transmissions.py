@@ -3,12 +3,12 @@
     q_b = ratio q_a        effort at a: ratio lambda + loss, with lambda the effort at b
 
 If power flows from end a to end b, effort_a = ratio lambda/eta, so that drive_loss = |ratio| (1/eta
-- 1) per unit of lambda. If it flows back, effort_a = ratio lambda eta_back, so that back_loss =
-|ratio| (1 - eta_back). The same friction in both directions means eta_back = 2 - 1/eta. For a
-thread with mu = tan phi, the torque at the screw per force of the nut is radius tan(alpha + phi) if
-the screw drives, and radius tan(alpha - phi) if the nut drives. Equations of the thesis: gear
-(2.3), with stiffness and damping (2.4)-(2.5); belt (2.6); thread (2.10)-(2.13); pistons (2.16);
-play (2.18); rack (2.19)-(2.20).
+- 1) per unit of lambda. If power flows from end b to end a, effort_a = ratio lambda eta_back, so
+that back_loss = |ratio| (1 - eta_back). The same friction in both directions means eta_back = 2 -
+1/eta. For a thread with mu = tan phi, the torque at the screw per force of the nut is radius
+tan(alpha + phi) if the screw drives, and radius tan(alpha - phi) if the nut drives. Equations of
+the thesis: gear (2.3), with stiffness and damping (2.4)-(2.5); belt (2.6); thread (2.10)-(2.13);
+pistons (2.16); play (2.18); rack (2.19)-(2.20).
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def _losses(key: str, link: Transmitting, ratio: float) -> tuple[float, float, f
 
 
 def back_efficiency(efficiency: float, efficiency_back: float | None) -> float:
-    """Return the backward efficiency of the document, or 2 - 1/efficiency if it has none.
+    """Return the backward efficiency of the document, or 2 - 1/efficiency if the document has none.
 
     2 - 1/efficiency follows from the same friction in both directions. With a backward efficiency
     below 0 the load cannot drive the link.

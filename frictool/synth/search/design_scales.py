@@ -1,4 +1,4 @@
-"""Scales of an actuator: a candidate's parameters, divided by them, are dimensionless.
+"""Scales of an actuator, by which a candidate's parameters are divided to be dimensionless.
 
 dead time     T (1 + delay) + lag     hold and speed difference add T/2 each
 loop gain     K/J, largest and smallest

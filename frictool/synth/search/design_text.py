@@ -50,9 +50,9 @@ EFFECTS = {
 
 
 def design_text(design: Design, head: str) -> str:
-    """Return the text of a design document with comments; reading it gives the same design.
+    """Return the text of a design document with comments, from which the same design can be read.
 
-    head: comment above the document; it may have several lines.
+    head: comment above the document, of one or more lines.
     """
     lines = [f"# {line}" for line in head.splitlines()]
     return "\n".join([*lines, *_lines(drop_unset(msgspec.to_builtins(design)), ())]) + "\n"

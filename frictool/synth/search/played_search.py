@@ -4,10 +4,10 @@ To play a candidate means to simulate its controller. Each start is played first
 evolution (Storn and Price 1997, scipy) varies the parameters around the best start. The objective
 is the largest shortfall of all requirements, where each requirement must be met with a reserve. A
 candidate is played on few plants first, and on all plants if it is promising; the plant with the
-worst result is added to these few. The search ends with the first candidate that passes the whole
-test with the reserve, passes on other plants without the reserve, and is verified. If there is
-none, the search continues without the reserve from the best candidates. The figures of a candidate
-are the worst of all tests in which it was played.
+worst result is then added to the few plants. The search ends with the first candidate that passes
+the whole test with the reserve, passes on other plants without the reserve, and is verified. If
+there is none, the search continues without the reserve from the best candidates. The figures of a
+candidate are the worst of all tests in which it was played.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Candidate:
         return max(self.missing.values())
 
     def worst(self, metric: Any) -> float:
-        """Return the worst value of a requirement over all tests; NaN if none decides it."""
+        """Return the worst value of a requirement in all tests; NaN if no test decides it."""
         values = [worst_value(runs, metric.key) for runs in self.runs]
         known = [value for value in values if not np.isnan(value)]
         return (max if metric.relation == "<=" else min)(known, default=np.nan)

@@ -119,7 +119,7 @@ def missing(runs: JudgedRuns) -> dict[str, float]:
 
 
 def worst_value(runs: JudgedRuns, key: str) -> float:
-    """Return the worst value of a requirement over the plants [SI]; NaN if no run decides it."""
+    """Return the worst value of a requirement of all plants [SI]; NaN if no run decides it."""
     for one, column in zip(runs.metrics, np.transpose(runs.values), strict=True):
         known = column[~np.isnan(column)]
         if one.key == key and known.size:
