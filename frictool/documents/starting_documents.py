@@ -65,7 +65,7 @@ class StartingRig:
 
 
 def starting_documents(start: StartingRig) -> dict[str, str]:
-    """Return the text of each file in the rig's folder, by file name.
+    """Return file name -> text of each file in the rig's folder.
 
     The files are bench, specification, design, scenario, and a Makefile that chains the commands.
     """
@@ -73,7 +73,7 @@ def starting_documents(start: StartingRig) -> dict[str, str]:
 
 
 def example_keys(start: StartingRig) -> dict[str, list[str]]:
-    """Return the keys with example values of each file, by file name; dots separate nested keys.
+    """Return file name -> keys of the file with example values; dots separate nested keys.
 
     The files mark them `# example: replace`.
     """

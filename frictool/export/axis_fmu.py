@@ -1,11 +1,11 @@
-"""Identified axis as a Functional Mock-up Unit, whose C code moves it from event to event.
+"""Identified axis as a Functional Mock-up Unit, whose C code simulates the axis event by event.
 
     command ──▶ limit, lag, constant ──▶ inertia, friction, backlash, end stops ──▶ encoder
 
 The parameters of the C code are the engine's array (plant/axis.py, plant/axis_friction_laws.py,
 plant/position_load.py), with friction polynomials relative to the friction levels. Each parameter
-that the model has becomes a parameter of the Functional Mock-up Unit; its description states the
-interval.
+that the model has becomes a parameter of the Functional Mock-up Unit, and its interval becomes part
+of the parameter's description.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ class AxisSetting:
 def axis_fmu(
     model: Model, origin: ExportOrigin, without: Collection[str]
 ) -> tuple[dict[str, bytes], list[str]]:
-    """Return the Functional Mock-up Unit of a model by its file name, and notes.
+    """Return file name -> content of the Functional Mock-up Unit of a model, and notes.
 
     Raises NoSolutionError if the model has a feature that an FMU cannot represent and that is not
     in `without`.

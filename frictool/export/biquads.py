@@ -37,7 +37,7 @@ Row = tuple[float, ...]
 
 @dataclass(frozen=True)
 class Biquads:
-    """Biquad stages with their scales.
+    """Biquad stages, with the scales of input and output.
 
     `stages`: b0 b1 b2 a1 a2 of each stage in the convention of CMSIS, as integers in fixed point.
     `post_shift`: shift common to all stages. `input_scale`, `output_scale`: input and output at
@@ -99,7 +99,7 @@ def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering
 
 
 def response_sum(sections: tuple[Row, ...]) -> float:
-    """Return the sum of the absolute impulse response of a chain; inf if it is unstable.
+    """Return the sum of the absolute impulse response of a chain; inf if the chain is unstable.
 
     The sum is the largest output for inputs within +-1.
     """

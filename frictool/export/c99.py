@@ -61,7 +61,7 @@ def c_sources(
     loop: RoundedLoop,
     origin: ExportOrigin,
 ) -> dict[str, str]:
-    """Return the text of each C file, by file name.
+    """Return file name -> text of each C file.
 
     `program`: the controller's program. `vectors`: golden vectors of the number format. `loop`:
     verified properties with rounded coefficients. Raises NoSolutionError if a coefficient is beyond

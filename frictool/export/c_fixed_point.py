@@ -1,6 +1,6 @@
 """C expressions in fixed point, equal to control/fixed_point_kernel.py.
 
-The shifts are those of control/fixed_point.py:
+control/fixed_point.py determines the shifts:
 
     value 2^-n, rounded     shifted(value, n) in 64 bits, word(value, n) if the result is a word
     value 2^n               raised(value, n): a product, because a left shift of a negative
@@ -58,7 +58,7 @@ class FixedNumbers:
         return _integer(self.scaled.constants[node.index])
 
     def parameter(self, name: str) -> str:
-        """Return the name of an input in the step function before it is bounded."""
+        """Return the name that an input has in the step function before it is bounded."""
         return f"{name}_word"
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:
@@ -165,7 +165,7 @@ class FixedNumbers:
         return f"({text})"
 
     def fractions(self, table: NamedArray) -> str:
-        """Return a comment with the fractions of an array's elements, for the line above it."""
+        """Return a comment with the fractions of an array's elements, for the line before."""
         counts = [
             str(self.scaled.fractions[node.index]) if node is not None else "-"
             for _, node in table.elements()

@@ -56,6 +56,6 @@ def c_identifier(name: str) -> str:
 def comment_text(text: str) -> str:
     r"""Return one line of printable ASCII for a comment.
 
-    The characters / * \ ? become _, because they can open, end or continue a comment.
+    The characters / * \ ? become _, because these characters can open, end or continue a comment.
     """
     return re.sub(r"[^ -~]|[/*\\?]", "_", text)

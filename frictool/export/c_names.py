@@ -5,8 +5,8 @@
     band          a single constant
     mode          a field of the state
 
-A name that C, its library or a helper function uses gets the suffix `_`. A second value with the
-same name gets `_2`.
+A name that C, its library or a helper function uses gets the suffix `_`. A second value with an
+equal name gets the suffix `_2`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TAKEN = frozenset(re.findall(r"\w+", RESERVED))
 
 @dataclass(frozen=True)
 class NamedArray:
-    """Constant or state with its shape, () for a scalar, and its nodes by index."""
+    """Constant or state: name, shape (() for a scalar), and index -> node."""
 
     name: str
     shape: Index
@@ -45,7 +45,7 @@ class NamedArray:
         return "".join(f"[{size}]" for size in self.shape)
 
     def elements(self) -> list[tuple[Index, ProgramNode | None]]:
-        """Return every index in row-major order, with its node or None."""
+        """Return every index in row-major order, with the node at this index or None."""
         return [(index, self.nodes.get(index)) for index in product(*map(range, self.shape))]
 
 

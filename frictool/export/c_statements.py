@@ -1,8 +1,8 @@
 """Statements of a C function for a program, in the program's order.
 
-A value becomes a named constant if it has a name, is used more than once, or becomes a state. Other
-values are expressions in brackets. States are read when they are used, and written after all values
-have been computed.
+A value becomes a named C constant if it has a name, is used more than once, or becomes a state.
+Other values are expressions in brackets. States are read when they are used, and written after all
+values have been computed.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class _StatementWriter:
 
 
 def wrap_statement(text: str, hanging: str = INDENT) -> list[str]:
-    """Return a statement in lines of at most WIDTH characters; its comment is not broken."""
+    """Return a statement in lines of at most WIDTH characters, without a break in its comment."""
     lines = textwrap.wrap(
         text, WIDTH, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False
     )

@@ -38,8 +38,8 @@ class CmsisArrays:
 def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
     """Return the biquads of a controller.
 
-    Raises NoSolutionError if there are no sections or they cannot be scaled, and FixedPointOverflow
-    if their input has no bound.
+    Raises NoSolutionError if the controller has no sections or the sections cannot be scaled, and
+    FixedPointOverflow if the input of the sections has no bound.
     """
     linear = controller.linear
     if controller.schedule is not None:
@@ -88,7 +88,7 @@ def _signal(controller: Controller) -> str:
 def cmsis_header(
     controller: Controller, number: Number, arrays: CmsisArrays, margin: float, origin: ExportOrigin
 ) -> dict[str, str]:
-    """Return the text of the header by file name."""
+    """Return file name -> text of the header."""
     name = c_identifier(controller.name)
     biquads = arrays.biquads
     values = RealNumbers("float").literal if number == "float" else str

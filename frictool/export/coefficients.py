@@ -1,4 +1,4 @@
-"""Coefficients with their conventions, as JSON and as variables of a MATLAB file."""
+"""Coefficients and the conventions of their signs, as JSON and as variables of a MATLAB file."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ BLOCKS = (
 def json_files(
     controller: Controller, number: Number, loop: RoundedLoop, origin: ExportOrigin
 ) -> dict[str, str]:
-    """Return the JSON text by file name; docs/formats.md defines every key."""
+    """Return file name -> JSON text; docs/formats.md defines every key."""
     content = {
         "format": FORMAT,
         "name": controller.name,
@@ -202,7 +202,7 @@ def _nested(table: NamedArray, value: Callable[[ProgramNode], float], nothing: f
 def matlab_files(
     controller: Controller, number: Number, loop: RoundedLoop, origin: ExportOrigin
 ) -> dict[str, bytes]:
-    """Return the bytes of a MATLAB file of version 5, by file name.
+    """Return file name -> bytes of a MATLAB file of version 5.
 
     docs/formats.md lists the variables.
     """

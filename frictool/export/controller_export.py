@@ -170,7 +170,8 @@ def export_controller(
 
     `report` measures C code on the bench's target, even if the bench has no budget. Raises
     NoSolutionError if the document is inconsistent, if the rounded loop cannot be verified, if the
-    format cannot represent the controller, or if the code is above its budget.
+    format cannot represent the controller, or if the code exceeds the budget of the bench's
+    `target`.
     """
     recheck(controller)
     try:

@@ -27,7 +27,7 @@ def controller_fmu(
     sources: Mapping[str, str],
     origin: ExportOrigin,
 ) -> dict[str, bytes]:
-    """Return the unit by its file name.
+    """Return file name -> content of the unit.
 
     Parameters
     ----------

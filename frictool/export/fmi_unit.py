@@ -4,7 +4,7 @@
               sources/buildDescription.xml   files to compile
               sources/fmi3_NAME.c            the functions of FMI, and other sources
 
-`templates/fmi3.c.jinja` has the functions that all units share.
+`templates/fmi3.c.jinja` contains the functions that all units share.
 """
 
 from __future__ import annotations
@@ -128,9 +128,10 @@ class FmiVariable:
     kind : {"Float64", "Boolean", "Int64", "Enumeration"}
         Type of the variable.
     attributes : mapping of str to str
-        Further attributes of its XML element.
+        Further attributes of the variable's XML element.
     depends_on : tuple of int
-        Value references of the inputs and parameters that determine its initial value.
+        Value references of the inputs and parameters that determine the initial value of the
+        variable.
     """
 
     reference: int
@@ -176,7 +177,7 @@ class FmiUnit:
     enumerations: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
 
     def files(self) -> dict[str, bytes]:
-        """Return the unit by its file name."""
+        """Return file name -> content of the unit."""
         name = c_identifier(self.name)
         sources = {**self.sources, f"fmi3_{name}.c": self.functions}
         files = {

@@ -3,7 +3,7 @@
     F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)                (2.33)-(2.34)
 
 viscous(v) is linear between the knees of the speed regimes (figure 4.10). The band contains F(v)
-for all combinations of the parameters within their intervals; it is therefore wider than a
+for all combinations of the parameters within their intervals, and is therefore wider than a
 confidence band of the curve.
 """
 
@@ -38,7 +38,7 @@ WHOLE = 1e-9  # largest relative deviation of a whole number
 def table_files(
     model: Model, origin: ExportOrigin, without: Collection[str]
 ) -> tuple[Mapping[str, str | bytes], list[str]]:
-    """Return the tables of a model by file name, and notes.
+    """Return file name -> content of the tables of a model, and notes.
 
     Raises NoSolutionError if the model has a feature that a table cannot represent, or no top
     speed.

@@ -1,13 +1,13 @@
-"""Golden vectors: response of the simulation's controller to a sequence that visits all its modes.
+"""Golden vectors: response of the simulation's controller to inputs that visit all modes.
 
 The sequence is generated from a seed while the controller runs. It depends on the controller
-document and the number format only. The position roughly imitates an axis in closed loop: it
-follows the filtered reference with a lag, and is quantised by the encoder. A phase that waits for
-rest, release or the drive's limit ends after a bounded number of samples. At the end inputs become
-invalid: several times for as long as the controller holds the last valid input, and once for one
-sample longer, which sets the fault.
+document and the number format only. The position roughly imitates an axis in closed loop: the
+position follows the filtered reference with a lag, and is quantised by the encoder. A phase that
+waits for rest, release or the drive's limit ends after a bounded number of samples. At the end
+inputs become invalid: several times for as long as the controller holds the last valid input, and
+once for one sample longer, which sets the fault.
 
-The same inputs go to the program in double. The difference of the two drives is the effect of the
+The program in double gets the same inputs. The difference of the two drives is the effect of the
 format's rounding.
 """
 
@@ -58,17 +58,17 @@ class GoldenVectors:
     """Rows of inputs and outputs of a controller.
 
     `columns`: reference, position [rad | m], velocity if used, scheduled parameters, and drive [A |
-    V]. `rows`: their values in SI as the format represents them; an invalid input is NaN or
-    infinite. `visits`: number of samples in each mode and at each limit.
+    V]. `rows`: values of the columns in SI, as the format represents them; an invalid input is NaN
+    or infinite. `visits`: number of samples in each mode and at each limit.
 
-    `away`: largest difference between the drives of the format and of double, over samples in which
-    both programs are in the same mode. `rms`: rms of this difference. `apart`: number of samples in
-    different modes.
+    `away`: largest difference between the drive in the format and the drive in double, at samples
+    at which both programs are in the same mode. `rms`: rms of this difference. `apart`: number of
+    samples in different modes.
 
     `fault_from`: first row with the fault. `restart`: row before which the controller is started
     again at the position of this row. `commands`: for each command of control/supervision.py, the
-    row before which the command is first given. After the command `fault`, and before the same row,
-    the commands `disable` and `enable` are given again; they do not end the fault.
+    row before which the command is first given. Right after the command `fault`, `disable` and
+    `enable` are given again before the same row; they do not end the fault.
     """
 
     columns: tuple[str, ...]

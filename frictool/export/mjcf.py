@@ -7,7 +7,7 @@
              cogging. Its winding conducts no current.
 
     LuGre    dz/dt = v - |v| z sigma_0/g(v),  g = F_c + (F_s - F_c) exp(-(v/v_s)^2),
-             friction = sigma_0 z + sigma_1 dz/dt; the viscous friction is that of the joint
+             friction = sigma_0 z + sigma_1 dz/dt; the joint has the viscous friction
     cogging  effort = A sin(N x + phase)
 
 MuJoCo regularises `frictionloss`: below breakaway the joint creeps in proportion to the effort. The
@@ -45,7 +45,7 @@ RANGES = "mjcf-ranges/1"
 
 @dataclass(frozen=True)
 class MjcfAttribute:
-    """Number of the MJCF file with its interval.
+    """Number in the MJCF file, with an interval.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ def exported_model(model: Model, without: Collection[str]) -> tuple[Model, list[
 def mjcf_files(
     model: Model, origin: ExportOrigin, without: Collection[str]
 ) -> tuple[Mapping[str, str | bytes], list[str]]:
-    """Return the MJCF file and the ranges of its attributes by file name, and notes.
+    """Return file name -> content of the MJCF file and of the attributes' ranges, and notes.
 
     Raises NoSolutionError as `exported_model` does.
     """

@@ -1,4 +1,4 @@
-"""Conditions for golden vectors: they must visit every mode and limit of a program."""
+"""Conditions that golden vectors must meet: a visit to every mode and limit of a program."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class ModelExportSettings:
 
 @dataclass(frozen=True)
 class ModelExport:
-    """Files of a model's export: name -> content; and lines of text on their contents."""
+    """Files of a model's export, name -> content, and lines of text on these files."""
 
     language: str
     origin: ExportOrigin
@@ -85,7 +85,7 @@ def export_model(
     Returns
     -------
     ModelExport
-        The files, and notes on their contents.
+        The files, and notes on the files.
 
     Raises
     ------

@@ -106,7 +106,7 @@ FEATURES: dict[str, ModelFeature] = {
 def without_features(
     model: Model, target: str, held: Collection[str], without: Collection[str]
 ) -> tuple[Model, list[str]]:
-    """Return the model without its features in `without`, and a line for each of them.
+    """Return the model without the features in `without`, and a line for each removed feature.
 
     Parameters
     ----------

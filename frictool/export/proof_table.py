@@ -54,7 +54,7 @@ def conversion_macros(
 
     Every input and the drive get macros for the number of fraction bits and for the lowest and the
     highest word; an input also gets one that converts a constant in SI. Two further macros convert
-    encoder counts to the position's word, and the drive's word to thousandths of its unit.
+    encoder counts to the position's word, and the drive's word to thousandths of an A or V.
 
     `prefix` begins each macro's name. `step` [rad | m] is the position per encoder count.
     """

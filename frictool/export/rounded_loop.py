@@ -3,8 +3,8 @@
 The sampled loop is rebuilt at every vertex with the rounded coefficients. It must be stable at
 every delay of the document, and have the specified modulus margin at the bench's delay. If the
 document contains the weights of the norm, the norm must not exceed the claimed norm. Every corner
-of a schedule is checked with the plant of this corner. Rounding of signals is not covered; the
-golden vectors measure it (golden_vectors.py).
+of a schedule is checked with the plant of this corner. The verification does not cover the rounding
+of signals, whose effect the golden vectors measure (golden_vectors.py).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ FINER = {
 
 @dataclass(frozen=True)
 class RoundedLoop:
-    """Worst properties with rounded coefficients, and the vertices at which they occur.
+    """Worst modulus margin and norm with rounded coefficients, and the vertices of these values.
 
     `norm` is None if the document contains no weights.
     """

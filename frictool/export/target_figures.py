@@ -4,8 +4,8 @@
     count.c   ──with target/start.c───▶ image ──qemu-system-arm -icount──▶ instructions of each step
 
 QEMU counts instructions, not cycles: flash wait states, the pipeline and the cycles of a division
-or a root are not included. Bytes of code are those of NAME.c, without the library functions that it
-calls (operations that the core lacks).
+or a root are not included. Bytes of code are counted in NAME.c, without the library functions that
+replace operations which the core lacks.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class TargetFigures:
     missing: str = ""
 
     def over_budget(self, target: Target) -> list[str]:
-        """Return each figure above its budget as text."""
+        """Return a text for each figure that exceeds its budget."""
         return [
             f"{value} {words}, allowed: {limit} (target.{key})"
             for key, words, value, limit in self._budget(target)

@@ -25,7 +25,7 @@ TAG_END = re.compile(rb"\s*/?>$")
 
 @dataclass
 class XmlElement:
-    """Element of an XML file with its byte positions.
+    """Element of an XML file, with byte positions in the file.
 
     - name, attributes: as in the file
     - start, content: positions of the start tag and of the first byte behind it
@@ -49,7 +49,7 @@ class XmlElement:
 
 
 def xml_tree(path: Path, data: bytes) -> XmlElement:
-    """Return the root element of an XML file; raise InputFileError if it cannot be patched."""
+    """Return the root element of an XML file; raise InputFileError if it cannot be changed."""
     parser = expat.ParserCreate()
     root = XmlElement("", {}, 0, 1)
     open_elements = [root]
@@ -108,7 +108,7 @@ def _tag_end(data: bytes, start: int) -> int:
 
 
 def joints(root: XmlElement) -> list[XmlElement]:
-    """Return the joints of the robots and models, without those of transmissions and plugins."""
+    """Return the joints of robots and models, without the joints of transmissions and plugins."""
     found: list[XmlElement] = []
     if root.name in CONTAINERS or root.name.startswith("xacro:"):
         for element in root.children:

@@ -4,7 +4,7 @@
                 ──velocity.py──▶ velocity ───────────────┴─friction_tracker.py──▶ friction
 
 The estimates at a sample use no later sample. The wear changes only at the end of a move; before
-the end of the first move it is the prior.
+the end of the first move, the prior applies.
 """
 
 from __future__ import annotations

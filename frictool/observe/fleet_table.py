@@ -111,8 +111,8 @@ def rows(
     """Return one row per log, sorted by unit, date and file.
 
     limit: largest allowed ratio to commissioning, or largest allowed wear if the ratio is unknown.
-    commissioning: wear at commissioning of all units; None: for each unit, the wear of its first
-    log with an estimate.
+    commissioning: wear at commissioning of all units; None: each unit is compared with the unit's
+    first log with an estimate.
     """
     first = {} if commissioning is not None else _first_logs(fleet)
     made = [_row(one, limit, commissioning, first) for one in fleet]

@@ -54,7 +54,7 @@ class WearEstimate:
     | N], for kind additive. zones: wear by zone, for kind zones.
 
     scale: common factor of all wears due to the error of the actuator constant, from the bench's
-    range. The intervals do not include it, and it cancels in a ratio to commissioning. others:
+    range. The intervals do not include this factor; it cancels in a ratio to commissioning. others:
     other parameters relative to the model's (inertia, viscous, ...). warnings: lines of text.
     """
 

@@ -3,7 +3,7 @@
     log ──sample_stream.py──▶ MotionBlock, MotionBlock, ... ──▶ velocity, wear
 
 The block after a gap or a jump of the clock has `follows` False. Estimators then forget the
-position and the motion of the axis, and keep the parameters that they have estimated.
+position and the motion of the axis, and keep the estimated parameters.
 """
 
 from __future__ import annotations

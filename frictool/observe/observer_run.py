@@ -40,7 +40,7 @@ class ObserverOutput:
 
 
 class ObserverRun:
-    """Observer with its state, run on successive blocks of a log's samples.
+    """Observer and its state, for a run along successive blocks of samples.
 
     The state continues into the next block if there is no gap in between.
     """

@@ -54,8 +54,8 @@ OPENING_SAMPLES = 1 << 16
 class SampleStream:
     """Stream of a log during reading; the fields are complete when `pieces` has ended.
 
-    period: sample period [s] of the bench; that of the log if the two differ by more than 1 %.
-    truth: True if the velocity in the log comes from a simulation. gaps: number of gaps.
+    period: sample period [s] of the bench, or of the log if the two periods differ by more than 1
+    %. truth: True if the velocity in the log comes from a simulation. gaps: number of gaps.
     longest_gap: s. first, last: times of the first and the last sample [s].
     """
 
@@ -180,8 +180,8 @@ def open_stream(
 
     - the file cannot be read, or does not contain the columns of the bench,
     - the stream is missing, or has no position or no drive,
-    - its kind of axis differs from the bench's, or its period by more than 20 %,
-    - it has no uniform clock.
+    - the kind of axis differs from the bench's, or the period by more than 20 %,
+    - the stream has no uniform clock.
     """
     made = assemble([path], bench, salvage)
     chosen = _topic(made, topic)

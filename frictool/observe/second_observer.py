@@ -1,4 +1,4 @@
-"""Second observer, from an observer.yaml, that runs along the log and writes its own stream."""
+"""Second observer, from an observer.yaml, which runs along the log and writes another stream."""
 
 from __future__ import annotations
 

@@ -5,9 +5,9 @@
              ──velocity_errors.py────────────▶ rms error, compared with the low-pass (thesis 5.70)
 
 The observer is that of control/tracking_observer.py. If the drive has a lag, the effort of a period
-is the mean of the samples at its two ends. The last sample of a block is therefore processed with
-the next block. A drive without a lag holds its value over the period. The estimate at a sample uses
-no later sample.
+is the mean of the samples at both ends of the period. The last sample of a block is therefore
+processed with the next block. A drive without a lag holds its value over the period. The estimate
+at a sample uses no later sample.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ CALIBRATED = NormalDist().inv_cdf(0.975)
 class VelocityEstimator:
     """Estimator of the velocity along a log, block by block.
 
-    confidence: confidence of the intervals. observer: tracking observer; None: it is designed from
-    the model.
+    confidence: confidence of the intervals. observer: tracking observer; None: an observer is
+    designed from the model.
     """
 
     def __init__(

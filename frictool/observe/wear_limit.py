@@ -12,7 +12,7 @@ Errors of the actuator's constant cancel in the ratio. The first rule that appli
     else                                       by the value   no
 
 The mean hides wear of a single direction or zone. The limit is therefore also exceeded if the whole
-interval of a direction or zone is above it.
+interval of a direction or zone is above the limit.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def judge(
     ratio: EstimateRange | None = None,
     doubts: Sequence[str] = (),
 ) -> WearVerdict:
-    """Return the verdict on the `ratio` of the wear to commissioning, or else on the wear.
+    """Return the verdict on the `ratio` of the wear to commissioning; without a ratio, on the wear.
 
     doubts: reasons why the log may be of another rig (rig_plausibility.py). With doubts, a pass
     becomes undecided, but an alarm remains an alarm.

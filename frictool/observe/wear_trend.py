@@ -26,8 +26,8 @@ UNNAMED = "no unit"
 def trend(table: Sequence[FleetRow], limit: float | None) -> str:
     """Return the plot as an `<svg>` element.
 
-    It shows ratios to commissioning if any are known (1 for the first log of a unit), else the
-    wear. If a log has no date, the abscissa is the order of the logs in the table.
+    The plot shows ratios to commissioning if any are known (1 for the first log of a unit), else
+    the wear. If a log has no date, the abscissa is the order of the logs in the table.
     """
     ratios = any(row.ratio is not None for row in table)
     shown = [(row, estimate) for row in table if (estimate := _shown(row, ratios)) is not None]

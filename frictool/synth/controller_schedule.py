@@ -21,7 +21,7 @@ from frictool.verify.scheduled_loop import scheduled_figures
 
 
 def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate) -> stored.Schedule:
-    """Verify the scheduled controller of a candidate; return its document.
+    """Verify the scheduled controller of a candidate; return it in its stored form.
 
     Raises NoSolutionError if the controller of a corner is unstable, or if a loop is unstable or
     has less than the specified margin.

@@ -34,7 +34,7 @@ class PlacementVariable:
     def pole(self, s: complex) -> complex:
         """Return x for the continuous pole s [rad/s].
 
-        In discrete time, x is that of the sampled pole z = exp(s T).
+        In discrete time, the pole is sampled first: z = exp(s T).
         """
         return (
             complex(np.expm1(s * self.period) / (self.around * self.period))

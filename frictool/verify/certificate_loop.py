@@ -1,6 +1,6 @@
 """Closed loop of a certificate: generalised_plant.py with the coefficients of the document.
 
-The sampled axis is that of linear_axis.py, with the computational delay at its input.
+linear_axis.py defines the sampled axis; the computational delay is at the input of the axis.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Comparison of a plant and its rig with those of a controller's verification."""
+"""Comparison of a plant and a rig with those for which a controller was verified."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def check_feedback(
 def limiter_brake(
     limiter: Limiter | None, velocity: Velocity, constant: float, period: float
 ) -> tuple[FeedbackLoop, ...]:
-    """Return the loops near standstill with a limiter's virtual friction; empty without it.
+    """Return the loops near standstill with a limiter's virtual friction; () without this friction.
 
     constant: effort per unit of drive.
     """

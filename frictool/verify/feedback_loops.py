@@ -9,14 +9,14 @@ position x and speed v:
     with a proportional law, v_c = K_p (r - x)     drive = C(z) (F(z) m - K_p x), and
                                                    C(z) (1 + K_p T z/(z - 1)) eta
 
-F is the velocity block. If an observer estimates the speed (verify/observer_loop.py), F m is its
-estimate from m and from the drive. The path from the drive to the observer is then part of the
-controller: the loop is opened after controller and observer.
+F is the velocity block. If an observer estimates the speed (verify/observer_loop.py), F m is the
+observer's estimate from m and from the drive. The path from the drive to the observer is then part
+of the controller: the loop is opened after controller and observer.
 
 A proportional law is linear and gives a second, outer loop; both loops are checked. In a loop that
 feeds back the speed only, the position is not a state. A square-root law, a limiter and friction
 compensation are nonlinear and not part of any loop. The virtual friction of a limiter has a
-separate loop near standstill, with its largest slope F_cv/v_r.
+separate loop near standstill, with the largest slope F_cv/v_r of the friction.
 
     L(z) = -(transfer from the commanded to the requested drive),  sensitivity 1/(1 + L)
 """
@@ -80,8 +80,8 @@ def feedbacks(
 ) -> tuple[FeedbackLoop, ...]:
     """Return the loop of the linear controller and, with a proportional law, the outer loop.
 
-    The outermost loop is the last one. `hold` is a function that rounds the coefficients of the
-    other blocks to the target's number format (verify/coefficient_rounding.py).
+    The outermost loop is the last one. `hold`: function that rounds the coefficients of velocity
+    filter and position law to the target's number format (verify/coefficient_rounding.py).
     """
     c = running_form(linear, period)
     if structure == "position":
@@ -105,7 +105,7 @@ def feedbacks(
 def speed_feedback(
     c: Lti, velocity: Velocity, position_gain: float, period: float, hold: Held = float
 ) -> FeedbackLoop:
-    """Return the speed loop or, if `position_gain` [1/s] > 0, the position loop around it."""
+    """Return the speed loop or, for a `position_gain` [1/s] > 0, the loop around the speed loop."""
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     behind = low_pass(velocity, period, hold)
     if not position_gain:
@@ -212,8 +212,8 @@ def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
 def from_position(feedback: FeedbackLoop) -> Lti:
     """Return the system from -(encoder position) to the drive.
 
-    The response of the drive to encoder counts follows from it. The path from a measured speed is
-    left out, because that speed contains no encoder counts.
+    The system gives the response of the drive to encoder counts. The path from a measured speed is
+    left out, because a measured speed does not contain encoder counts.
     """
     period = feedback.system.period
     if feedback.sees == (ETA,):
@@ -269,9 +269,9 @@ def _diagram(
 def measured_axis(
     rates: AxisRates, lag: float, period: float, sees: tuple[str, ...], resonance: Lti | None = None
 ) -> DiagramBlock:
-    """Return the sampled axis of linear_axis.py; outputs: its speed and the measured signals.
+    """Return the sampled axis of linear_axis.py; outputs: speed and the measured signals.
 
-    If the position is not measured, it is no state.
+    A position that is not measured is no state.
     """
     axis = linear_axis(rates, lag, period, resonance).system
     n = axis.order

@@ -32,7 +32,7 @@ class FeedbackPolynomials:
     `numerator` and `measured` have the formal degree of the denominator; `measured` is empty
     without a measured speed. If `free`, the loop feeds back the speed only, and the position is no
     state. Then drive = (numerator (z - 1) eta - measured speed)/denominator; the degree of the
-    numerator is lower by 1, or it is zero.
+    numerator is lower by 1, or the numerator is zero.
     """
 
     numerator: Polynomial

@@ -1,7 +1,7 @@
 """Search for the worst closed loop inside the box of plants: scattered points and a local search.
 
-The result is a lower bound of the worst norm over the box, not a proof. Upper bounds are computed
-in verify/zero_exclusion.py (constant parameters) and lmi/common_bound.py (parameters that vary with
+The result is a lower bound of the worst norm in the box, not a proof. Upper bounds are computed in
+verify/zero_exclusion.py (constant parameters) and lmi/common_bound.py (parameters that vary with
 time).
 """
 

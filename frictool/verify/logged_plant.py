@@ -1,4 +1,4 @@
-"""Linear plant of a simulated stream, as stored in the metadata of its log."""
+"""Linear plant of a simulated stream, as stored in the metadata of the log."""
 
 from __future__ import annotations
 

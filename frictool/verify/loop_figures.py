@@ -1,6 +1,6 @@
 """Figures of a controller's linear loops: norms, margins, drive per encoder count, rounding.
 
-`synth` stores them under `verified`; `verify` computes them again with this module.
+`synth` stores these figures under `verified`; `verify` computes them again with this module.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ OFFERED: tuple[stored.Number, ...] = (
 class LinearLoops:
     """Linear loops of a controller at the vertices `points`, with the data for their figures.
 
-    weights: None if the norm is that of the sensitivity. period, lag: in s. delay: in samples.
-    count: one encoder count [rad | m].
+    weights: None if the largest sensitivity replaces the weighted norm. period, lag: in s. delay:
+    in samples. count: one encoder count [rad | m].
     """
 
     structure: Structure
@@ -84,7 +84,7 @@ class LinearLoops:
         )
 
     def plant(self, rates: AxisRates, *, sampled: bool = True) -> GeneralisedPlant:
-        """Return the weighted plant: sampled with its delay, or continuous without delay.
+        """Return the weighted plant: sampled with the bench's delay, or continuous without delay.
 
         `weights` must not be None.
         """
@@ -130,7 +130,7 @@ class LinearLoops:
         return max(count_current(from_position(loop), self.count) for loop in self.feedbacks())
 
     def margins(self) -> stored.Margins:
-        """Return the smallest value of each margin over all loops and vertices."""
+        """Return the smallest value of each margin of all loops and vertices."""
         loops = self.feedbacks()
         margins_of_loops = [
             loop_margins(open_loop(loop, point.rates, self.lag, self.delay))

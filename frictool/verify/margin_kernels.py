@@ -1,4 +1,4 @@
-"""Kernels of the modulus margin: sensitivity of the loop with one plant, and its peak.
+"""Kernels of the modulus margin: sensitivity of the loop with one plant, and largest sensitivity.
 
 The kernels compute the loop of verify/feedback_loops.py for one controller and thousands of plants.
 """
@@ -65,7 +65,7 @@ def sampled_axis(
 ) -> tuple[Matrix, Vector, Matrix]:
     """Return the matrices a (n, n), b (n,), c (m, n) from the command to the measured signals.
 
-    The system is that of `feedback_loops.measured_axis`. drive and viscous: rates of
+    The system is the result of `feedback_loops.measured_axis`. drive and viscous: rates of
     plant/linear_axis.py. lag and period in s. sees (m,): SEES_ETA, SEES_DIFFERENCE or SEES_SPEED.
     """
     n = 3 if lag > 0.0 else 2

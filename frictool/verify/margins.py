@@ -104,9 +104,9 @@ def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int
 
     The unit is rad/s | m/s; for an unstable loop the result is inf. The annex requires at most 1
     and concludes stability from |sign(v)| <= 1. But for the norm N [rad/s | m/s], |sign(v)| <=
-    |v|/N holds only for speeds above N. The result therefore means only that friction cannot
-    sustain an oscillation whose speed is always above N. It proves nothing near v = 0, where the
-    gain of sign(v) is unbounded; there only a simulation of the loop can decide.
+    |v|/N is true only for speeds above N. The norm therefore shows only that friction cannot
+    sustain an oscillation whose speed is always above N. The norm proves nothing near v = 0, where
+    the gain of sign(v) is unbounded; there only a simulation of the loop can decide.
     """
     period = controller.period
     blocks = {

@@ -43,7 +43,7 @@ class ModelCheck:
 
 
 def check_model(controller: Controller, model: Model) -> ModelCheck:
-    """Return the margins at the corners of the model's intervals and of its bench's ranges.
+    """Return the margins at the corners of the intervals of the model and of the model's bench.
 
     Raises
     ------

@@ -6,7 +6,7 @@
 If the linear part uses the speed, the stored figures do not apply to the loop with the observer.
 The margins are then computed again with the observer in slip, and the figures that cannot be
 computed (norms, certificate, robustness) are removed. If the linear part uses only the position
-(eta or the position error), its loop is unchanged, and only the virtual friction is checked.
+(eta or the position error), the loop is unchanged, and only the virtual friction is checked.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SAME = 1e-9  # relative tolerance of numbers that two benches state for one rig
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ObservedController(ResultView):
-    """Controller with an observer, and its modulus margins at the worst vertex.
+    """Controller with an observer, and the modulus margins at the worst vertex.
 
     before, after: margins of the speed loop without and with the observer, None if no linear loop
     feeds back the speed. at: worst vertex with the observer.

@@ -9,8 +9,8 @@ The observer uses only the difference of measured and estimated position. A comm
 positions is therefore not a state of the speed loop.
 
 The linear system of a tracking observer corrects by the whole difference, a good approximation for
-motion over many counts. (Within one encoder cell the observer makes no correction, and its speed is
-that of its model.) A switched observer has one system per mode in slip; the loop with each system
+motion over many counts. (Within one encoder cell the observer makes no correction, and its speed
+follows its model.) A switched observer has one system per mode in slip; the loop with each system
 is checked. Dry friction and offset are constant in slip; backlash and knees are left out.
 """
 
@@ -35,7 +35,7 @@ SHOWN, MOVED, DRIVEN = "shown", "motion", "u"
 
 @dataclass(frozen=True)
 class ObserverSpeed:
-    """Linear observer with inputs m [rad/s | m/s] and u [A | V]; its output is minus the estimate.
+    """Linear observer; inputs: m [rad/s | m/s] and u [A | V]; output: minus the estimated speed.
 
     `mode` is the name of the mode in messages, empty if the observer has only one mode.
     """

@@ -1,8 +1,8 @@
 """Fast modulus margins of a controller's sampled loops, for the thousands of plants of a campaign.
 
-The loop is that of verify/feedback_loops.py at the bench's delay; its margin is 1/max |1/(1 + L)|.
-Compiled kernels assemble the matrices and search the peak with the eigenvectors of the closed loop,
-which give the gain at many frequencies in one call.
+verify/feedback_loops.py defines the loop, here with the bench's delay; the margin is 1/max |1/(1 +
+L)|. Compiled kernels assemble the matrices and search the peak with the eigenvectors of the closed
+loop, which give the gain at many frequencies in one call.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class PlantMargins:
         )
 
     def of(self, loop: FeedbackLoop, rates: AxisRates) -> float:
-        """Return the margin of one loop with one plant; 0 if it is unstable."""
+        """Return the margin of one loop with one plant; 0 if the loop is unstable."""
         c = loop.system
         sees = np.array([SIGNALS[name] for name in loop.sees])
         axis = sampled_axis(rates.drive, rates.viscous, self._lag, self._period, sees)

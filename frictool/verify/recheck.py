@@ -128,8 +128,8 @@ def recheck(controller: Controller) -> None:
     ------
     NoSolutionError
         If the box does not contain the bench's intervals, a corner of the box is not a vertex, a
-        loop is unstable or has less than the specified margin, or a margin in `verified` is not
-        that of the coefficients.
+        loop is unstable or has less than the specified margin, or a margin in `verified` differs
+        from the margin that the coefficients give.
     """
     check_document(controller, margins=True)
     check_box(controller)

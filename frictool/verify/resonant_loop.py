@@ -17,7 +17,7 @@ from frictool.verify.margins import sensitivity
 
 @dataclass(frozen=True)
 class ResonantCheck:
-    """Worst spectral radius and modulus margin over all loops, corners and resonance filters.
+    """Worst spectral radius and modulus margin of all loops, corners and resonance filters.
 
     `where` names loop and vertex of the worst margin.
     """

@@ -23,10 +23,10 @@ ROUNDING = (
 
 
 class Fact(NamedTuple):
-    """Label of a fact in messages, and its unit.
+    """Label of a fact in messages, and unit of its number.
 
-    `unit` is a unit, or a dimension, which stands for its SI unit on this axis, or `drive`, which
-    stands for A or V.
+    `unit`: a unit; or a dimension, for the dimension's SI unit on this kind of axis; or `drive`,
+    for A or V.
     """
 
     label: str
@@ -46,7 +46,7 @@ FACTS = {
 
 
 def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
-    """Return the facts of a bench and, with a model, the stiffness of its load.
+    """Return the facts of a bench and, with a model, the stiffness of the model's load.
 
     Without a winding, the resistance is 0 ohm and the voltage infinite.
     """
@@ -67,7 +67,7 @@ def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
 
 
 def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, ...]:
-    """Return a phrase for each fact that differs from that of the verification.
+    """Return a phrase for each fact that differs from the bench of the verification.
 
     An example is `drive limit 5 A, verified 10 A`. A missing fact is left out.
     """

@@ -36,7 +36,7 @@ class LoopCheck:
 def is_required(checked: int, delay: int) -> bool:
     """Return True if a loop must be stable with `checked` samples of delay.
 
-    `delay` is that of the bench; instability with a shorter delay is only reported.
+    `delay`: delay of the bench. Instability with a shorter delay is only reported.
     """
     return checked >= delay
 

@@ -5,10 +5,10 @@ A form (c, t, k, s, r) represents every complex function of e_1, e_2, e_3 in [-1
     |f(e) - (c + t e_1 + k e_2 + s e_3)| <= r
 
 c, t, k and s are complex doubles, r is a double. r contains the products of first-order terms and
-all rounding errors. The error of a product of complex doubles is at most sqrt(5) U |x| |y| (Brent,
-Percival and Zimmermann, Math. Comp. 76, 2007), that of a sum at most U times its result, with
-U = 2^-53. A radius r is the sum of nonnegative doubles, computed with fewer than 64 roundings and
-multiplied by UP; TINY covers underflow. A form with a NaN or an infinite radius proves nothing:
+all rounding errors. With U = 2^-53, the error of a product of complex doubles is at most sqrt(5) U
+|x| |y| (Brent, Percival and Zimmermann, Math. Comp. 76, 2007), and the error of a sum is at most U
+times the sum. A radius r is the sum of nonnegative doubles, computed with fewer than 64 roundings
+and multiplied by UP; TINY covers underflow. A form with a NaN or an infinite radius proves nothing:
 every comparison in a proof is false for it.
 """
 
@@ -175,8 +175,8 @@ def below_level(
 ) -> bool:
     """Return True only if T_0 + T_1 e_1 + T_2 e_2 + T_3 e_3 has a norm below `level`.
 
-    The roundings of T, T* T and the factorisation change the matrix by less than 2^-43 of its
-    trace plus level^2, which is subtracted before. At most 16 rows and columns.
+    The roundings of T, T* T and the factorisation change the matrix by less than 2^-43 (trace +
+    level^2), which is subtracted from the matrix first. At most 16 rows and columns.
     """
     rows, columns = parts.shape[1], parts.shape[2]
     trace = 0.0

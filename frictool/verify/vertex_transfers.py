@@ -50,7 +50,7 @@ ENTRIES: dict[Name, tuple[int, int]] = {"error": (0, 0), "drive": (1, 0), "distu
 
 @dataclass(frozen=True)
 class WorstGain:
-    """Largest weighted gain over the vertices relative to gamma, and its frequency [rad/s].
+    """Largest weighted gain of all vertices, divided by gamma, with vertex and frequency [rad/s].
 
     A ratio above 1 means that the gain exceeds its template.
     """

@@ -114,7 +114,7 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
 def prove_bounds(loops: Sequence[CertificateLoop], box: Box, below: float) -> int | OpenCell:
     """Prove that the norms of all loops are below `below`; return the number of cells.
 
-    Without a proof, the result and the errors are those of `prove_bound`.
+    If a proof fails, the result and the errors are those of `prove_bound` for that loop.
     """
     cells = 0
     for loop in loops:

@@ -69,10 +69,10 @@ class KernelLoop(NamedTuple):
     """Data of a certificate's loop, as the kernel reads them.
 
     `numerator` and `denominator` (2, m + 1) are N and A as polynomials of t in each chart, and
-    `measured` is N_v, (2, 0) without a measured speed. If `free`, N lacks its factor 2 p. `holds`
-    (4, n + 1) are the polynomials of h_1, h_2, a and b in sigma - `middle`, `errors` (4,) bounds of
-    their errors. `lost` is 1 - e, `kept` is 1 + e. `delay` is in samples, `period` in s. `error`
-    and `noise` are W2 and W4 as gain, zero and pole of gain (q + zero p)/(q + pole p).
+    `measured` is N_v, (2, 0) without a measured speed. If `free`, the factor 2 p of N is left out.
+    `holds` (4, n + 1) are the polynomials of h_1, h_2, a and b in sigma - `middle`, `errors` (4,)
+    bounds of their errors. `lost` is 1 - e, `kept` is 1 + e. `delay` is in samples, `period` in s.
+    `error` and `noise` are W2 and W4 as gain, zero and pole of gain (q + zero p)/(q + pole p).
     """
 
     numerator: ComplexVector
@@ -188,8 +188,8 @@ def inverse_inertia(
 def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
     """Return a form that is an upper bound of phi for every plant with these kappa and sigma.
 
-    alpha has three upper bounds: that of its interval, kappa/(least drive), and sigma/(least
-    viscous rate). The bound that is smallest in the middle of the cell is used.
+    alpha has three upper bounds: the upper end of its interval, kappa/(least drive), and
+    sigma/(least viscous rate). The bound that is smallest in the middle of the cell is used.
     """
     most = box.inverse[1]
     form = constant(box.friction * most * UP)

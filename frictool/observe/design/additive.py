@@ -3,8 +3,8 @@
     X^+     = A_i X^ + B_i (u - s (f^(y) + alpha)) + L_X (y - C X^)
     alpha^+ = alpha + L_alpha (y - C X^)            s: direction of motion
 
-X is position and speed, f^ the friction map; A_i, B_i and C are those of `mode_matrices`. alpha
-adds to the friction in both directions, as in thesis (6.25); thesis (6.22) prints another sign.
+X is position and speed, f^ the friction map; `mode_matrices` defines A_i, B_i and C. alpha adds to
+the friction in both directions, as in thesis (6.25); thesis (6.22) prints another sign.
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ def friction_map(model: Model) -> FrictionMap:
     """Return the friction in slip by direction and position (thesis 4.41, 4.44).
 
     Each direction's Coulomb level multiplies its normalised position polynomial. The viscous
-    coefficient is that of low speeds, averaged over both directions. `left_out` names effects that
-    the map does not have: Stribeck curve, knees of the viscous friction, time at rest, loads.
+    coefficient is the mean of both directions at low speeds. `left_out` names effects that the map
+    does not have: Stribeck curve, knees of the viscous friction, time at rest, loads.
     """
     today, laws = model.parameters, model.laws
     opposite = laws.backward if laws is not None else None

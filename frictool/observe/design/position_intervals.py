@@ -1,9 +1,9 @@
 """Position intervals with nearly constant friction (thesis 6.15 to 6.17).
 
-In each interval the friction must be monotone, so that it stays between its end values. Each
-extremum is therefore an edge between two intervals. A monotone section is divided into parts with
-equal change of friction. Delta_f is half the range of the friction in an interval. The intervals
-are distributed such that the largest Delta_f of all intervals is as small as possible.
+In each interval the friction must be monotone, so that it stays between the values at the ends.
+Each extremum is therefore an edge between two intervals. A monotone section is divided into parts
+with equal change of friction. Delta_f is half the range of the friction in an interval. The
+intervals are distributed such that the largest Delta_f of all intervals is as small as possible.
 """
 
 from __future__ import annotations

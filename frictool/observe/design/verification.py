@@ -1,13 +1,13 @@
 """Verification of a switched observer from its stored gains, before the document is written.
 
 The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (thesis 6.5). For
-every sequence of allowed switches, the inequalities guarantee two properties. With Delta = 0, e'
-P_i e falls to lambda^2 of its value or less in each sample. From zero error, |z| <= gamma |Delta|.
+every sequence of allowed switches, the inequalities guarantee two properties. With Delta = 0, each
+sample multiplies e' P_i e by at most lambda^2. From zero error, |z| <= gamma |Delta|.
 
 The verification simulates the recursion, independently of the inequalities, with every allowed
 switch, every pair of modes that may alternate, and random allowed sequences. The disturbances are
-white noise, a constant, and the worst disturbance, computed by iterating the recursion and its
-adjoint.
+white noise, a constant, and the worst disturbance, which follows from iterations of the recursion
+and the adjoint recursion.
 
 A rest needs a separate bound, because the observer's error of alpha stays constant at rest
 (eigenvalue 1). The verification computes the largest growth of e' P e over a rest of any length and

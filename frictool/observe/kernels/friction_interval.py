@@ -5,11 +5,11 @@
     rest     effort - offset - load(x)                          at most the worn breakaway
 
 `added` is additive wear, and F_gap the friction inside the gap (backlash); the numbers are
-equations of the thesis. In slip, the friction is the model's law times the wear; at rest, it
-balances the effort. The axis is treated as at rest if the interval of its velocity contains 0.
-Because the axis may still move then, the interval of the friction includes the effort that stops it
-within one count. The position inside the backlash follows from the measured position by a play
-operator, for three widths of the backlash: nominal, least and largest.
+equations of the thesis. In slip, the friction is the model's law times the wear; at rest, the
+friction balances the effort. The axis is treated as at rest if the interval of its velocity
+contains 0. Because the axis may still move then, the interval of the friction includes the effort
+that stops the axis within one count. The position inside the backlash follows from the measured
+position by a play operator, for three widths of the backlash: nominal, least and largest.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
 
 @kernel
 def viscous_friction(p: Vector, direction: float, speed: float) -> float:
-    """Return the viscous friction [N m | N], including its knees over speed."""
+    """Return the viscous friction [N m | N], including the knees of the speed regimes."""
     added, viscous = straight_line(p, direction, speed)
     return added + viscous * speed
 

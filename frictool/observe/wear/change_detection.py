@@ -8,7 +8,7 @@ summed. A move that is k moves old has the weight m^k, for each m in MEMORIES. W
 delta is normal with this standard deviation, because the innovations are white.
 
 A change of one parameter resembles changes of others. Therefore only the most likely change is
-reported. The log prior of a change of the wear is larger than that of other changes by FAVOUR.
+reported. The log prior of a change of the wear exceeds the log prior of other changes by FAVOUR.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Bank of filters over moves; the filters allow different slopes of friction over speed.
+"""Bank of filters, updated by moves; the filters allow different slopes of friction against speed.
 
     prior N(m, P)  ──move: information A/r, b/r──▶  P' = (P^-1 + A/r)^-1,  m' = m + P' (b - A m)/r
                    ──random walk──▶  the next move
     UNMODELLED     ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
 
-If all moves are alike, a slope of friction over speed that the model does not include looks much
+If all moves are alike, a slope of friction against speed that the model does not include looks much
 like wear. A filter without the slope is biased on a plant that has it; a filter with the slope is
 less precise. The evidence of the moves decides between the filters (docs/theory/wear.md). Similar
 moves repeat the rounding errors of the encoder; the evidence of a move is therefore multiplied by

@@ -12,8 +12,8 @@ the zone z. Every kind also has the inertia, the viscous friction with its bends
 level_d = d offset, for example of a current sensor.
 
 The prior is wide for parameters that differ between units or change with age: inertia, wear and
-viscous friction. `UnmodelledFriction` bounds friction over speed that the model does not include: a
-slope below the model's first knee, or another bend.
+viscous friction. `UnmodelledFriction` bounds speed-dependent friction that the model does not
+include: a slope below the model's first knee, or another bend.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ QUANTILE = 1.96  # standard deviations in half the width of an interval
 
 @dataclass(frozen=True)
 class UnmodelledFriction:
-    """Friction over speed that the model does not include, at top speed, relative to dry friction.
+    """Friction at top speed that the model does not include, relative to the dry friction.
 
     slope, deviation: mean and standard deviation of the part that is proportional to speed. bend:
     standard deviation of the friction that each bend adds.
@@ -96,8 +96,8 @@ def restriction(
     fixed
         Part (p,) of the coefficients that does not depend on the parameters; None for 0.
     unmodelled
-        Friction over speed that the model does not include; it widens the prior of the viscous
-        friction and its bends.
+        Speed-dependent friction that the model does not include; this friction widens the prior of
+        the viscous friction and its bends.
     """
     known = _known(model, layout, unmodelled)
     columns = [np.eye(len(layout.names))[:, layout.names.index(name)] for name in known]

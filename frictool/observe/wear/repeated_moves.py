@@ -1,8 +1,8 @@
 """Count of moves that repeat each other.
 
 Similar moves have the same model errors, so that together they are treated as one move. Two moves
-are similar if their normalised friction columns differ by less than ALIKE: they pass the same
-zones.
+are similar if their normalised friction columns differ by less than ALIKE, that is, if the moves
+pass the same zones.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ level_d is 0. The same row serves all kinds of wear: uniform, by direction, by z
 (parameter_restriction.py).
 
 The window is so long that the rounding of the encoder disturbs a row by at most NOISE_SHARE of the
-dry friction. It is at most a third of the time for the travel at top speed, so that it fits into a
-move.
+dry friction. The window is at most a third of the time for the travel at top speed, so that it fits
+into a move.
 """
 
 from __future__ import annotations

@@ -6,11 +6,12 @@
 
 Wear, alpha of thesis (6.13), is a random walk with the standard deviation WALK per move. If one or
 several moves show a larger change (change_detection.py), the walk is enlarged until it explains
-them: the wear has grown faster, or has jumped (thesis 6.3.2).
+these moves: the wear has grown faster, or has jumped (thesis 6.3.2).
 
-The variance of the interval is the sum of three: that of the filters, the square of the lag behind
+The variance of the interval is the sum of the variance of the filters, the square of the lag behind
 a growing wear, and the square of FLOOR times the wear. FLOOR is the error that many moves do not
-reduce: of the friction's shape over position and speed, and of the rows' approximations.
+reduce: errors of the friction's dependence on position and speed, and of approximations in the
+rows.
 """
 
 from __future__ import annotations

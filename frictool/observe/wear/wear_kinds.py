@@ -9,10 +9,10 @@
     zones            dry_d,z = w_z
 
 Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
-the zone z. The prior of the other parameters is that of parameter_restriction.py and filter_bank.py
+the zone z. parameter_restriction.py and filter_bank.py define the prior of the other parameters
 (docs/theory/wear_kinds.md). Each dry_d,z has the additional standard deviation ROUGH, the usual
-accuracy of a model's friction over position. With a common factor for the actuator's constant, a
-wrong constant does not look like wear.
+accuracy of a model's position-dependent friction. With a common factor for the actuator's constant,
+a wrong constant does not look like wear.
 
 The evidence of a kind (bayesian_evidence.py) is the probability density of the data, integrated
 over the parameters. A kind of wear is reported if its log evidence exceeds that of `none` by
@@ -20,7 +20,8 @@ CERTAIN. Of the kinds within ALIKE of the best, the first in KINDS is reported. 
 ROUGH, but not the error of the actuator's constant (constant_error.py).
 
 The weights of moves decay over MEMORY moves. If the last moves (at most RECENT) have more evidence
-with separate friction levels than with those of the earlier moves, the earlier moves are forgotten.
+with separate friction levels than with the levels of the earlier moves, the earlier moves are
+forgotten.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ class CandidateFamily:
         ]
 
     def values(self, unit: Vector) -> dict[str, float]:
-        """Return the parameters by name at a point (d,) of the unit cube."""
+        """Return name -> value of each parameter at a point (d,) of the unit cube."""
         inside = np.clip(unit, 0.0, 1.0)
         return {
             one.name: float(one.low * (one.high / one.low) ** share)
