@@ -22,7 +22,8 @@ def next_eta(
     """Return eta [rad | m] at this sample; after a sample with `resting`, it is 0.
 
     increment: T omega_c, reference speed over one sample. motion: change of the position since the
-    last sample. limited: -1 or +1 if the last drive was at its lower or upper limit, else 0.
+    last sample. limited: -1 or +1 if the last drive was at its lower or upper limit, else 0. bound:
+    largest |eta|.
     """
     program.block(
         "eta = integral(speed reference) - position, held while it would push a limited "

@@ -51,7 +51,10 @@ def whole_root(value: int) -> int:
 
 @kernel
 def from_real(form: IntVector, value: float) -> int:
-    """Return the saturated word nearest to a value, ties to even; INVALID for NaN or infinity."""
+    """Return the saturated word nearest to a value, ties to even; INVALID for NaN or infinity.
+
+    form: row of the value in `CompiledProgram.formats`.
+    """
     if not math.isfinite(value):
         return INVALID
     scaled = math.ldexp(value, form[op.FRACTION])
@@ -64,7 +67,7 @@ def from_real(form: IntVector, value: float) -> int:
 
 @kernel
 def to_real(form: IntVector, word: int) -> float:
-    """Return the exact value of a word; NaN for INVALID."""
+    """Return the exact value of a word in the format `form`; NaN for INVALID."""
     return math.nan if word == INVALID else math.ldexp(float(word), -form[op.FRACTION])
 
 

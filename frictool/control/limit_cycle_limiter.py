@@ -53,7 +53,10 @@ def error_released(program: Program, error: ProgramNode, band: float) -> Program
 def virtual_friction(
     program: Program, speed: ProgramNode, drive_per_virtual: float, virtual_speed: float
 ) -> ProgramNode:
-    """Return the drive [A | V] of the virtual friction, which opposes the measured speed."""
+    """Return the drive [A | V] of the virtual friction, which opposes the measured speed.
+
+    drive_per_virtual: drive for F_cv [A | V]. virtual_speed: v_r [rad/s | m/s].
+    """
     program.block("virtual friction (5.41)")
     ratio = program.constant(1.0 / virtual_speed, "per_virtual_speed") * speed
     return program.named(

@@ -68,7 +68,7 @@ def bounds(
 ) -> tuple[float, float, float]:
     """Return (low, high) of the filtered reference [rad | m] and its largest |speed| [rad/s | m/s].
 
-    The bounds hold for every reference within [low, high].
+    The bounds are valid for every reference within [low, high].
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return -math.inf, math.inf, math.inf

@@ -39,7 +39,7 @@ from frictool.typing import Vector
 
 
 class EffortFunction(NamedTuple):
-    """Coefficients of the effort u(t) in SI units."""
+    """Coefficients of the effort u(t) of this module, in SI units."""
 
     offset: float = 0.0  # N
     slope: float = 0.0  # N/s

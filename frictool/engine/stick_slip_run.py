@@ -29,7 +29,7 @@ class Trajectory:
 
     samples (n, 5) at `time` (n,); events (m, 4): time, kind, position, velocity (engine/body.py).
     status: engine/status_codes.py; if it is not OK, the run ended at `reached` [s] and later
-    samples are NaN.
+    samples are NaN. state: final state.
     """
 
     status: int

@@ -44,7 +44,8 @@ def straight_slip(p: Vector) -> tuple[float, float]:
 class StaticKernels(NamedTuple):
     """Kernels of a law in which friction is a function of velocity.
 
-    `direction` is +1 or -1, the direction of the motion.
+    band: half width of the velocities that are treated as rest. seen_velocity: rate of the
+    position. `direction` in the comments is +1 or -1, the direction of the motion.
     """
 
     slip_force: Kernel  # (v, direction, p) -> force [N | N m]
@@ -54,9 +55,10 @@ class StaticKernels(NamedTuple):
 
 
 class DynamicKernels(NamedTuple):
-    """Kernels of a law with an internal state.
+    """Kernels of a law with an internal state z (n,), float64.
 
-    The state z (n,) and its rate out (n,) are float64 arrays.
+    rate: writes z'. commit: records an accepted step in the memory. reset: returns z of a body that
+    has never moved.
     """
 
     rate: Kernel  # (z, v, p, out) -> status; writes z' to out
@@ -68,7 +70,8 @@ class DynamicKernels(NamedTuple):
 class HybridKernels(NamedTuple):
     """Kernels of a law with two modes (friction/hybrid_kernels.py).
 
-    The kernels depend on the effort u [N | N m] and the velocity v [m/s | rad/s].
+    mode_after: returns the next mode. enter: prepares the state z for the new mode. The kernels
+    depend on the effort u [N | N m] and the velocity v [m/s | rad/s].
     """
 
     mode_after: Kernel  # (mode, v, u, z, p) -> mode

@@ -189,7 +189,10 @@ class AxisChannels:
 
 
 def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
-    """Return a warning in a list if the controller entered its fault state, else an empty list."""
+    """Return a warning in a list if the controller entered its fault state, else an empty list.
+
+    hold_samples: number of successive invalid samples that the controller tolerates.
+    """
     fault = stream.signals.get("controller_fault")
     if fault is None or not fault.any():
         return []

@@ -34,7 +34,7 @@ AT_ONCE, LEAST = 500_000, 4  # samples of all runs of a batch; least number of r
 def play(
     variants: Sequence[AxisVariant], loop: SimulatedLoop, load: PositionLoad
 ) -> Iterator[tuple[AxisVariant, Vector]]:
-    """Yield each variant and its record (n, 7) in `loop`.
+    """Yield each variant and its record (n, 7) in `loop`, under a load that depends on position.
 
     Each run starts at rest, in the middle of the backlash, with the prefilter at the measured
     position. With compiled code or scheduled parameters, the variants run one after another. Raises

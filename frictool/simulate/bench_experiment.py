@@ -80,7 +80,7 @@ class BenchPlant(Protocol):
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
     ) -> int:
-        """Follow a reference (n,) by the bench's position loop, from rest at `start` [rad | m]."""
+        """Follow a reference (n,) by the position loop `servo`, from rest at `start` [rad | m]."""
 
     def ramp(
         self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: IntVector
@@ -131,9 +131,10 @@ def bench_test(
 ) -> Log:
     """Return the log of a test: position, drive, effort and, if there is one, the reference.
 
-    `noise` is the standard deviation of the measured drive's noise [A | V]. `forward` (n,) is the
-    feedforward [N m | N] that is added to the effort of the bench's position loop. Raises LogError
-    if the test does not belong to this plant's bench, NoSolutionError if it cannot be simulated.
+    `excitation` is the test, `servo` the bench's position loop. `noise` is the standard deviation
+    of the measured drive's noise [A | V]. `forward` (n,) is the feedforward [N m | N] that is added
+    to the effort of the bench's position loop. Raises LogError if the test does not belong to this
+    plant's bench, NoSolutionError if it cannot be simulated.
     """
     bench = AxisBenchPlant(plant) if isinstance(plant, Model) else plant
     rig = bench.rig

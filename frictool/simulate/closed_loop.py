@@ -104,10 +104,10 @@ def simulate_closed_loop(
 
 
 class PreparedScenario(NamedTuple, Generic[V]):
-    """Scenario as arrays for the simulation.
+    """Variants of the plant and a scenario, prepared for the simulation.
 
-    `conditions` (n, 8): engine/disturbances_and_faults.py, including the sensor faults that affect
-    only the log.
+    `sensors` builds the streams of the log; `loop` is common to all variants. `conditions` (n, 8):
+    engine/disturbances_and_faults.py, including the sensor faults that affect only the log.
     """
 
     variants: Sequence[V]

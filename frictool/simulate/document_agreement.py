@@ -15,7 +15,7 @@ from frictool.simulate.rig import Rig
 
 
 class DocumentNames(NamedTuple):
-    """Names of plant, controller and scenario in messages, such as their paths."""
+    """Names of the plant (`model`), controller and scenario in messages, such as their paths."""
 
     model: str = "model"
     controller: str = "controller"

@@ -28,7 +28,10 @@ from frictool.typing import IntVector, Vector
 
 
 class PreparedBenchRun(NamedTuple):
-    """Mechanism at rest at the beginning of a test, with the arrays of its record."""
+    """Mechanism at rest at the beginning of a test, with the arrays of its record.
+
+    The fields are arguments of engine/mechanism/bench_experiment.py.
+    """
 
     machine: CompiledMechanism
     state: MechanismState

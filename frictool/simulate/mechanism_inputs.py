@@ -33,7 +33,7 @@ def inputs_of(
     """Return the inputs of a scenario with `samples` samples of a `period` [s].
 
     `signals`: signals of each source, by source index. `disturbances`: pairs (block index,
-    disturbance).
+    disturbance). `sources`: number of sources.
     """
     courses = [course for of in signals.values() for course in of] + [
         one for _, one in disturbances
@@ -76,7 +76,8 @@ def _end(course: Signal | Disturbance) -> float:
 def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vector:
     """Return the mean of a signal over each part (m,) between the edges (m + 1,) [s].
 
-    The signal must not jump inside a part.
+    course: shape of the signal, which must not jump inside a part. level: final value of a ramp,
+    amplitude of a sine, or value of a step.
     """
     begin, end = edges[:-1], edges[1:]
     middle = 0.5 * (begin + end)

@@ -32,9 +32,9 @@ SAME_PLACE = 1e-12  # relative tolerance of a stop's position
 
 
 class ControlledAxis(NamedTuple):
-    """Indices of the controlled source, its block, the sensor's block and the load.
+    """Indices of the controlled source and its block, of the sensor's block and of the load.
 
-    The speed of the load is `load_ratio` times the speed of the sensor's block.
+    load_ratio: speed of the load divided by the speed of the sensor's block.
     """
 
     source: int

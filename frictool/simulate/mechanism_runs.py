@@ -56,6 +56,7 @@ class MechanismOutcome(NamedTuple):
     """Result of the run of one variant.
 
     `machine`, `state`: compiled mechanism and state at the end. `before`: initial energy balance.
+    `out`: signals at each sample, and events.
     """
 
     variant: MechanismVariant
@@ -66,10 +67,11 @@ class MechanismOutcome(NamedTuple):
 
 
 class MechanismTask(NamedTuple):
-    """Inputs of a run.
+    """Inputs of a run of `samples` samples.
 
-    `controller` is None if the sources only follow their signals, or if `target` replaces the
-    controller.
+    `sight`, `inputs`, `conditions`: engine/mechanism/closed_loop.py. `reference` (samples,) is None
+    without a controller. `controller` is None if the sources only follow their signals, or if
+    `target` replaces the controller.
     """
 
     samples: int

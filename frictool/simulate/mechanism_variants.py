@@ -32,9 +32,10 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class MechanismVariant:
-    """One mechanism, with the drawn values by key [SI] and their units.
+    """One mechanism, as a document and assembled.
 
-    `name` is empty for the nominal mechanism.
+    `name` is empty for the nominal mechanism. `values`, `units`: drawn or `given` values [SI] by
+    key, and their units.
     """
 
     name: str

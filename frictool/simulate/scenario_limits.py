@@ -17,7 +17,10 @@ SAME_INSTANT = 1e-9  # relative to the whole duration
 def check_steps(
     scenario: Scenario, period: float, runs: int, name: str, width: float = 1.0
 ) -> None:
-    """Raise DocumentError if a step is too short, a sine too fast, or the runs too long."""
+    """Raise DocumentError if a step is too short, a sine too fast, or the runs too long.
+
+    period: sample period [s]. runs, width: as in `check_length`. name: name of the scenario.
+    """
     for index, step in enumerate(scenario.steps):
         key = f"steps[{index}]"
         if step.seconds < 0.5 * period:
@@ -34,7 +37,8 @@ def check_steps(
 def check_length(samples: float, runs: int, key: str, name: str, width: float = 1.0) -> None:
     """Raise DocumentError if the samples of all runs do not fit into memory.
 
-    `width` is the size of a logged sample divided by the size of a sample of one axis.
+    samples: number of samples of a run. key, name: key that sets it, in the document `name`. width:
+    size of a logged sample divided by the size of a sample of one axis.
     """
     if samples * runs * width > MAX_SAMPLES:
         problem = f"requests {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
@@ -47,7 +51,7 @@ def check_length(samples: float, runs: int, key: str, name: str, width: float = 
 
 
 def check_frequency(frequency: float, period: float, key: str, name: str) -> None:
-    """Raise DocumentError if a sine has less than two samples per period."""
+    """Raise DocumentError if a sine has less than two samples per cycle."""
     if frequency >= 0.5 / period:
         refuse(
             name,

@@ -25,8 +25,8 @@ PASSED = 1e-9  # relative overshoot of a search beyond the end of a piece
 class JointTree(NamedTuple):
     """Tree of joints up to its open contacts, with the arrays for its solution.
 
-    members: its blocks, root first, as indices in ORDER (array_layout.py). w: work array
-    (workspace_rows.py).
+    k, p: integers and floats of the compiled mechanism (array_layout.py). members: the tree's
+    blocks, root first, as indices in ORDER. modes, y: state.py. w: work array (workspace_rows.py).
     """
 
     k: IntVector

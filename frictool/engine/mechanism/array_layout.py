@@ -73,7 +73,10 @@ ADVANCE, FIELD, STEP_STAGES, SETTLE = range(4)
 
 
 class CompiledMechanism(NamedTuple):
-    """Mechanism as arrays for the kernels, computed from a `PackedMechanism` by `prepare`."""
+    """Mechanism as arrays for the kernels, computed from a `PackedMechanism` by `prepare`.
+
+    whole, numbers: integers and floats of all sections. laws: addresses of the laws' kernels.
+    """
 
     whole: IntVector
     numbers: Vector

@@ -55,7 +55,7 @@ EVENT_SIZE = 4
 
 
 class EventRows(NamedTuple):
-    """Array of events and counter of events."""
+    """Array `rows` (e, 4) of events, and `happened` (1,), the number of events."""
 
     rows: Vector  # (m, EVENT_SIZE)
     happened: IntVector  # (1,): number of all events, including those beyond the last row

@@ -21,7 +21,9 @@ ROOM_FOR_EVENTS = 100_000
 
 @dataclass(frozen=True)
 class MechanismRun:
-    """Result of a run; columns are samples, and the first column is the initial state.
+    """Result of a run at the `times` (m,); the first sample is the initial state.
+
+    positions, speeds (n, m) of the n blocks; drives (u, m) of the u sources.
 
     status: engine/status_codes.py. Values after `reached` [s] are NaN. events: rows of
     engine/mechanism/events.py. happened: number of events, including those that exceed the array.

@@ -79,7 +79,8 @@ INTEGER_ROWS = 3
 class Workspace(NamedTuple):
     """Work arrays of the kernels; their content is valid within one call only.
 
-    Rows may be longer than needed.
+    w: workspace_rows.py. slopes, powers: one row per stage of a step. lines, integers: rows listed
+    in this module. Rows may be longer than needed.
     """
 
     w: Vector  # (WORK_ROWS, blocks or joints): workspace_rows.py
@@ -90,7 +91,10 @@ class Workspace(NamedTuple):
 
 
 class RateEvaluation(NamedTuple):
-    """Output arrays of an evaluation of the rates."""
+    """Output arrays of an evaluation of the rates y'.
+
+    guard: distance of each mode from its end. power: power of each element [W].
+    """
 
     rates: Vector  # (y,): y'
     w: Vector  # (WORK_ROWS, blocks or joints)
@@ -101,8 +105,8 @@ class RateEvaluation(NamedTuple):
 class MechanismState(NamedTuple):
     """State of a mechanism; all arrays are changed in place.
 
-    pace (4,) [s]: next step length, time of all calls, time since the last command, step of the
-    fixed-step laws.
+    y, drive, modes, work: as listed in this module. pace (4,) [s]: next step length, time of all
+    calls, time since the last command, step of the fixed-step laws.
     """
 
     y: Vector

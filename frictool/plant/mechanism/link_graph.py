@@ -23,7 +23,7 @@ class Transmission:
     """One link between the blocks a and b, in SI.
 
     gap: half of the play, as a motion of b. stiffness, damping: referred to b; the stiffness of a
-    rigid link is None. The losses are those of packed_mechanism.py.
+    rigid link is None. packed_mechanism.py defines the other fields.
     """
 
     name: str

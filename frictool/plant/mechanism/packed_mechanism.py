@@ -54,7 +54,7 @@ class Curves(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """Rigid links (j,), with or without a gap."""
+    """Rigid links (j,), with or without a gap; the module's equations define the fields."""
 
     a: IntVector
     b: IntVector
@@ -69,7 +69,7 @@ class Joints(NamedTuple):
 
 
 class Couplings(NamedTuple):
-    """Compliant links (k,); a may be FRAME."""
+    """Compliant links (k,); a may be FRAME. The module's equations define the fields."""
 
     a: IntVector
     b: IntVector
@@ -84,7 +84,7 @@ class Couplings(NamedTuple):
 
 
 class Frictions(NamedTuple):
-    """Frictions of bearings and slideways (f,)."""
+    """Frictions of bearings and slideways (f,); `block` moves against the frame."""
 
     block: IntVector
     law: IntVector  # row of friction/law_registry.py
@@ -94,7 +94,7 @@ class Frictions(NamedTuple):
 
 
 class Pressings(NamedTuple):
-    """Frictions of cams (p,)."""
+    """Frictions of cams (p,): `coefficient` times the curve `force` of the block's position."""
 
     block: IntVector
     force: IntVector  # curve
@@ -120,7 +120,7 @@ class Stops(NamedTuple):
 
 
 class PackedDrives(NamedTuple):
-    """Sources (u,)."""
+    """Drives of the sources (u,), each acting on `block`."""
 
     block: IntVector
     constant: Vector  # effort per unit of the drive; 1 if the drive is an effort
