@@ -21,7 +21,8 @@ def bounds(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the nodes (low, high) of the limits of the drive [A | V].
 
-    winding: resistance [ohm], torque constant [N m/A] and supply voltage [V]; requires `speed`.
+    winding: (resistance [ohm], torque constant [N m/A], supply voltage [V]), which requires
+    `speed`, or None.
     """
     high = program.constant(bound, "drive_limit")
     low = program.named("drive_low" if winding is None else "lowest", -high)

@@ -36,7 +36,7 @@ class FixedPointOverflow(ValueError):
 
 @dataclass(frozen=True)
 class FixedProgram:
-    """Shifts, fractions and words of a program in fixed point; index: number of the node.
+    """Shifts, fractions and words of a program in fixed point, by number of the node.
 
     bits: width of a coefficient. fractions: number of fractional bits of each value. longest:
     largest magnitude of an intermediate result. shifts: shifts (a, b, result) of an operation, to

@@ -44,7 +44,7 @@ def model_compensation(
 def curve_compensation(
     program: Program, speed: ProgramNode, speeds: Sequence[float], drives: Sequence[float]
 ) -> ProgramNode:
-    """Return the drive [A | V] for the friction at a speed, by a table.
+    """Return the drive [A | V] that balances the friction at a speed, from a table.
 
     The curve is a sum of ramps, one for each interval of the table, and is extrapolated linearly
     beyond it.

@@ -18,9 +18,10 @@ from frictool.control.program import Program, ProgramNode
 def corner_weights(
     program: Program, names: Sequence[str], corners: Sequence[Mapping[str, float]]
 ) -> list[ProgramNode]:
-    """Return the weights alpha_i, one per corner; a state for each parameter holds its value.
+    """Return the weights alpha_i, one per corner.
 
-    Each state starts in the middle of its interval.
+    The value of each parameter is a state of the program, which starts in the middle of the
+    parameter's interval.
     """
     program.block("weights of the scheduled parameters (5.46)")
     one = program.constant(1.0)

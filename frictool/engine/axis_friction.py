@@ -61,10 +61,10 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return (F, fraction): the breakaway F [N m | N] after a long rest at x, and a fraction.
+    """Return the breakaway F [N m | N] after a long rest at x, and its share just after a stop.
 
-    Just after a stop, the breakaway is fraction * F; the fraction is raised if this product would
-    be below F_c. The axis must have friction laws.
+    Just after a stop, the breakaway is this share times F; the share is at least F_c/F. The axis
+    must have friction laws.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0

@@ -361,8 +361,8 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
     """Advance `state` (7,), in place, by `duration` [s] under a held `command` [A | V].
 
     parameters: (14,), or (EXTENDED_SIZE,) with laws, or more with a load (plant/position_load.py
-    `with_load`). The limit of the winding is computed for the speed at the beginning. Returns a
-    status of engine/status_codes.py.
+    `with_load`). The limit of the winding is computed for the speed at the beginning of the call.
+    Returns a status of engine/status_codes.py.
     """
     total = command * 0.0 + duration
     for index in range(ax.STATE_SIZE):

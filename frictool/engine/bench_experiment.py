@@ -70,7 +70,7 @@ def next_place(
     rules: Vector,
     measured: float,
 ) -> RampProgress:
-    """Return the progress after a sample; at the end of the test, its field `row` equals `rows`.
+    """Return the progress after a sample; `progress.row` equals `rows` at the end of the test.
 
     The arguments are those of `play_ramps`.
     """

@@ -32,8 +32,8 @@ PROPORTIONAL, INTEGRAL, DERIVATIVE, REFERENCE_RATE = 0, 1, 2, 3
 class PositionServo(NamedTuple):
     """Gains of the bench's position loop [N/m, N/(m s), N s/m]; rotary: N m and rad for N and m.
 
-    reference_rate: weight of the reference's rate, 1 for a derivative of the error, 0 for one of
-    the position. limit: largest effort [N | N m].
+    reference_rate: weight of the reference's rate; 1 for a derivative of the error, 0 for a
+    derivative of the position. limit: largest effort [N | N m].
     """
 
     proportional: float

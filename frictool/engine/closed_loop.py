@@ -63,10 +63,9 @@ def run(
 ) -> int:
     """Simulate the loop over `reference` (n,), one value per `period` [s]; fill `record` (n, 7).
 
-    axis (a,) and state (7,): plant/axis.py, the state in place. controller:
-    control/compiled_program.py, started at the measured position, in place. load:
-    plant/position_load.py. conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) for
-    none.
+    axis (a,), state (7,): plant/axis.py. controller: control/compiled_program.py, started at the
+    measured position. State and controller are changed in place. load: plant/position_load.py.
+    conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) for none.
 
     Returns a status of engine/status_codes.py; if it is not OK, the record is filled up to the
     failing sample.
@@ -113,7 +112,7 @@ def advance_sample(
     """Apply the command of sample k, fill the record's row (7,), and advance to sample k + 1.
 
     axis (a,): parameters without drifts, followed by the load (plant/position_load.py `with_load`).
-    p (a,): the same under the conditions of sample k - 1; updated to those of sample k. waiting
+    p (a,): parameters under the conditions of sample k - 1, updated to sample k. waiting
     (delay_samples + 1,): commands that do not act yet, updated. Returns a status of
     engine/status_codes.py.
     """

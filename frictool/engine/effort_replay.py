@@ -7,10 +7,10 @@ The effort is held for a period, or moves to effort[k+1] with the drive's lag.
 Most periods contain no event. While the axis slips in one direction under linear friction, its
 motion over a period is linear, with coefficients computed once. A test excludes events exactly:
 under the lower of the two efforts of a period the axis is slower at every instant. A slip that does
-not end under the lower effort therefore does not end under the real effort. All other
-periods are simulated by engine/axis_motion.py. A load that depends on position
-(plant/position_load.py) is constant over a period, with its value in the middle of the period; the
-error is of second order in the period.
+not end under the lower effort therefore does not end under the real effort. All other periods are
+simulated by engine/axis_motion.py. A load that depends on position (plant/position_load.py) is
+constant over a period, with its value in the middle of the period; the error is of second order in
+the period.
 
 The correction works as a stationary observer: before each period, `gains` times (measured -
 position) is added to position and velocity. With zero gains, the simulation is open loop. With the

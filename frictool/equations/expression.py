@@ -37,7 +37,7 @@ class Term:
     def times(self, other: Term) -> Term:
         """Return the product with common factors cancelled.
 
-        The element of the product is that of `other` or, if `other` has none, that of this term.
+        The product has the element of `other` or, if `other` has none, the element of this term.
         """
         powers: dict[Atom, int] = {}
         for atom, power in (*self.factors, *other.factors):

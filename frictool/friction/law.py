@@ -45,7 +45,7 @@ class StaticKernels(NamedTuple):
     """Kernels of a law in which friction is a function of velocity.
 
     band: half width of the velocities that are treated as rest. seen_velocity: rate of the
-    position. `direction` in the comments is +1 or -1, the direction of the motion.
+    position. The argument `direction` of a kernel is +1 or -1, the direction of the motion.
     """
 
     slip_force: Kernel  # (v, direction, p) -> force [N | N m]

@@ -141,7 +141,7 @@ class _ScheduledPlant:
 
 
 def lyapunov(solution: GriddedSolution, values: Values) -> Matrix:
-    """Return the Lyapunov matrix P(r) of the loop with a scheduled controller, for its states.
+    """Return the Lyapunov matrix P(r) of the loop with a scheduled controller.
 
     P solves [X I; I 0] P = [I Y; 0 N'].
     """
@@ -165,8 +165,8 @@ def certified_gamma(
     """Return the gamma that P(r) proves at r = `values` for one controller; inf if none.
 
     The proof covers every corner of the rates. The controller must have the state coordinates of
-    the scheduled controllers. It may be a barycentric sum of these (5.64), for which the synthesis
-    alone guarantees nothing.
+    the scheduled controllers. A barycentric sum of the scheduled controllers (5.64) is also
+    allowed; the synthesis alone guarantees nothing for this sum.
     """
     states = scipy.linalg.block_diag(solution.t, np.eye(controller.order))
     loop = plant.closed(controller).transformed(states)

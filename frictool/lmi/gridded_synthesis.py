@@ -75,9 +75,8 @@ class GriddedSolution:
 
     The states are x = t x_balanced. optimum: smallest gamma of the inequalities. X and Y solve the
     inequalities at `gamma` >= `optimum`. motions: corners of the rates (steps in discrete time) in
-    the frame's unit of time.
-    points: final grid. checked: number of points at which the inequalities were evaluated,
-    including the finer grid.
+    the frame's unit of time. points: final grid. checked: number of points at which the
+    inequalities were evaluated, including the finer grid.
     """
 
     x: Matrix

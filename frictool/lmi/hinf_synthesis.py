@@ -172,10 +172,9 @@ def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.
 
     With `ease` > 1 the result is the central controller at `ease` times that gamma. The
     inequalities then guarantee only this larger norm. The controller is slower, and the norm of its
-    loop is often
-    still below `lyapunov.gamma`, but this must be verified. A frozen controller must always be
-    verified. Raises NoSolutionError if (R, S) do not admit a controller to working precision,
-    ValueError if `ease` is below 1.
+    loop is often still below `lyapunov.gamma`, but this must be verified. A frozen controller must
+    always be verified. Raises NoSolutionError if (R, S) do not admit a controller to working
+    precision, ValueError if `ease` is below 1.
     """
     if not ease >= 1.0:
         raise ValueError(f"ease is {ease:g}; it is a factor on gamma, 1 or more")

@@ -6,11 +6,10 @@ of (Glover and Doyle, 1988)
     A' X + X A + C1' C1 - (C1' D1 + X B) V^-1 (D1' C1 + B' X) = 0
 
 and Y the stabilising solution of the dual equation. Let D12 have full column rank and D21 full row
-rank, and let the
-systems (A, B2, C1, D12) and (A, B1, C2, D21) have no zeros on the imaginary axis. A controller with
-a norm below gamma then exists if and only if X and Y exist, X >= 0, Y >= 0 and the spectral radius
-of X Y is below gamma^2. A sampled plant is first transformed by s = (z - 1)/(z + 1), which changes
-neither X and Y nor the norm.
+rank, and let the systems (A, B2, C1, D12) and (A, B1, C2, D21) have no zeros on the imaginary axis.
+A controller with a norm below gamma then exists if and only if X and Y exist, X >= 0, Y >= 0 and
+the spectral radius of X Y is below gamma^2. A sampled plant is first transformed by s = (z - 1)/(z
++ 1), which changes neither X and Y nor the norm.
 
 R = gamma X^-1 and S = gamma Y^-1 solve the inequalities of bounded_real.py with equality. If every
 state gets an additional output and an additional disturbance of gain `strict`, R and S solve the
@@ -73,7 +72,7 @@ def smallest_gamma(plant: GeneralisedPlant) -> float | None:
 def lyapunov_blocks(
     plant: GeneralisedPlant, gamma: float, strict: float
 ) -> tuple[Matrix, Matrix] | None:
-    """Return R and S that solve the inequalities at `gamma`; None if there are none.
+    """Return R and S that solve the inequalities at `gamma`; None if no R and S do.
 
     `strict` > 0 is the gain of the output and the disturbance that are added to every state.
     """

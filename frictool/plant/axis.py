@@ -51,22 +51,24 @@ LOOSE = 2.0  # moving inside the backlash; -2 in the negative direction
 class AxisParameters(NamedTuple):
     """Parameters of an axis, SI, rotary | linear.
 
-    If `breakaway` is below `coulomb`, `checked` raises it to `coulomb`.
+    If `breakaway` is below `coulomb`, `checked` raises it to `coulomb`. offset: effort against a
+    positive effort. constant: effort per A or V. lag [s]: time constant of the drive. backlash:
+    full width. encoder_step: 0 for a perfect sensor. resistance: 0 without a winding.
     """
 
     inertia: float  # kg m^2 | kg
     viscous: float  # N m s/rad | N s/m
     coulomb: float  # N m | N
     breakaway: float  # N m | N
-    offset: float = 0.0  # N m | N, opposes a positive effort
+    offset: float = 0.0  # N m | N
     constant: float = 1.0  # N m/A | N/A, or per volt
-    lag: float = 0.0  # s, time constant of the drive's own loop
+    lag: float = 0.0
     drive_limit: float = float("inf")  # A | V
-    backlash: float = 0.0  # rad | m, full width
+    backlash: float = 0.0  # rad | m
     backlash_coulomb: float = 0.0  # N m | N
     backlash_breakaway: float = 0.0  # N m | N
-    encoder_step: float = 0.0  # rad | m; 0 is a perfect sensor
-    resistance: float = 0.0  # ohm; 0: no winding, or one that limits nothing
+    encoder_step: float = 0.0  # rad | m
+    resistance: float = 0.0  # ohm
     supply: float = float("inf")  # V
     laws: AxisLaws = AxisLaws()
 

@@ -124,9 +124,9 @@ class GeneralisedPlant:
 
     @staticmethod
     def of(system: Lti, measured: int = 1, controls: int = 1) -> GeneralisedPlant:
-        """Return the plant whose y are the last `measured` outputs, and u the last inputs.
+        """Return `system` as a plant.
 
-        `controls` is the number of the inputs u.
+        y are the last `measured` outputs of `system`, u its last `controls` inputs.
 
         Raises ValueError if a control acts on a measurement without delay (D22 not zero).
         """

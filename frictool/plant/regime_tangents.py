@@ -1,8 +1,7 @@
 """Friction with different viscous coefficients in speed regimes, as a scheduled parameter.
 
 The friction of annex (30)-(32) is piecewise linear and continuous in |v|. Its slope is s_0 below
-the first knee speed v_1 and s_k above knee k, as in figure 4.10. Regime k has the
-tangent
+the first knee speed v_1 and s_k above knee k, as in figure 4.10. Regime k has the tangent
 
     F_c(k) + s_k |v|      with F_c(k) = F_c - sum over the knees i <= k of (s_i - s_(i-1)) v_i
 

@@ -70,7 +70,7 @@ class AxisChannels:
 
     `reference` (n,) is None without a controller; `conditions` are (n, 8) or (0, 8), see
     engine/disturbances_and_faults.py. `senses_velocity` is True if the velocity is measured.
-    `hold_samples` is the limit of the controller's guard against invalid inputs
+    `hold_samples` is the number of successive invalid samples that the controller tolerates
     (control/measurement_guard.py).
     """
 

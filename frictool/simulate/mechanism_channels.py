@@ -68,8 +68,8 @@ class MechanismChannels:
     def stream(self, variant: MechanismVariant, motion: Vector, modes: Modes) -> Stream:
         """Return the stream of a variant.
 
-        `motion` (samples, 2 n + u): positions, speeds and drives. `modes` (samples, m): modes of
-        engine/mechanism/state.py.
+        `motion` (samples, 2 n + u): positions and speeds of n blocks, drives of u sources. `modes`
+        (samples, m): modes of engine/mechanism/state.py.
         """
         columns: dict[str, tuple[Vector, str]] = {}
         for parts in (

@@ -91,9 +91,9 @@ def play_all(
 ) -> Iterator[MechanismOutcome]:
     """Yield the outcome of every variant.
 
-    Each run starts at rest at the positions (n,) [rad | m] of its task. `progress(done, total)`
-    counts variants, or samples if there is a single variant. Raises NoSolutionError, with time and
-    element, if a variant cannot be simulated.
+    tasks: pairs (task, initial positions (n,) [rad | m]); each run starts at rest.
+    `progress(done, total)` counts variants, or samples if there is a single variant. Raises
+    NoSolutionError, with time and element, if a variant cannot be simulated.
     """
     total = len(variants)
     done = 0

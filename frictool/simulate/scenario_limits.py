@@ -63,7 +63,7 @@ def check_frequency(frequency: float, period: float, key: str, name: str) -> Non
 def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> None:
     """Raise DocumentError if a part of the reference leaves the travel.
 
-    `paths` maps a key to its samples [rad | m].
+    `paths` maps the key of each part of the reference to the part's samples [rad | m].
     """
     if travel is None:
         return

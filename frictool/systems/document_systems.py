@@ -24,7 +24,7 @@ ASKED = "asked"  # drive commanded by the controller; DRIVE is the drive behind 
 
 
 def as_linear_system(system: Lti | Model | Controller) -> Lti:
-    """Return the linear system of a controller or model, or the system itself.
+    """Return the linear system of a controller or model; an Lti is returned unchanged.
 
     Raises FrictoolError for any other type.
     """

@@ -101,8 +101,7 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at that zero.
 
     x is the acceleration of the tree's root block. If this block starts from rest, `towards` is the
-    direction of its motion, and x * towards >= 0 holds. gross: sum of the magnitudes of the
-    efforts.
+    direction of its motion, and x * towards >= 0. gross: sum of the magnitudes of the efforts.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

@@ -247,8 +247,8 @@ def advance(
 
     command (u,): A, V or effort. external (n,): efforts on blocks [N | N m]. events: receives the
     events. `state.pace[1]` is the total time of all calls. The limit of a winding is computed for
-    the speed at the beginning. Returns a status of engine/status_codes.py; if it is not OK, the
-    state is that of the last event or step.
+    the speed at the beginning of the call. Returns a status of engine/status_codes.py; if it is not
+    OK, `state` is the state after the last event or step.
 
     The implementation is called by its address, in the last row of `laws`, so that callers are
     compiled without it.

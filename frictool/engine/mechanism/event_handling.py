@@ -92,7 +92,7 @@ def begin(machine: CompiledMechanism, state: MechanismState, events: EventRows) 
 
 @part_kernel
 def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
-    """Set the state to that at the end of a step, t [s] after the command.
+    """Set the state to its value at the end of a step, t [s] after the command.
 
     The work of the step is added, and dynamic laws update their memory. Returns a status of
     engine/status_codes.py.

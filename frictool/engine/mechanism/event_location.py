@@ -230,8 +230,8 @@ def locate(
 ) -> tuple[float, bool]:
     """Shorten a step to the first instant at which a guard is passed; return its length.
 
-    The row GUARD contains the guards at the beginning, the row TRIAL those at the end of the step
-    of length h, which has passed a guard. The second result is True if the rates could not be
+    The row GUARD contains the guards at the beginning of the step, the row TRIAL the guards at its
+    end; a step of length h has passed a guard. The second result is True if the rates could not be
     evaluated. The search is bracketed and follows the guard that is passed first. For guards of
     speeds and positions, the next instant is the zero of the cubic through both ends; for guards of
     efforts, regula falsi (Illinois) gives it. Bisection helps if the search is slow. Each instant
