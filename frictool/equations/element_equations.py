@@ -189,14 +189,15 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
         speed = notation.speed(block).text
         text = (
             f"{name} holds {block} back: {where}, else N_{name} = 0; "
-            f"at a shock {speed} becomes {shock}"
+            f"at an impact {speed} becomes {shock}"
         )
         return ElementEquations(
             ((block, force),), (), (), (Condition(text, latex, unit, terms, key),)
         )
     taut, rate = notation.stretch("s", name, kind)
     beyond = " and ".join(
-        f"{taut.text} = {position.text} - {end.text} {'below' if side == 'low' else 'above'} it"
+        f"{taut.text} = {position.text} - {end.text} {'below' if side == 'low' else 'above'} "
+        f"{end.text}"
         for side, end in sides
     )
     text = f"{name} pushes {block} back beyond its ends: {beyond}; no end pulls"

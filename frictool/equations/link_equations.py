@@ -195,7 +195,7 @@ def _pressed(name: str, b: str, notation: Notation, play: Term) -> Condition:
     taut, _ = notation.stretch("s", name, notation.kinds[b])
     ends = f"{taut.text} = {stretch.text} - {play.text} above, {stretch.text} + {play.text} below"
     return Condition(
-        f"{name} touches beyond it: {ends}, lambda_{name} {taut.text} <= 0 (no flank pulls)",
+        f"{name} touches outside: {ends}, lambda_{name} {taut.text} <= 0 (no flank pulls)",
         rf"{taut.latex} = {stretch.latex} \mp {play.latex}",
         RATES[notation.kinds[b]][0],
         (taut, stretch, play),
@@ -218,7 +218,7 @@ def _rebounding(
         f"{stretch.text} = -{play.text} with lambda_{name} >= 0, "
         f"at {stretch.text} = {play.text} with lambda_{name} <= 0"
     )
-    text = f"{name} touches at {ends}: {slip} = 0, and at a shock becomes {after}"
+    text = f"{name} touches at {ends}: {slip} = 0, and at an impact becomes {after}"
     return Condition(
         text,
         rf"{stretch.latex} = \mp {play.latex}: \quad {slip_latex} = 0",

@@ -8,8 +8,8 @@ of (Glover and Doyle, 1988)
 and Y the stabilising solution of the dual equation. Let D12 have full column rank and D21 full row
 rank, and let the systems (A, B2, C1, D12) and (A, B1, C2, D21) have no zeros on the imaginary axis.
 A controller with a norm below gamma then exists if and only if X and Y exist, X >= 0, Y >= 0 and
-the spectral radius of X Y is below gamma^2. A sampled plant is first transformed by s = (z - 1)/(z
-+ 1), which changes neither X and Y nor the norm.
+the spectral radius of X Y is below gamma^2. A sampled plant is first transformed by
+s = (z - 1)/(z + 1), which changes neither X and Y nor the norm.
 
 R = gamma X^-1 and S = gamma Y^-1 solve the inequalities of bounded_real.py with equality. If every
 state gets an additional output and an additional disturbance of gain `strict`, R and S solve the
