@@ -44,10 +44,13 @@ GOLDEN = 0.6180339887498949  # its multiples spread evenly over a count
 class DesignTest:
     """Test that a designed controller must pass in simulation.
 
-    `scenario`: steps on every plant; its seed draws the plants. `about`: description of the steps.
-    `plants`: values of each plant that differ from the nominal plant [SI]. `names`: names of the
-    plants by index. `starts`: initial positions of the plants [rad | m], at different places within
-    an encoder's count. `vertices`: number of vertices; in `plants` they follow the nominal plant.
+    `scenario`: steps on every plant; its seed draws the plants.
+    `about`: description of the steps.
+    `plants`: values of each plant that differ from the nominal plant [SI].
+    `names`: names of the plants by index.
+    `starts`: initial positions of the plants [rad | m], at different places within an encoder's
+        count.
+    `vertices`: number of vertices; in `plants` they follow the nominal plant.
     """
 
     model: Model

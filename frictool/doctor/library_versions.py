@@ -25,8 +25,9 @@ REQUIREMENT = re.compile(
 class RequiredLibrary:
     """Required library.
 
-    least: minimum version. extra: extra that requires the library; None if every installation
-    requires it. installed: installed version; None if the library is missing.
+    least: minimum version.
+    extra: extra that requires the library; None if every installation requires it.
+    installed: installed version; None if the library is missing.
     """
 
     name: str

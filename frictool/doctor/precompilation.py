@@ -31,8 +31,9 @@ LIST = Path(__file__).with_name("kernels.json")
 class Compilation:
     """Result of a compilation of many kernels.
 
-    prepared: number of kernels, counted once per tuple of argument types. compiled: number of
-    kernels that were not in the cache. failures: messages of failed compilations.
+    prepared: number of kernels, counted once per tuple of argument types.
+    compiled: number of kernels that were not in the cache.
+    failures: messages of failed compilations.
     """
 
     prepared: int = 0

@@ -27,11 +27,11 @@ WORTH = 0.1  # least useful part, relative to the travel
 
 
 def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
-    """Return the largest bandwidth [rad/s] up to which all links may be made rigid, or None.
+    """Return the largest bandwidth [rad/s] for which all links may be made rigid, or None.
 
-    The bandwidth is below every resonance and rounded down. Up to this bandwidth, links made rigid
-    change the gain by at most `tolerance`. Raises ElementError and NoSolutionError as the steps of
-    the reduction do.
+    The bandwidth is below every resonance and rounded down. Up to this bandwidth, rigid links
+    change the gain by at most `tolerance`. Raises ElementError or NoSolutionError if the mechanism
+    cannot be reduced.
     """
     source, sensor = controlled_names(whole)
     seen, _ = from_source(whole, source)
@@ -58,7 +58,7 @@ def rounded_down(value: float) -> float:
 
 
 def needed_tolerance(reports: Iterable[StepReport], play: float) -> float:
-    """Return the smallest tolerance for which all errors are allowed, rounded up to 0.01.
+    """Return the smallest tolerance, rounded up to 0.01, that allows the errors of all steps.
 
     play: backlash at the sensor [rad | m].
     """
@@ -82,10 +82,12 @@ def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
 
 
 def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
-    """Return the widest part from each end of x (n,) whose slice satisfies `holds`.
+    """Return, for each end of x (n,), the widest part of the travel for which `holds` is true.
 
-    Their ends are rounded inwards. Parts narrower than the fraction WORTH of the travel are left
-    out.
+    A part begins at one end of x. The ends of the parts are rounded inwards. Parts narrower than
+    the fraction WORTH of the travel are left out.
+
+    holds: function of a slice of x.
     """
     parts = []
     for from_low in (True, False):
@@ -105,6 +107,6 @@ def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[flo
 
 
 def _inwards(ends: tuple[float, float]) -> tuple[float, float]:
-    """Round the ends inwards to four digits of the width."""
+    """Round the ends of a part inwards, to 1e-4 of its width."""
     step = 10.0 ** (math.floor(math.log10(ends[1] - ends[0])) - 3)
     return round(math.ceil(ends[0] / step) * step, 12), round(math.floor(ends[1] / step) * step, 12)

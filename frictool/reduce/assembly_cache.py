@@ -1,4 +1,4 @@
-"""Cache of assembled mechanisms, because the steps of a reduction use the same ones repeatedly."""
+"""Cache of assembled mechanisms, which the steps of a reduction use repeatedly."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Backlash reflected to the actuator and to the sensor (thesis 2.1.5).
 
-A backlash of width rho at block b is rho/|q_b'/q_s'| at the source s: a millimetre behind a reducer
-is several turns of the motor. Widths in series are added; of parallel branches, the widest is used.
-While the backlash is open, only the blocks between the source and the backlash move, against the
-friction of these blocks (4.45).
+A backlash of width rho at block b has the width rho/|q_b'/q_s'| at the source s: a millimetre
+behind a reducer is several turns of the motor. Widths in series are added; of parallel paths, the
+widest is used. While the backlash is open, only the blocks between the source and the backlash
+move, against the friction of these blocks (4.45).
 """
 
 from __future__ import annotations
@@ -23,10 +23,12 @@ from frictool.reduce.step_report import StepFigure
 class BacklashChain:
     """Backlash of a mechanism in the coordinate of its source.
 
-    chain: links with backlash on the path from the source that has the widest backlash. width: sum
-    of the widths of these links [rad | m]. before_sensor: backlash between source and sensor [rad |
-    m]. hiding: names of the links with the backlash before the sensor. behind: names of the blocks
-    behind backlash.
+    chain: links with backlash on that path from the source on which the sum of the widths is
+        largest.
+    width: sum of the widths of these links [rad | m].
+    before_sensor: width of the backlash between source and sensor [rad | m].
+    hiding: names of the links with backlash between source and sensor.
+    behind: names of the blocks that the source moves through a backlash.
     """
 
     chain: tuple[Connection, ...]
@@ -61,7 +63,7 @@ def _b_ratio(seen: dict[int, BlockMotion], link: Connection) -> float:
 
 
 def play_figures(whole: Mechanism, source_block: str, sensor_block: str) -> tuple[StepFigure, ...]:
-    """Return the width of each backlash at its block, at the actuator and at the sensor."""
+    """Return the width of each backlash: at its block, at the actuator and at the sensor."""
     assembled = assemble_cached(whole)
     links = connections(assembled)
     seen = seen_from(assembled.blocks.index(source_block), links, assembled.blocks)
@@ -93,5 +95,5 @@ def _unit(assembled: AssembledMechanism, block: int) -> str:
 
 
 def steepest(x: np.ndarray, values: np.ndarray) -> float:
-    """Return the largest slope of a curve (n,) over positions (n,)."""
+    """Return the largest absolute slope of the curve with `values` (n,) at the positions x (n,)."""
     return float(np.max(np.abs(np.diff(values) / np.diff(x))))

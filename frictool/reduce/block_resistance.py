@@ -3,9 +3,9 @@
     effort that moves it forward    C_+(x) = S(x) + F(x)
                          backward   C_-(x) = S(x) - F(x)        (2.28)
 
-The load S is the effort of springs, cams and constant efforts. The friction F is Coulomb friction
-in slip, or the breakaway at rest. Both are computed from the arrays of the engine, so that they
-equal those of a simulation.
+The load S is the effort of springs, cams and constant efforts. The friction F is the Coulomb
+friction in slip, or the breakaway at rest. Both are computed from the arrays of the simulation
+engine, so that they have the same values as in a simulation.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ class SpeedDependentFriction:
     """Speed-dependent part of a friction.
 
     drop: breakaway minus Coulomb friction [N m | N]; at speed v, drop exp(-(v/velocity)^exponent)
-    is added to the Coulomb friction. viscous: coefficient of viscous friction [N m s/rad | N s/m].
+        is added to the Coulomb friction.
+    viscous: coefficient of viscous friction [N m s/rad | N s/m].
+    law: name of the friction law.
     """
 
     drop: float
@@ -37,10 +39,13 @@ class SpeedDependentFriction:
 
 @dataclass(frozen=True)
 class BlockResistance:
-    """Resistance at positions (n,): load S, Coulomb friction F and breakaway, each (n,) [N m | N].
+    """Resistance of a block at n positions; all vectors are (n,) [N m | N].
 
-    pressed_breakaway: breakaway (n,) without the drops in `falling`. falling: speed-dependent parts
-    of the friction. damping: sum of the damping of the springs to the frame.
+    load: load S.
+    friction: Coulomb friction F.
+    pressed_breakaway: breakaway without the drops in `falling`.
+    falling: speed-dependent parts of the friction, each the same at all positions.
+    damping: sum of the damping of the springs between block and frame.
     """
 
     load: Vector
@@ -51,12 +56,12 @@ class BlockResistance:
 
     @property
     def breakaway(self) -> Vector:
-        """Return the largest effort of friction at rest (n,)."""
+        """Return the breakaway (n,), including the drops in `falling`."""
         return self.pressed_breakaway + sum(one.drop for one in self.falling)
 
     @property
     def viscous(self) -> float:
-        """Return the sum of damping and viscous friction."""
+        """Return the sum of the damping and all coefficients of viscous friction."""
         return self.damping + sum(one.viscous for one in self.falling)
 
 
@@ -74,7 +79,7 @@ def resisting(assembled: AssembledMechanism, block: int, x: Vector) -> BlockResi
 
 
 def curve_at(curves: Curves, number: int, x: Vector) -> Vector:
-    """Return curve `number` at x (n,), constant beyond its ends."""
+    """Return curve `number` at the positions x (n,); the curve is constant beyond its ends."""
     first = int(curves.start[number])
     last = int(curves.start[number + 1])
     breaks = curves.breaks[first + number : last + number + 1]

@@ -1,4 +1,4 @@
-"""Test commands of the simulation check; they are the same for every mechanism of the chain.
+"""Test commands of the simulation check, the same for the mechanisms before and after each step.
 
 A run starts at rest at one of five positions of the travel. Its first move goes forward or
 backward. The command of a run is:
@@ -7,10 +7,10 @@ backward. The command of a run is:
 - a ramp until the axis breaks away and slips, and a rest,
 - the same step and ramp in the opposite direction.
 
-Backlash thus opens and closes, and the friction of both directions acts. Commands are in the
-drive's unit and constant over a sample. If the friction is almost 0 on the path of a step, the
-command ends before this step, because the position at which the axis stops would then be a quotient
-of two small numbers.
+These moves open and close the backlash, with friction in both directions. Commands are in the
+drive's unit and constant for one sample period. If the friction is almost 0 on the path of a step,
+the command ends before this step, because a small error of the friction would then change the
+position of the stop much.
 """
 
 from __future__ import annotations
@@ -39,7 +39,11 @@ FREE = 0.3  # push without friction, relative to the drive's limit
 
 @dataclass(frozen=True)
 class CheckRun:
-    """Test run: command (n,) [unit of the drive], from rest at `start` [rad | m]."""
+    """Test run that begins at rest.
+
+    start: initial position [rad | m].
+    command: command (n,) [unit of the drive].
+    """
 
     name: str
     start: float
@@ -49,8 +53,9 @@ class CheckRun:
 def runs(one: OneInertia, constant: float, limit: float, period: float) -> tuple[CheckRun, ...]:
     """Return the test runs of a reduced mechanism.
 
-    constant: effort per unit of the drive. limit: largest command [unit of the drive]. period:
-    sample period [s].
+    constant: quotient of effort and command.
+    limit: largest command [unit of the drive].
+    period: sample period [s].
     """
     low, high = one.travel if one.travel is not None else one.ends
     checks = []
@@ -101,7 +106,7 @@ def _command(
 
 
 def _fades(one: OneInertia, start: float, direction: float, distance: float) -> bool:
-    """Return True if braking friction almost vanishes before or just beyond the end of the move."""
+    """Return True if the braking friction almost vanishes before or just beyond the move's end."""
     slip, _ = _resisting(
         one, start + direction * np.linspace(0.0, BEYOND_END * distance, STEPS), direction
     )
@@ -119,7 +124,7 @@ def _fast(one: OneInertia) -> float:
 
 
 def _resisting(one: OneInertia, positions: Vector, direction: float) -> tuple[Vector, Vector]:
-    """Return the opposing effort (n,) in slip and at rest: friction plus load at positions (n,)."""
+    """Return the effort (n,) that opposes the motion, friction plus load, in slip and at rest."""
     side = one.forward if direction > 0.0 else one.backward
     load = direction * one.residual.at(positions)
     slip, rest = (
@@ -129,11 +134,13 @@ def _resisting(one: OneInertia, positions: Vector, direction: float) -> tuple[Ve
 
 
 def _push_time(one: OneInertia, push: float, slip: Vector, distance: float) -> tuple[float, bool]:
-    """Return the duration of a push [s], and True if it also needs a brake.
+    """Return the duration of a push [s], and True if a braking effort must follow the push.
 
-    After the push the axis coasts or brakes, and rests after `distance` [rad | m]. The duration
-    follows from work: the work of the push, over the first part of the distance, equals the work of
-    the friction over the whole distance. slip: (n,), friction at even positions of the move.
+    After the push the axis coasts or is braked, and rests after `distance` [rad | m]. The work of
+    the push, which acts over the first part of the distance, equals the work of the friction over
+    the whole distance.
+
+    slip: friction (n,) at equidistant positions of the move.
     """
     taken = float(np.mean(slip)) * distance
     brakes = taken <= LITTLE * push * distance

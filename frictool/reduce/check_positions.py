@@ -1,4 +1,4 @@
-"""Simulation of a mechanism or a model under test commands: positions of the sensor's block."""
+"""Simulated positions of the sensor's block, of a mechanism or a model, under test commands."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def mechanism_positions(
 ) -> Vector:
     """Return positions (n,) of the sensor's block [rad | m] in the coordinate of that block.
 
-    All blocks start at rest, with the root of the view `here` at `position` and each backlash in
-    its middle. Raises NoSolutionError if the engine fails.
+    All blocks start at rest, with the root block of `here` at `position` and each backlash in its
+    middle. Raises NoSolutionError if the simulation fails.
     """
     assembled = here.assembled
     names = here.assembled.blocks
@@ -51,7 +51,7 @@ def mechanism_positions(
 def model_positions(model: Model, start: float, command: Vector) -> Vector:
     """Return positions (n,) of the model's axis [rad | m], from rest at `start`.
 
-    The axis starts in the middle of its backlash. Raises NoSolutionError if the engine fails.
+    The axis starts in the middle of the backlash. Raises NoSolutionError if the simulation fails.
     """
     p = with_load(axis_of(model).as_array(), load_of(model).as_array())
     state = axis_rest(start)

@@ -1,9 +1,9 @@
 """Compliant links: resonances above a bandwidth are removed (thesis 2.1.5, (2.6)-(2.9)).
 
 Two inertias J_a and J_b with a stiffness k between them resonate at w_r = sqrt(k (1/J_a + 1/J_b)).
-Far below w_r the link is nearly rigid: a rigid link has a gain error of (w/w_r)^2 at the frequency
-w, and neglects the twist effort/k. The error at the bandwidth is computed from the linearised
-mechanisms before and after the step.
+Far below w_r the link is nearly rigid. If it is made rigid, the gain has an error of (w/w_r)^2 at
+the frequency w, and the twist effort/k is neglected. The error at the bandwidth is computed from
+the linearised mechanisms before and after the step.
 """
 
 from __future__ import annotations
@@ -29,9 +29,11 @@ TAKES_PART = 0.05  # fraction of a mode's strain energy, below which a link is n
 class LinkResonance:
     """Compliant link with its slowest resonance.
 
-    frequency: resonance frequency [rad/s]; if the link takes part in no oscillation, that of its
-    stiffness with the inertias on its two sides. damping: damping ratio. compliance: 1/stiffness
-    [rad/(N m) | m/N]. twist: twist under the source's largest effort [rad | m].
+    frequency: resonance frequency [rad/s]; if the link takes part in no oscillation, the frequency
+        w_r (module docstring) of the link alone with the inertias on its two sides.
+    damping: damping ratio of the resonance.
+    compliance: 1/stiffness [rad/(N m) | m/N].
+    twist: twist under the source's largest effort [rad | m].
     """
 
     link: Connection
@@ -47,9 +49,9 @@ def compliant_links(mechanism: Mechanism) -> tuple[Connection, ...]:
 
 
 def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
-    """Return the resonances of the compliant links, slowest first.
+    """Return the resonance of each compliant link, slowest first.
 
-    All blocks must be in the coordinate of one block (coordinate_change.py).
+    All blocks must be in the coordinate of one block.
     """
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
@@ -86,7 +88,7 @@ def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
 def stiffen_above(
     mechanism: Mechanism, root: str, bandwidth: float
 ) -> tuple[Mechanism, StepReport]:
-    """Make links with a resonance above `bandwidth` [rad/s] rigid, and merge their blocks."""
+    """Make each link with a resonance above `bandwidth` [rad/s] rigid, and merge its two blocks."""
     resonances = swings(mechanism, root)
     if not resonances:
         return mechanism, StepReport("compliance", "no link is compliant", "nothing")
@@ -127,7 +129,7 @@ def stiffen_above(
 
 
 def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
-    """Return the mechanism with the links `names` rigid; their backlash has rigid flanks."""
+    """Return the mechanism with the links `names` rigid, and rigid flanks of their backlash."""
     links = dict(mechanism.links)
     for name in names:
         link = links[name]
@@ -142,7 +144,7 @@ def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
 
 
 def middle(mechanism: Mechanism) -> np.ndarray:
-    """Return the blocks' positions in the middle of the travel; if it is unknown, at the start."""
+    """Return the blocks' positions in the middle of the travel; at the start if it is unknown."""
     assembled, travel = assemble_cached(mechanism), known_travel(mechanism)
     return (
         assembled.start if travel is None else assembled.start * 0.0 + 0.5 * (travel[0] + travel[1])
@@ -150,7 +152,7 @@ def middle(mechanism: Mechanism) -> np.ndarray:
 
 
 def _difference(before: Mechanism, after: Mechanism, bandwidth: float) -> tuple[float, float]:
-    """Return the error of the transfer from source to sensor: relative gain, and phase [rad]."""
+    """Return the errors of relative gain and phase [rad] from source to sensor."""
     source, sensor = controlled_names(before)
     one, other = (
         complex(

@@ -16,11 +16,15 @@ SAME = 1e-9  # relative tolerance of two ratios around a loop
 
 @dataclass(frozen=True)
 class Connection:
-    """Link between the blocks with the numbers a and b.
+    """Link between the blocks a and b.
 
-    gap: half the width of the backlash at `b` [rad | m]. drive_loss, back_loss: effort lost at `a`,
-    divided by the transmitted effort, if `a` drives `b` and if `b` drives `a`. stiffness, damping:
-    values of the compliance at `b`; 0 for a rigid link.
+    a, b: numbers of the blocks.
+    ratio, offset: coefficients of q_b = ratio q_a + offset.
+    gap: half the width of the backlash, in the coordinate of `b` [rad | m].
+    drive_loss: effort lost at `a`, divided by the transmitted effort, if `a` drives `b`.
+    back_loss: the same quotient if `b` drives `a`.
+    stiffness, damping: stiffness and damping of the link, in the coordinate of `b`; 0 for a rigid
+        link.
     """
 
     name: str
@@ -43,12 +47,12 @@ class Connection:
 
     @property
     def plain(self) -> bool:
-        """Return True if the link is rigid without backlash or loss: its blocks form one body."""
+        """Return True if the link has no compliance, backlash or loss: its blocks form one body."""
         return not self.compliant and self.gap == 0.0 and self.lossless
 
 
 def connections(assembled: AssembledMechanism) -> tuple[Connection, ...]:
-    """Return all links between two blocks: joints first, then compliant ones."""
+    """Return all links between two blocks: the rigid links, then the compliant links."""
     joints, couplings = assembled.packed.joints, assembled.packed.couplings
     result = [_joint(name, joints, k) for k, name in enumerate(assembled.joints)]
     result += [
@@ -75,14 +79,16 @@ def _joint(name: str, joints: Joints, k: int) -> Connection:
 def thesis_losses(ratio: float, thread: float, steep: float) -> tuple[float, float]:
     """Return (drive_loss, back_loss) of the screw (thesis 2.12) at a steady speed.
 
-    f is the force, u the torque at the thread, r the radius and a the angle of the thread,
-    and w = mu tan(a):
+    f is the force, u the torque at the thread, r the radius and a the angle of the thread, mu the
+    friction coefficient, and w = mu tan(a):
 
         u = r tan(a) f ± mu |r f - u tan(a)|
         drive loss = (mu r + r tan(a))/(1 + w) - r tan(a)
         back loss  = r tan(a) - (r tan(a) - mu r)/(1 - w)
 
-    ratio: r tan(a). thread: mu r. steep: w.
+    ratio: r tan(a) [m/rad].
+    thread: mu r [m/rad].
+    steep: w, dimensionless.
     """
     carried = abs(ratio)
     return (thread + carried) / (1.0 + steep) - carried, carried - (carried - thread) / (
@@ -101,7 +107,7 @@ def _coupling(name: str, couplings: Couplings, k: int) -> Connection:
 
 @dataclass(frozen=True)
 class BlockMotion:
-    """Motion of a block relative to that of the root: q_b = ratio q_root + offset.
+    """Motion of a block relative to the motion of the root block: q_b = ratio q_root + offset.
 
     by: connections on the path from the root to the block.
     """
@@ -114,9 +120,12 @@ class BlockMotion:
 def seen_from(
     root: int, links: Sequence[Connection], names: Sequence[str]
 ) -> dict[int, BlockMotion]:
-    """Return the motion of every block that moves with `root`, by its number.
+    """Return block number -> motion, for every block that moves with the block `root`.
 
-    Each backlash is in its middle, compliances are unstrained, and rigid paths are preferred.
+    Each backlash is in its middle, compliant links are unstrained, and rigid paths are preferred.
+
+    names: names of the blocks by number.
+
     Raises NoSolutionError if two paths from the root to a block have different ratios: the
     mechanism then has several independent motions, or cannot move.
     """
@@ -147,7 +156,7 @@ def _both_ways(link: Connection) -> Iterator[tuple[int, int, float, float]]:
 
 
 def _agrees(link: Connection, motions: dict[int, BlockMotion], names: Sequence[str]) -> None:
-    """Raise NoSolutionError if a link's ratio contradicts that of the path from the root."""
+    """Raise NoSolutionError if a link's ratio contradicts the ratios of the paths from the root."""
     there = motions[link.b].ratio
     expected = link.ratio * motions[link.a].ratio
     if not np.isclose(there, expected, rtol=SAME, atol=0.0):

@@ -1,11 +1,11 @@
 """Change of every block to the coordinate of the source (thesis 2.1.5, (2.16)), the first step.
 
-The step is exact with one exception: the friction of a thread by the law of the thesis (2.12)
-depends on the whole torque of the motor; the step uses its value at a steady speed.
+The step is exact with one exception: the friction of a thread by thesis (2.12) depends on the whole
+torque of the motor, but the step uses the friction at a steady speed.
 
-All links between two blocks then have the ratio 1: couplings, or gears with losses. If the source
-is linear and there are lossy links, the coordinate is that of the nearest rotary block, because
-only links of rotary blocks have losses.
+After the step, all links between two blocks have the ratio 1: they are couplings, or gears with
+losses. If the source is linear and there are lossy links, the coordinate of the nearest rotary
+block is used instead of the source's, because only links of rotary blocks have losses.
 """
 
 from __future__ import annotations
@@ -45,7 +45,12 @@ SAME = 1e-9  # relative tolerance of equal ratios
 
 @dataclass(frozen=True)
 class MechanismView:
-    """Mechanism with the motion of its blocks relative to the block `root`, of kind `axis`."""
+    """Mechanism with the motion of its blocks relative to one of them, the root.
+
+    root: number of the root block.
+    seen: number of a block -> motion of this block relative to the root.
+    axis: kind of the root, rotary or linear.
+    """
 
     document: Mechanism
     assembled: AssembledMechanism
@@ -55,7 +60,7 @@ class MechanismView:
     axis: Axis
 
     def frame(self, block: str) -> CoordinateFrame:
-        """Return the frame of a block relative to the root; that of the ground has the ratio 0."""
+        """Return the frame of a block relative to the root; the ground's frame has the ratio 0."""
         axis = self.axis
         if block == GROUND:
             return CoordinateFrame(0.0, 0.0, axis, axis)
@@ -65,9 +70,9 @@ class MechanismView:
 
 
 def view(mechanism: Mechanism, root: str) -> MechanismView:
-    """Return the view of the mechanism from block `root`.
+    """Return the mechanism with the motion of its blocks relative to the block `root`.
 
-    Raises NoSolutionError with the names of blocks that do not move with the root.
+    Raises NoSolutionError if a block does not move with the root.
     """
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
@@ -86,7 +91,8 @@ def view(mechanism: Mechanism, root: str) -> MechanismView:
 def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepReport]:
     """Return the mechanism in the coordinate of the block that its source drives.
 
-    Raises NoSolutionError as `view` does, and for a spring between two blocks of different ratios.
+    Raises NoSolutionError if a block does not move with the source's block, or if a spring connects
+    two blocks with different ratios.
     """
     here = from_reference(mechanism, source)
     ratio = si_unit("position", here.axis)
@@ -123,7 +129,7 @@ def at_sensor(
 ) -> tuple[Mechanism, StepReport]:
     """Return a mechanism in the coordinate of the sensor.
 
-    Positions are as measured, and positive in the direction of a positive command.
+    The coordinate is the measured position, positive in the direction of a positive command.
     """
     root = mechanism.sources[source].on
     there = sensor_frame(whole, source, sensor)
@@ -155,12 +161,12 @@ def at_sensor(
 
 
 def sensor_frame(whole: Mechanism, source: str, sensor: str) -> CoordinateFrame:
-    """Return the frame of the sensor's block relative to the root that `from_source` uses."""
+    """Return the frame of the sensor's block relative to the root block of `from_source`."""
     return from_reference(whole, source).frame(whole.sensors[sensor].on)
 
 
 def from_reference(whole: Mechanism, source: str) -> MechanismView:
-    """Return the view of the mechanism that `from_source` uses."""
+    """Return the mechanism with the motions relative to the root block of `from_source`."""
     return view(whole, _reference(whole, whole.sources[source].on))
 
 
@@ -207,7 +213,7 @@ def _block(here: MechanismView, name: str, block: Block) -> Block:
 
 
 def _link(here: MechanismView, name: str, link: Link) -> dict[str, Link]:
-    """Return the link as seen from the root, by its name; empty for a redundant link."""
+    """Return {name: link in the coordinate of the root}; empty for a redundant link."""
     if isinstance(link, Spring):
         return _spring(here, name, link)
     on: dict[type, Callable[..., Link]] = {
@@ -243,7 +249,7 @@ def _between(here: MechanismView, one: Connection, link: Link) -> Link:
 
 
 def efficiencies(one: Connection) -> tuple[float, float]:
-    """Return the efficiencies from the losses: if `a` drives `b`, and if `b` drives `a`."""
+    """Return the link's efficiencies: if `a` drives `b`, and if `b` drives `a`."""
     carried = abs(one.ratio)
     return carried / (carried + one.drive_loss), 1.0 - one.back_loss / carried
 
@@ -309,7 +315,7 @@ def _one_body(here: MechanismView, blocks: list[str]) -> bool:
 
 
 def _bench_keys(here: MechanismView) -> dict[str, Span | Quantity]:
-    """Return travel and top speed, which belong to the controlled sensor's block."""
+    """Return travel and top speed, converted from the block of the controlled sensor."""
     document = here.document
     values = dict[str, Span | Quantity]()
     sensor = controlled_names(document)[1]

@@ -5,8 +5,8 @@
     mass m, stiffness k    ratio^2 m, ratio^2 k
 
 The power is the same in both coordinates, f q' = (ratio f) p', so that the change is exact.
-Friction opposes the motion in both coordinates: its levels are multiplied by |ratio|, its speeds
-and distances by 1/|ratio|.
+Friction opposes the motion in both coordinates: the efforts in a friction law are multiplied by
+|ratio|, the speeds and distances by 1/|ratio|.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ POWERS = {"N": 1, "N/s": 1, "N s/m": 2, "N/m": 2, "kg": 2, "m/s": -1, "m": -1}
 class CoordinateFrame:
     """Map q = ratio p + offset [SI].
 
-    axis, block_axis: kinds (rotary or linear) of p and of q.
+    axis: kind of p, rotary or linear.
+    block_axis: kind of q, rotary or linear.
     """
 
     ratio: float
@@ -72,11 +73,11 @@ class CoordinateFrame:
         return scaled(d, self.ratio**2, self._unit("viscous"))
 
     def inertia(self, m: Quantity) -> Quantity:
-        """Return the inertia or mass along p for that along q."""
+        """Return the inertia or mass along p for the inertia or mass `m` along q."""
         return scaled(m, self.ratio**2, self._unit("inertia"))
 
     def curve(self, curve: Curve, factor: float, unit: str | None = None) -> Curve:
-        """Return a curve over p, with its values multiplied by `factor`."""
+        """Return a curve over q as a curve over p, with the values multiplied by `factor`."""
         positions, values = self._points(
             curve.position.values, tuple(value * factor for value in curve.value.values)
         )
@@ -106,7 +107,7 @@ class CoordinateFrame:
     def spring(self, spring: Spring, on: str) -> Spring:
         """Return the spring along p for a spring between the block and ground.
 
-        Without `free` it is unstrained at the start in both coordinates.
+        A spring without `free` is unstrained at the start, in both coordinates.
         """
         force = (
             None
@@ -123,19 +124,19 @@ class CoordinateFrame:
         )
 
     def cam(self, cam: Cam, on: str) -> Cam:
-        """Return a cam along p: its force times |ratio|, its slope angle times the ratio's sign."""
+        """Return the cam along p: force times |ratio|, slope angle times the sign of the ratio."""
         side = 1.0 if self.ratio > 0.0 else -1.0
         force = self.curve(cam.force, abs(self.ratio), self._unit("effort"))
         return msgspec.structs.replace(cam, on=on, force=force, angle=self.curve(cam.angle, side))
 
     def stop(self, stop: Stop, on: str) -> Stop:
-        """Return end stops, converted to p; a negative ratio swaps low and high."""
+        """Return the end stops along p; a negative ratio swaps low and high."""
         low, high = (stop.low, stop.high) if self.ratio > 0.0 else (stop.high, stop.low)
         ends = [None if end is None else self.position(end) for end in (low, high)]
         return Stop(on, ends[0], ends[1], stop.restitution, self.compliance(stop.compliance))
 
     def friction(self, friction: FrictionOf, on: str) -> FrictionOf:
-        """Return a friction with its parameters scaled by POWERS."""
+        """Return the friction along p: each parameter times a power of |ratio| (POWERS)."""
         law = LAWS[friction.law]
         sizes = si_parameters(on, friction, self.block_axis)
         parameters = {}
@@ -149,9 +150,9 @@ class CoordinateFrame:
         return FrictionOf(on, friction.law, parameters, level)
 
     def source(self, source: Source, on: str) -> Source:
-        """Return a source with its constant times |ratio|, because constants are positive.
+        """Return the source along p: its constant, which is positive, times |ratio|.
 
-        The caller must reverse the command if the ratio is negative.
+        If the ratio is negative, the caller must reverse the command.
         """
         constant = None
         if source.constant is not None:
@@ -164,7 +165,7 @@ class CoordinateFrame:
         return msgspec.structs.replace(source, on=on, constant=constant, effort=effort, limit=limit)
 
     def sensor(self, sensor: Sensor, on: str) -> Sensor:
-        """Return a sensor with its resolution in p; the caller handles the sign of the ratio."""
+        """Return the sensor with its resolution along p; the caller handles a negative ratio."""
         step = sensor.step
         if sensor.counts_per_revolution is not None:
             step = Quantity(TURN / sensor.counts_per_revolution, unit="rad")

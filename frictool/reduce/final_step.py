@@ -1,4 +1,4 @@
-"""Report of a reduction's last step, which results in one inertia."""
+"""Report of the last step of a reduction, which gives one inertia."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frictool.reduce.step_report import StepFigure, StepReport
 
 
 def final(chain: ReductionChain, axis: Axis) -> StepReport:
-    """Return the report, with the error of the polynomials and the neglected effects."""
+    """Return the report of the last step, with the polynomials' error and the neglected effects."""
     one = chain.one
     effort, position, inertia = (si_unit(name, axis) for name in ("effort", "position", "inertia"))
     figures = [StepFigure("inertia", one.inertia, inertia)]

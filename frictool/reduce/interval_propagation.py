@@ -1,10 +1,10 @@
 """Propagation of a mechanism's intervals to the numbers of the reduced model.
 
-Each quantity is set to the ends of its interval while the others keep their values, and the
-mechanism is reduced again; the effects are added. This is exact for sums. For products, it neglects
-the joint effect of several deviations. With up to MOST_CORNERS quantities, every corner of the box
-is reduced as well, so that monotone products are covered. Coulomb friction and breakaway of one
-element are changed together, because the Coulomb friction must not exceed the breakaway.
+Each quantity in turn is set to the ends of its interval, and the mechanism is reduced again; the
+changes of a number are added. This is exact for sums. For products, it neglects the joint effect of
+several changes. Therefore, if there are at most MOST_CORNERS quantities, the mechanism is also
+reduced for every combination of interval ends. Coulomb friction and breakaway of one element are
+changed together, because the Coulomb friction must not exceed the breakaway.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Uncertain = tuple[tuple[Path, Quantity], ...]
 
 
 def uncertain(mechanism: Mechanism) -> Uncertain:
-    """Return every quantity with an interval, and its path of keys in the document."""
+    """Return every quantity with an interval, with the keys that lead to it in the document."""
     return tuple(
         (path, one)
         for path, one in _quantities(mechanism, ())
@@ -47,7 +47,7 @@ def _quantities(node: Any, path: Path) -> Iterator[tuple[Path, Quantity]]:
 
 
 def at(node: Any, path: Path, value: float) -> Any:
-    """Return the document with another value at the keys `path`, without its interval."""
+    """Return the document with another value at the keys `path`, and without an interval there."""
     if isinstance(node, Quantity):
         return Quantity(value, unit=node.unit)
     head = path[0]
@@ -58,7 +58,7 @@ def at(node: Any, path: Path, value: float) -> Any:
 
 
 def _together(intervals: Uncertain) -> list[Uncertain]:
-    """Group the quantities that change together: Coulomb friction and breakaway of one part."""
+    """Group the quantities that change together: Coulomb friction and breakaway of one element."""
     sets: dict[Path, list[tuple[Path, Quantity]]] = {}
     for path, one in intervals:
         joined = path[-2:] in (("parameters", "coulomb"), ("parameters", "breakaway"))
@@ -69,9 +69,9 @@ def _together(intervals: Uncertain) -> list[Uncertain]:
 def _at_corners(
     mechanism: Mechanism, moved: Uncertain, numbers: Callable[[Mechanism], Numbers]
 ) -> Iterator[Numbers]:
-    """Yield the numbers at every corner of these quantities.
+    """Yield the numbers for every combination of interval ends of these quantities.
 
-    Raises NoSolutionError with the names of the quantities if a corner cannot be reduced.
+    Raises NoSolutionError if the mechanism cannot be reduced for a combination.
     """
     for corner in itertools.product(*(one.interval for _, one in moved)):
         there = mechanism
@@ -87,9 +87,9 @@ def _at_corners(
 
 
 def consistent(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with each breakaway at least equal to its Coulomb friction.
+    """Return the mechanism with no breakaway smaller than the element's Coulomb friction.
 
-    At the end of its interval, one of the two values may have passed the other.
+    At an end of its interval, a breakaway may be smaller than the Coulomb friction.
     """
     links = dict(mechanism.links)
     for name, link in links.items():
@@ -106,7 +106,7 @@ def consistent(mechanism: Mechanism) -> Mechanism:
 def propagated(
     mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], progress: Callable[[str], None]
 ) -> Ends:
-    """Return (low, high) of each of `numbers`; without intervals, low and high are the value."""
+    """Return (low, high) of each number; both are the number itself if there are no intervals."""
     centre = numbers(mechanism)
     low, high = dict(centre), dict(centre)
     intervals = uncertain(mechanism)

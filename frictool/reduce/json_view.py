@@ -19,7 +19,7 @@ def json_view(
     model: Model,
     loop: LoopComparison | None = None,
 ) -> dict[str, Any]:
-    """Return the JSON object of a reduction."""
+    """Return the result of a reduction as a JSON object."""
     one = chain.one
     sizes = [len(step.mechanism.blocks) for step in chain.steps] + [1]
     return {

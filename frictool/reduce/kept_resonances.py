@@ -1,8 +1,8 @@
-"""Kept resonances: poles and zeros of the measured position relative to the rigid mechanism.
+"""Poles and zeros of the resonances that a reduction keeps.
 
-Loads and friction against the frame belong to the one inertia and are left out. The remaining
-mechanism is free, with the transfer function 1/(M s^2) far below its resonances; H(s) is its
-transfer function multiplied by M s^2.
+The transfer function from the effort to the measured position is H(s)/(M s^2) with the mass or
+inertia M of the whole mechanism: H(s) = 1 far below the resonances. Loads and friction against the
+frame are left out, because the one inertia contains them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ HIDDEN = 1e-6  # relative distance of a pole and a zero that cancel
 
 
 def resonances(mechanism: Mechanism, source: str, sensor: str) -> Resonances | None:
-    """Return poles and zeros of H(s), from `source` to `sensor`; None if all links are rigid."""
+    """Return poles and zeros of H(s) from `source` to `sensor`; None if all links are rigid."""
     kept = compliant_links(mechanism)
     if not kept:
         return None
@@ -49,7 +49,7 @@ def _between(link: object) -> bool:
 
 
 def _poles(system: Lti) -> list[complex]:
-    """Return all poles but the two of the rigid-body motion."""
+    """Return all poles except the two poles of the rigid-body motion."""
     values = sorted(np.linalg.eigvals(system.a), key=abs)
     return [complex(value) for value in values[2:]]
 
@@ -78,7 +78,7 @@ def _zeros(system: Lti) -> list[complex]:
 def _without_hidden(
     poles: list[complex], zeros: list[complex]
 ) -> tuple[list[complex], list[complex]]:
-    """Cancel equal poles and zeros; their modes are not excited or not measured."""
+    """Cancel equal poles and zeros, which belong to modes that are not excited or not measured."""
     left = list(zeros)
     seen = []
     for pole in poles:

@@ -1,18 +1,19 @@
-"""Replacement of lossy links by lossless links and friction behind them (thesis 2.1.6).
+"""Replacement of each lossy link by a lossless link with friction behind it (thesis 2.1.6).
 
-The loss of a link is proportional to the transmitted effort: its factor is drive_loss if the source
-drives, back_loss if the load drives. At a steady speed the transmitted effort is that of the loads
-and frictions behind the link, so that the loss becomes part of their curves C_+ and C_- (2.15). The
-effort that accelerates a mass m behind the link has the same losses. The reflected mass is
-therefore s m, with 1 - back_loss <= s <= 1 + drive_loss for any load. The model's inertia has the
-value for s = 1 and an interval that contains both ends.
+The loss of a link is the transmitted effort times drive_loss if the source drives, times back_loss
+if the load drives. At a steady speed, the link transmits the efforts of the loads and frictions
+behind it, so that the loss becomes part of their curves C_+ and C_- (2.15). The effort that
+accelerates a mass m behind the link has the same losses. The reflected mass is therefore s m, with
+1 - back_loss <= s <= 1 + drive_loss for any load. The model's inertia is the value for s = 1, with
+an interval for all values of s.
 
-A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: no load moves it. To lower a load
-through it, the source must push. If the load accelerates downwards, it presses less on the link, so
-that s < 0: the reflected inertia is less than that of the motor alone.
+A link with 1 - back_loss < 0 (a thread with mu > tan(alpha)) is irreversible: no load moves it, and
+the source must push to lower a load. If the load accelerates downwards, it presses less on the
+link, so that s < 0: the reflected inertia of the whole mechanism is less than the inertia of the
+motor alone.
 
-An efficiency (2.14) never replaces friction. With a load that drives the motor back, a loop with an
-efficiency alone would be an oscillator without damping, "which is wrong in practice".
+An efficiency (2.14) never replaces friction: with a load that drives the motor back, a loop
+with an efficiency instead of friction would be an oscillator without damping.
 """
 
 from __future__ import annotations
@@ -37,11 +38,13 @@ from frictool.reduce.travel_grid import positions
 def as_friction(
     mechanism: Mechanism, root: str, whole: Mechanism
 ) -> tuple[Mechanism, StepReport, ReflectedInertia]:
-    """Replace the losses of rigid links by friction; also return report and reflected inertia.
+    """Replace the losses of rigid links by friction; return mechanism, report, reflected inertia.
 
-    All blocks must be in the coordinate of one block. whole: document with the original threads and
-    efficiencies. Raises NoSolutionError if the source would have to drive an irreversible link
-    backwards.
+    All blocks must be in the coordinate of one block.
+
+    whole: document with the original threads and efficiencies.
+
+    Raises NoSolutionError if the source would have to drive an irreversible link backwards.
     """
     x = positions(mechanism)
     figures = []
@@ -88,7 +91,7 @@ def as_friction(
 
 
 def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple[float, float]:
-    """Return the least and largest of the slopes `beyond`, each times `helped` and `against`."""
+    """Return the smallest and the largest product of one of `beyond` and one of the two factors."""
     ends = [slope * one for slope in (helped, against) for one in beyond]
     return min(ends), max(ends)
 
@@ -111,9 +114,9 @@ def _losses_report(
 def _reflected_inertia(
     mechanism: Mechanism, root: str, slopes: Mapping[str, tuple[float, float]]
 ) -> ReflectedInertia:
-    """Return bounds of the reflected inertia of all blocks and of the root's body.
+    """Return bounds of the reflected inertia of all blocks, and of the root's rigid body.
 
-    Each block's inertia is multiplied by its slopes, coasting and accelerating.
+    The inertia of each block is multiplied by the block's slopes while coasting and accelerating.
     """
     assembled = assemble_cached(mechanism)
     into = bodies(mechanism, root)
@@ -154,7 +157,7 @@ def _lossless(mechanism: Mechanism, name: str) -> Coupling:
 
 
 def _deepest_first(mechanism: Mechanism, root: str) -> list[str]:
-    """Return the names of lossy rigid links, those farthest from the root first."""
+    """Return the names of lossy rigid links, beginning with the farthest from the root."""
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
     seen = _seen(assembled, root)
@@ -172,7 +175,7 @@ def _seen(assembled: AssembledMechanism, root: str) -> Mapping[int, BlockMotion]
 def _placed(
     assembled: AssembledMechanism, name: str, root: str
 ) -> tuple[Connection, list[int], bool]:
-    """Return the link, the blocks beyond it, and True if its first end is nearer to the root."""
+    """Return the link, the blocks beyond it, and True if the end `a` is nearer to the root."""
     link = next(one for one in connections(assembled) if one.name == name)
     seen = _seen(assembled, root)
     beyond = [number for number, one in seen.items() if name in {step.name for step in one.by}]
@@ -180,7 +183,7 @@ def _placed(
 
 
 def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
-    """Return the note on reversibility; for a thread, by comparison of mu with tan(alpha)."""
+    """Return the note that says if the link is irreversible."""
     original = whole.links.get(name)
     why = f"its efficiency is {1.0 - link.back_loss:.4g} if the load drives"
     if isinstance(original, Screw) and original.friction_coefficient is not None:

@@ -1,4 +1,4 @@
-"""Bandwidth of a mechanism that a controller needs: a decade above its highest crossover."""
+"""Bandwidth that a reduction needs for a controller: ten times the highest crossover frequency."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ ABOVE = 10.0  # bandwidth relative to the crossover frequency
 
 
 def bandwidth_of(controller: Controller) -> float:
-    """Return ten times the highest crossover [rad/s]; raise NoSolutionError if there is none."""
+    """Return ten times the loops' highest crossover frequency [rad/s].
+
+    Raises NoSolutionError if no loop has a crossover.
+    """
     lag = controller.bench.actuator.loop_time_constant_s
     frequencies = []
     for vertex in controller.verified.vertices:

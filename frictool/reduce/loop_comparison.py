@@ -1,8 +1,9 @@
-"""Comparison of the whole mechanism and its one inertia under the same controller and reference.
+"""Comparison of the whole mechanism with its one-inertia model, under the same control.
 
-The true positions and the response times are compared. The positions may differ by the backlash
-plus `tolerance` times the present step of the reference (at least the encoder's step). The response
-times may differ by `tolerance` times that of the whole mechanism (at least the sample period).
+The controller and the reference are the same. The positions may differ by the backlash plus
+`tolerance` times the last step of the reference, or plus one encoder step if this is more. The
+response times may differ by `tolerance` times the response time of the whole mechanism, or by one
+sample period if this is more.
 """
 
 from __future__ import annotations
@@ -20,12 +21,14 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class LoopStep:
-    """Comparison over one hold, an interval of constant reference.
+    """Comparison during one hold, which is a time of constant reference.
 
-    time: start of the hold [s]. origin, target: reference before and during the hold [rad | m].
-    distance: largest difference between the two positions [rad | m]. at_the_end: this difference at
-    the end of the hold [rad | m]. whole_s, reduced_s: response times [s]. allowed: largest allowed
-    difference [rad | m].
+    time: start of the hold [s].
+    origin, target: reference before and during the hold [rad | m].
+    distance: largest difference of the two positions during the hold [rad | m].
+    at_the_end: difference of the two positions at the end of the hold [rad | m].
+    whole_s, reduced_s: response times of the whole mechanism and of the one inertia [s].
+    allowed: largest allowed difference of the positions [rad | m].
     """
 
     time: float
@@ -40,7 +43,11 @@ class LoopStep:
 
 @dataclass(frozen=True)
 class LoopComparison:
-    """Comparison over all holds; refused: message on the first difference not allowed, or None."""
+    """Comparison during all holds.
+
+    steps: comparison during each hold.
+    refused: message on the first difference that is too large; None if there is none.
+    """
 
     steps: tuple[LoopStep, ...]
     refused: str | None
@@ -49,7 +56,11 @@ class LoopComparison:
 def in_loop(
     whole: Stream, reduced: Stream, resolution: float, play: float, tolerance: float
 ) -> LoopComparison:
-    """Compare two logs of one scenario; resolution, play: encoder step and backlash [rad | m]."""
+    """Compare the logs of the whole mechanism and of the one inertia in one scenario.
+
+    resolution: encoder step [rad | m].
+    play: width of the backlash [rad | m].
+    """
     reference = whole.signals["reference"]
     time = whole.time
     one, other = whole.signals["position_true"], reduced.signals["position_true"]
@@ -105,7 +116,7 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
 
 
 def _holds(reference: Vector) -> list[tuple[int, int]]:
-    """Return first sample and end of each stretch of constant reference longer than 20 samples."""
+    """Return (first sample, end) of each hold that is longer than 20 samples."""
     changes = np.flatnonzero(np.diff(reference) != 0.0) + 1
     ends = [0, *changes.tolist(), reference.size]
     return [(first, last) for first, last in itertools.pairwise(ends) if last - first > 20]

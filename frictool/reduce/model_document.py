@@ -39,14 +39,14 @@ Ends = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class _Estimates:
-    """Numbers of one inertia with their intervals `ends`, by the names in OneInertia.scalars."""
+    """Numbers of a one-inertia model, and their intervals `ends` by the same names."""
 
     one: OneInertia
     ends: Ends
     axis: Axis
 
     def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
-        """Return the estimate of a number; with another `value`, its interval is shifted."""
+        """Return the estimate of the number `name`; another `value` shifts its interval."""
         nominal = self.one.scalars()[name]
         centre = nominal if value is None else value
         low, high = (end + centre - nominal for end in self.ends.get(name, (nominal, nominal)))
@@ -62,7 +62,7 @@ class _Estimates:
         )
 
     def level(self, name: str, side: DirectionFriction) -> Estimate:
-        """Return a direction's Coulomb friction or breakaway: the mean of its polynomial."""
+        """Return the estimate of a Coulomb friction or breakaway: the mean of the polynomial."""
         low, high = self.one.ends
         terms = side.breakaway_terms if name.endswith("breakaway") else side.coulomb.coefficients
         return self.of(name, "effort", mean_of(terms, low, high))
@@ -73,9 +73,8 @@ def model_of(
 ) -> Model:
     """Return the model document of a reduction.
 
-    ends: intervals by the names of OneInertia.scalars. bench: the user's bench; without one, the
-    bench follows from the mechanism. Raises NoSolutionError if the bench contradicts the mechanism,
-    or if the source has no limit.
+    ends: intervals by the names of OneInertia.scalars.
+    bench: the user's bench; None for a bench made from the mechanism.
     """
     one = chain.one
     axis = axis_kind(chain.last.blocks[chain.last.sources[chain.source].on])
@@ -139,7 +138,7 @@ def _laws(estimates: _Estimates, forward: Parameters) -> Laws:
 
 
 def _load(estimates: _Estimates) -> Load | None:
-    """Return a spring or a harmonic; on a rotary axis the harmonic of number 1 is gravity."""
+    """Return the load law; on a rotary axis, a harmonic of number 1 is gravity."""
     one = estimates.one.residual
     axis = estimates.axis
     if one.number == 0.0:
@@ -186,7 +185,7 @@ def _position(one: OneInertia, axis: Axis) -> FrictionOverPosition | None:
 
 
 def bench_of(chain: ReductionChain, ends: Ends, axis: Axis) -> Bench:
-    """Return the bench of the controlled source and sensor.
+    """Return a bench made from the controlled source and sensor of the mechanism.
 
     Raises NoSolutionError if the source has no limit.
     """
@@ -261,7 +260,7 @@ def _actuator(source: Source, name: str, axis: Axis) -> Actuator:
 
 
 def _encoder(chain: ReductionChain, axis: Axis) -> Encoder:
-    """Return the sensor's encoder; a perfect sensor has a very small step."""
+    """Return the sensor as an encoder; a sensor without resolution gets a very small step."""
     sensor: Sensor = chain.whole.sensors[chain.sensor]
     sign = next(
         (step.report.figures[0].value for step in chain.steps if step.report.step == "sensor"), 1.0
@@ -275,9 +274,9 @@ def _encoder(chain: ReductionChain, axis: Axis) -> Encoder:
 
 
 def merged(bench: Bench, derived: Bench) -> Bench:
-    """Return the user's bench, completed by values of the mechanism.
+    """Return the user's `bench`, with missing values from the mechanism's bench `derived`.
 
-    Raises NoSolutionError if bench and mechanism contradict each other.
+    Raises NoSolutionError if the two benches contradict each other.
     """
     pairs = {
         "axis": (bench.axis, derived.axis),

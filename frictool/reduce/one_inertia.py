@@ -2,11 +2,12 @@
 
     J theta'' = u - C_r(theta, sign(theta'))        (2.24)-(2.29)
 
-While the backlash is open (4.45), only the blocks between the source and the backlash move, against
-the friction of these blocks. A pushed block behind backlash lags the source by half the backlash.
-The curve of each direction is therefore evaluated at the lagging position of the block. The model
-neglects the masses behind an open backlash, the difference between polynomial and curve, and the
-order in which several backlashes open.
+J is the inertia, theta the position, u the effort of the source, and C_r the resistance. While the
+backlash is open (4.45), only the blocks between the source and the backlash move, against the
+friction of these blocks. A pushed block behind backlash lags the source by half the backlash. The
+resistance of the block is therefore evaluated at its lagging position. The model neglects the
+masses behind an open backlash, the error of the polynomials, and the order in which several
+backlashes open.
 """
 
 from __future__ import annotations
@@ -39,12 +40,14 @@ FLAT = 1e-9  # variation of a constant curve, relative to the mean
 
 @dataclass(frozen=True)
 class DirectionFriction:
-    """Friction of one direction over the travel [N m | N], positive if it opposes the motion.
+    """Friction in one direction, by position [N m | N], positive if it opposes the motion.
 
-    coulomb: polynomial of the Coulomb friction. extra: polynomial of the breakaway minus the
-    Coulomb friction. curve, breakaway: Coulomb friction and breakaway, each (n,), that the
-    polynomials approximate. met: mask (n,) of the positions at which the source can push the blocks
-    behind the backlash, because these blocks are within their travel.
+    coulomb: polynomial of the Coulomb friction.
+    extra: polynomial of the breakaway minus the Coulomb friction.
+    curve: Coulomb friction (n,) that `coulomb` approximates.
+    breakaway: breakaway (n,) that `coulomb` plus `extra` approximates.
+    met: mask (n,), True where the source can push the blocks behind the backlash, because these
+        blocks are within their travel.
     """
 
     coulomb: PolynomialFit
@@ -54,12 +57,12 @@ class DirectionFriction:
     met: NDArray[np.bool_]
 
     def level(self, low: float, high: float) -> float:
-        """Return the mean of the Coulomb polynomial."""
+        """Return the mean of the polynomial `coulomb` from position `low` to `high`."""
         return mean_of(self.coulomb.coefficients, low, high)
 
     @property
     def breakaway_terms(self) -> tuple[float, ...]:
-        """Return the coefficients of the breakaway: those of `coulomb` plus those of `extra`."""
+        """Return the coefficients of the breakaway's polynomial, `coulomb` plus `extra`."""
         first, second = self.coulomb.coefficients, self.extra.coefficients
         count = max(len(first), len(second))
         padded = [(*terms, *(0.0 for _ in range(count - len(terms)))) for terms in (first, second)]
@@ -67,7 +70,7 @@ class DirectionFriction:
 
     @property
     def misses(self) -> float:
-        """Return the largest error of the Coulomb polynomial relative to the mean friction."""
+        """Return the largest error of the polynomial `coulomb`, relative to the mean friction."""
         return (
             self.coulomb.error / max(float(np.mean(self.curve)), 1e-300)
             if len(self.coulomb.coefficients) > 1
@@ -84,11 +87,15 @@ class DirectionFriction:
 class OneInertia:
     """One-inertia model in SI units, in the coordinate of the reduced mechanism.
 
-    inner: inertia that moves while the backlash is open. residual: load that friction does not
-    hold. inside: Coulomb friction while the backlash is open. positions: positions (n,) of the
-    curves. restitution: coefficient of restitution of the end stops that are not behind backlash.
-    reflected: bounds of the inertia due to losses. travel: travel of the source's block between the
-    end stops.
+    inertia: inertia or mass of all blocks.
+    inner: inertia or mass that moves while the backlash is open.
+    viscous: coefficient of viscous friction.
+    residual: law of the load that friction does not hold.
+    inside: Coulomb friction while the backlash is open.
+    positions: positions (n,) at which the curves of friction are evaluated.
+    restitution: coefficient of restitution of the end stops that are not behind backlash.
+    reflected: bounds of the inertia through lossy links, relative to `inertia`.
+    travel: travel of the source's block between the end stops; None if it is unknown.
     """
 
     inertia: float
@@ -113,7 +120,7 @@ class OneInertia:
         return float(self.positions[0]), float(self.positions[-1])
 
     def scalars(self) -> dict[str, float]:
-        """Return the numbers that have intervals, by the names of model.yaml."""
+        """Return name in model.yaml -> value, for each number that may have an interval."""
         low, high = self.ends
         width = high - low
 
@@ -158,11 +165,14 @@ def one_inertia(
     turns: Sequence[float] = (),
     number: float | None = None,
 ) -> OneInertia:
-    """Reduce a mechanism with all blocks in one coordinate and lossless rigid links to one inertia.
+    """Reduce a mechanism to one inertia.
 
-    reflected: bounds of the inertia due to the losses that were removed. side: -1 if the sensor
-    counts against the coordinate. turns: likely numbers of the load's harmonic, as in
-    `fit_residual_load`. number: number of the harmonic if it is known.
+    All blocks must be in the coordinate of one block, and the rigid links lossless.
+
+    reflected: bounds of the inertia through the lossy links that were replaced.
+    side: -1 if the sensor counts down for motion in the positive direction, else 1.
+    turns: likely values of `number`.
+    number: number of the load's harmonic (residual_load.py); None if unknown.
 
     Raises NoSolutionError if no model.yaml can describe the load that friction does not hold.
     """
@@ -240,7 +250,7 @@ def _positions(
 ) -> Vector:
     """Return the positions (n,) of the source's block at which the curves are evaluated.
 
-    They include those at which blocks behind backlash meet points of their curves.
+    The positions include those at which a block behind backlash is at a point of its curve.
     """
     x = positions(mechanism)
     low, high = (float(x[0]), float(x[-1])) if travel is None else travel
@@ -254,9 +264,9 @@ def _positions(
 def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, float] | None:
     """Return the travel of the source's block between its end stops; None if it is unknown.
 
-    A stop behind backlash is shifted outwards by half of the backlash. If `travel` of the document
-    ends before the stops, it is used instead. Raises NoSolutionError if that `travel` is beyond a
-    stop.
+    A stop behind backlash is shifted outwards by half of the backlash. If an end of the document's
+    `travel` lies inside a stop, this end is used instead of the stop. Raises NoSolutionError if the
+    whole `travel` lies beyond a stop.
     """
     lows = []
     highs = []
@@ -302,9 +312,9 @@ def stiffened(mechanism: Mechanism) -> Mechanism:
 def _met(
     mechanism: Mechanism, x: Vector, behind: Mapping[str, float], direction: float
 ) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the positions at which the source can push the part behind backlash.
+    """Return a mask (n,), True where the source can push the blocks behind backlash.
 
-    At these positions the part behind the backlash is within its travel.
+    At these positions, the blocks behind the backlash are within their travel.
     """
     grid = positions(mechanism)
     shift = 0.5 * direction * max(behind.values(), default=0.0)

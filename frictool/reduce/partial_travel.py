@@ -1,4 +1,4 @@
-"""Restriction of a mechanism to a part of its travel, such as one side of a default position."""
+"""Restriction of a mechanism to a part of its travel."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frictool.errors import FrictoolError
 
 
 class OutsideTravelError(FrictoolError):
-    """Error: a requested travel is not within the travel of the mechanism."""
+    """Error for a requested travel that is not within the mechanism's travel."""
 
 
 def restrict_travel(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:

@@ -16,7 +16,11 @@ NOTHING = 1e-12  # relative to the mean at the far end of the travel: smaller co
 
 
 class PolynomialFit(NamedTuple):
-    """Coefficients of a fit, lowest power first [SI], and its largest error [N m | N]."""
+    """Polynomial fitted to a curve.
+
+    coefficients: coefficients, lowest power first [SI].
+    error: largest absolute error [N m | N].
+    """
 
     coefficients: tuple[float, ...]
     error: float
@@ -25,9 +29,9 @@ class PolynomialFit(NamedTuple):
 def fit_polynomial(x: Vector, values: Vector, over: tuple[float, float]) -> PolynomialFit:
     """Fit a nonnegative polynomial to the curve (x, values), both (n,).
 
-    A constant is added if the polynomial would be negative within `over`, a range that contains x.
-    With least squares at Chebyshev nodes, the largest error is near its minimum. The error is
-    computed from the coefficients as rounded for model.yaml.
+    The fit is by least squares at Chebyshev nodes, so that the largest error is nearly as small as
+    possible. A constant is added if the polynomial would be negative within `over`, a range that
+    contains x. The error is computed from the coefficients as rounded for model.yaml.
     """
     low, high = float(x[0]), float(x[-1])
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(
@@ -56,6 +60,6 @@ def fit_polynomial(x: Vector, values: Vector, over: tuple[float, float]) -> Poly
 
 
 def mean_of(coefficients: tuple[float, ...], low: float, high: float) -> float:
-    """Return the mean of the polynomial over [low, high]."""
+    """Return the mean of the polynomial from `low` to `high`."""
     whole = np.polynomial.Polynomial(coefficients).integ()
     return float((whole(high) - whole(low)) / (high - low))

@@ -31,12 +31,12 @@ class ReductionRequest:
         Resonances below this frequency [rad/s] are kept, resonances above it removed; required if a
         link is compliant.
     travel : tuple of float or None
-        Part (low, high) of the travel to reduce, in the coordinate of the sensor [rad | m]; None:
-        the whole travel.
+        Part (low, high) of the travel for which the model is made, in the coordinate of the sensor
+        [rad | m]; None: the whole travel.
     tolerance : float
         Largest error of a step, relative to the travelled distance.
     bench : Bench or None
-        Bench of the model; None: a bench from the mechanism's source and sensor.
+        Bench of the model; None: a bench made from the mechanism's source and sensor.
     """
 
     bandwidth: float | None = None
@@ -45,7 +45,10 @@ class ReductionRequest:
     bench: Bench | None = None
 
     def part_of(self, whole: Mechanism) -> Mechanism:
-        """Return the mechanism with the requested travel; raise the errors of `restrict_travel`."""
+        """Return the mechanism with the requested travel.
+
+        Raises OutsideTravelError if this travel is not within the mechanism's travel.
+        """
         return whole if self.travel is None else restrict_travel(whole, self.travel)
 
 
@@ -77,14 +80,14 @@ def reduce(
     request : ReductionRequest, optional
         resonances to keep, travel, tolerance and bench
     provenance : Provenance, optional
-        origin to be written into the model; None: this call
+        provenance to be written into the model; None: that of this call
     progress : Callable, optional
-        callback with the name of the stage that begins
+        callback that receives the name of each stage when it begins
 
     Returns
     -------
     Reduction
-        steps, model and check
+        steps, model, and check by simulation
 
     Raises
     ------
@@ -113,7 +116,7 @@ def reduction(
 ) -> Reduction:
     """Reduce the mechanism, propagate the intervals, and simulate every step.
 
-    Raises the errors of `chain` and `check_reduction`, and OutsideTravelError.
+    Raises OutsideTravelError, or NoSolutionError if a step is impossible or its error too large.
     """
     whole = request.part_of(mechanism)
     steps = chain(whole, request.bandwidth, progress)

@@ -1,6 +1,6 @@
-"""Chain of the reduction's steps, from the whole mechanism to one inertia.
+"""Chain of the steps of a reduction, from the whole mechanism to one inertia.
 
-The mechanism after each step can be simulated.
+Each step gives a mechanism that can be simulated.
 """
 
 from __future__ import annotations
@@ -37,9 +37,12 @@ class ReductionStep:
 class ReductionChain:
     """Chain of the steps of a reduction.
 
-    whole: the user's mechanism. steps: completed steps in order. one: one-inertia model of the
-    mechanism after the last step. source, sensor: names of those that the controller uses. kept:
-    names of the compliant links that remain. play: width of each backlash.
+    whole: mechanism before the first step.
+    steps: completed steps in order.
+    one: one-inertia model of the mechanism after the last step.
+    source, sensor: names of the source and the sensor that the controller uses.
+    kept: names of the links that are still compliant after the last step.
+    play: width of each backlash, at its block, the actuator and the sensor.
     """
 
     whole: Mechanism
@@ -52,12 +55,15 @@ class ReductionChain:
 
     @property
     def last(self) -> Mechanism:
-        """Return the mechanism after the last step, with the blocks of the kept resonances."""
+        """Return the mechanism after the last step; links with kept resonances are compliant."""
         return self.steps[-1].mechanism
 
 
 class ReductionStopped(NoSolutionError):
-    """Error: a reduction could not be completed; steps: the completed steps."""
+    """Error for a reduction that could not be completed.
+
+    steps: steps completed before.
+    """
 
     def __init__(self, message: str, steps: tuple[ReductionStep, ...]) -> None:
         super().__init__(message)
@@ -70,10 +76,11 @@ def chain(
     progress: Progress = lambda _: None,
     number: float | None = None,
 ) -> ReductionChain:
-    """Make every step of the reduction.
+    """Make all steps of the reduction of `whole`.
 
     bandwidth: frequency [rad/s] above which resonances are removed; required if a link is
-    compliant. number: number of the load's harmonic, `known` of `fit_residual_load`.
+        compliant.
+    number: number of the load's harmonic (residual_load.py); None if unknown.
 
     Raises ElementError if the mechanism is invalid or its sensor measures no position. Raises
     ReductionStopped, with the steps so far, if the mechanism has several independent motions,
@@ -151,14 +158,14 @@ def _chain(
 
 
 def _turns(whole: Mechanism, source: str, there: CoordinateFrame) -> tuple[float, ...]:
-    """Return how far each rotary block turns [rad] per unit at the sensor with frame `there`."""
+    """Return how far each rotary block turns [rad] if the sensor's block moves by one unit."""
     here = from_reference(whole, source)
     frames = [here.frame(name) for name in here.assembled.blocks]
     return tuple(abs(frame.ratio / there.ratio) for frame in frames if frame.block_axis == "rotary")
 
 
 def _one_command(whole: Mechanism, source: str) -> None:
-    """Raise NoSolutionError if the mechanism has a second commanded source."""
+    """Raise NoSolutionError if another source than `source` is commanded, too."""
     others = [
         name for name, one in whole.sources.items() if name != source and one.drive != "effort"
     ]

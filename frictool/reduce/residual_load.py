@@ -3,8 +3,8 @@
     load(x) = offset + stiffness x + sine sin(number x) + cosine cos(number x)
 
 The law has a spring or a harmonic, not both. For gravity on an arm behind a gear of ratio r,
-`number` is r; for cogging it is the number of poles. The ratios of the rotary blocks are tried
-first, because gravity has one of them. Then any number is tried.
+`number` is r; for cogging, `number` is the number of poles. The ratios of the rotary blocks are
+tried first, because gravity has one of them as `number`. Then any number is tried.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ NUMBERS = 300  # numbers that are tried before the best is refined
 
 @dataclass(frozen=True)
 class ResidualLoad:
-    """Load law in SI; by default no load."""
+    """Coefficients of the load law in SI; by default there is no load."""
 
     offset: float = 0.0
     stiffness: float = 0.0
@@ -40,7 +40,7 @@ class ResidualLoad:
     cosine: float = 0.0
 
     def at(self, x: Vector) -> Vector:
-        """Return the load (n,) [N m | N] that opposes a positive effort at positions (n,)."""
+        """Return the load (n,) [N m | N] at x (n,), positive if it opposes a positive effort."""
         straight = self.offset + self.stiffness * x
         return np.asarray(
             straight + self.sine * np.sin(self.number * x) + self.cosine * np.cos(self.number * x)
@@ -49,7 +49,11 @@ class ResidualLoad:
 
 @dataclass(frozen=True)
 class LoadUnits:
-    """Names and units for error messages; side: -1 if the sensor counts against x."""
+    """Names and units for error messages.
+
+    name: name of the mechanism.
+    side: -1 if the sensor counts down for rising x, else 1.
+    """
 
     name: str
     effort: str
@@ -67,17 +71,20 @@ def fit_residual_load(
 ) -> ResidualLoad:
     """Return the simplest load law for which friction holds the remaining load.
 
-    The remaining load is the load minus the law. Candidates are tried from simple to general,
-    beginning with no law. A candidate is acceptable if friction holds the remaining load. `misses`
-    returns the error of the friction's polynomials for a candidate. The result is the first
-    acceptable candidate with an error of at most FITS, else the acceptable candidate with the
-    smallest error.
+    The remaining load is the load minus the law. A law is acceptable if friction holds the
+    remaining load. Laws are tried from simple to general, beginning with no load. The result is the
+    first acceptable law with an error of the friction's polynomials of at most FITS; without one,
+    it is the acceptable law with the smallest error.
 
-    x: positions (n,). turns: likely numbers of a harmonic. known: number of the harmonic for the
-    same mechanism with other values, 0 if it has none.
+    x: positions (n,).
+    resistance: resistance at x in the two directions.
+    turns: likely values of `number`.
+    misses: function that returns the error of the friction's polynomials with a law.
+    known: `number` of the law of the same mechanism with other values, 0 for a law without
+        harmonic; None if unknown.
 
-    Raises NoSolutionError if no candidate is acceptable; the message states the parts of the travel
-    on which a constant or a spring would be sufficient.
+    Raises NoSolutionError if no law is acceptable. The message names parts of the travel for which
+    a constant or a spring suffices.
     """
     mean, half = resistance.mean, resistance.half
     scale = max(float(np.max(np.abs(mean))), 1e-300)
@@ -98,7 +105,7 @@ def fit_residual_load(
 def _laws(
     x: Vector, mean: Vector, turns: Iterable[float], known: float | None
 ) -> Iterator[ResidualLoad]:
-    """Yield candidates: a known harmonic first, then the others from simple to general."""
+    """Yield laws to try: a known harmonic first, then other laws from simple to general."""
     if known:
         yield _harmonic(x, mean, known)
     yield ResidualLoad()
@@ -129,7 +136,7 @@ def _harmonic(x: Vector, mean: Vector, number: float) -> ResidualLoad:
 
 
 def _numbers(x: Vector) -> tuple[float, float]:
-    """Return the range of numbers that positions x can resolve."""
+    """Return the smallest and the largest `number` that the positions x resolve."""
     return LEAST_TURN / float(x[-1] - x[0]), 2.0 * math.pi / (
         POINTS_PER_CYCLE * float(np.median(np.diff(x)))
     )
@@ -165,7 +172,7 @@ def _short(one: ResidualLoad, x: Vector, mean: Vector, half: Vector) -> float:
 
 
 def _rounded(one: ResidualLoad, scale: float, x: Vector) -> ResidualLoad:
-    """Set terms to 0 that are negligible against the largest load."""
+    """Return the law without terms that are negligible against the largest load."""
 
     def kept(value: float, reach: float = 1.0) -> float:
         return 0.0 if abs(value) * reach < NOTHING * scale else value
@@ -194,9 +201,9 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
 
 
 def _straight(x: Vector, mean: Vector, half: Vector) -> Callable[[slice], bool]:
-    """Return a function that is true on parts of the travel with a simple load.
+    """Return a function that is True for parts of the travel with a simple load.
 
-    On such a part, friction holds the load after a constant or a line is subtracted.
+    On these parts, friction holds the load minus a constant or a line.
     """
 
     def holds(part: slice) -> bool:

@@ -1,8 +1,8 @@
-"""Loads and Coulomb friction of a block as one curve per direction, C_+(x) and C_-(x).
+"""Load and Coulomb friction of a block as one curve per direction, C_+(x) and C_-(x).
 
-In a mechanism two elements represent the pair of curves: a spring with their mean, and a cam of
-angle 0 with half their difference as friction. Speed-dependent friction remains separate; the loss
-of a link towards the source raises the level of this friction.
+Two elements of a mechanism represent the pair of curves: a spring with the mean of both, and a cam
+of angle 0 with half the difference as friction. Speed-dependent friction remains a separate
+element, raised by the losses of the link towards the source.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ NOTHING = 1e-12  # largest omitted curve, relative to the largest effort
 class LinkLoss:
     """Losses of a link of ratio 1. The near side is the side of the source.
 
-    drive, back: lost effort divided by the transmitted effort, if the near side drives and if the
-    far side drives. from_near: True if end `a` of the link is the near side; the loss is added to
-    the effort on `a`.
+    drive: lost effort divided by the transmitted effort if the near side drives.
+    back: the same quotient if the far side drives.
+    from_near: True if end `a` of the link is the near side.
     """
 
     drive: float
@@ -45,7 +45,7 @@ class LinkLoss:
 
     @property
     def slopes(self) -> tuple[float, float]:
-        """Return the factors from far to near side for efforts with and against the motion.
+        """Return the quotients near/far of the efforts with and against the motion.
 
         Raises NoSolutionError if the near side would have to drive an irreversible link backwards.
         """
@@ -60,7 +60,7 @@ class LinkLoss:
 
     @property
     def factor(self) -> float:
-        """Return the factor from far to near side for friction, which always opposes the motion."""
+        """Return the quotient near/far of the efforts at the two sides for friction."""
         return 1.0 + self.drive if self.from_near else 1.0 / (1.0 - self.back)
 
 
@@ -69,10 +69,12 @@ NO_LOSS = LinkLoss(0.0, 0.0, True)
 
 @dataclass(frozen=True)
 class DirectedResistance:
-    """Resistance at positions (n,), forward and backward, in slip and at rest [N m | N].
+    """Resistance at n positions in the two directions of motion, in slip and at rest [N m | N].
 
-    `falling`: friction that falls with speed; its drop from rest to slip is not included in the
-    breakaways. `damping`: resistance divided by speed.
+    forward, backward: resistance (n,) in slip.
+    breakaway_forward, breakaway_backward: resistance (n,) at rest, without the drops in `falling`.
+    falling: speed-dependent parts of the friction.
+    damping: quotient of resistance and speed.
     """
 
     forward: Vector
@@ -96,7 +98,7 @@ class DirectedResistance:
 def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResistance:
     """Return the resistance (thesis 2.28) of a block, reflected through a lossy link (2.15).
 
-    Speed-dependent friction is multiplied by the loss factor of an opposing load.
+    Speed-dependent friction is multiplied by the quotient near/far for an opposing effort.
     """
     rest = block.pressed_breakaway
     raised = tuple(
@@ -116,7 +118,7 @@ def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResi
 
 
 def position_elements(mechanism: Mechanism, block: str) -> tuple[str, ...]:
-    """Return the names of the links to be replaced by curves of the block's resistance."""
+    """Return the names of the links that curves of the block's resistance replace."""
 
     def is_one(link: Link) -> bool:
         if isinstance(link, Spring):
@@ -133,7 +135,7 @@ def as_curves(
     x: Vector,
     loss: LinkLoss = NO_LOSS,
 ) -> Mechanism:
-    """Replace the block's links to the frame and its constant efforts by curves over x (n,)."""
+    """Replace the frame links and the constant efforts of `block` by curves over x (n,)."""
     number = assembled.blocks.index(block)
     directed = resistance(resisting(assembled, number, x), loss)
     replaced = position_elements(mechanism, block)
@@ -186,7 +188,7 @@ def breakaway_ratio(directed: DirectedResistance) -> float:
 
 
 def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> FrictionOf:
-    """Return friction as a Stribeck law, or as law `svc` if it does not fall with speed."""
+    """Return speed-dependent friction as a Stribeck law, or as law `svc` if it does not fall."""
     axis: Axis = "rotary" if rotary else "linear"
     effort, viscous = si_unit("effort", axis), si_unit("viscous", axis)
     parameters = {

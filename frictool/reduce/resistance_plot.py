@@ -1,4 +1,4 @@
-"""Plot of the resisting effort over the position (as figure 2.14) and the model's polynomials."""
+"""Plot of the resistance against position (as figure 2.14 of the thesis), and its polynomials."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def picture(chain: ReductionChain, model: Model) -> str:
 
 
 def figure(chain: ReductionChain, model: Model) -> Figure:
-    """Return a figure of C_r(theta, sign) and the load, and of the fit error in lower axes."""
+    """Return a figure of the resistance and the load, with the error of the polynomials below."""
     one = chain.one
     unit = si_unit("position", model.axis)
     effort = si_unit("effort", model.axis)

@@ -1,9 +1,9 @@
 """Springs, cams and friction of each block as one curve C_r(theta, sign), thesis (2.28)-(2.29).
 
-The step also checks at all positions whether the block is irreversible (2.27): C_+ >= 0 >= C_-, so
-that friction holds the load. If so, the load becomes part of the friction, with a separate level
-for each direction. This does not change the state at rest, because the axis sticks between the same
-two efforts.
+The step also checks at all positions if the block is irreversible (2.27), which means C_+ >= 0 >=
+C_-: friction holds the load. If so, the load becomes part of the friction, with a separate level
+for each direction. The rest of the axis does not change, because it sticks between the same two
+efforts.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class IrreversibilityMargin:
-    """Smallest margin [N m | N] by which friction holds the load; negative if it does not.
+    """Smallest margin [N m | N] by which friction holds the load; negative if the load moves.
 
     position: position of the smallest margin [rad | m].
     """
@@ -43,7 +43,7 @@ class IrreversibilityMargin:
 
 
 def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
-    """Return the margin of irreversibility over the positions x (n,): the least of C_+ and -C_-."""
+    """Return the margin of irreversibility: the least of C_+ and -C_- at positions x (n,)."""
     margin = np.minimum(directed.forward, -directed.backward)
     worst = int(np.argmin(margin))
     return IrreversibilityMargin(
@@ -54,7 +54,7 @@ def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMarg
 def in_contact(
     mechanism: Mechanism, x: Vector, behind: Mapping[str, float] | None = None
 ) -> DirectedResistance:
-    """Return the sum of the resistances of all blocks, with the source at x (n,) [rad | m].
+    """Return the sum of the resistances of all blocks; x (n,): source positions [rad | m].
 
     behind: backlash between the source and each block [rad | m]. A pushed block lags the source by
     half of this backlash; its resistance is evaluated at the position of the block. If `behind` is
@@ -147,7 +147,7 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
 
 
 def _unchanged(directed: DirectedResistance, largest: float) -> str:
-    """Describe a step that replaces nothing."""
+    """Return a text that says why the step replaces nothing."""
     varies = (
         max(float(np.ptp(directed.forward)), float(np.ptp(directed.backward))) > NOTHING * largest
     )
@@ -159,7 +159,7 @@ def _unchanged(directed: DirectedResistance, largest: float) -> str:
 
 
 def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Return a text for each link of `names` whose friction has states; curves neglect states."""
+    """Return a text on each link in `names` with friction that has states, which curves neglect."""
     links = [(name, mechanism.links[name]) for name in names]
     return [
         f"presliding and memory of {name} ({link.law})"
@@ -169,7 +169,7 @@ def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
 
 
 def _is_curve(mechanism: Mechanism, block: str) -> bool:
-    """Return True if the block's loads are one curve for each direction already."""
+    """Return True if the block's loads are already one curve for each direction."""
     links = [mechanism.links[name] for name in position_elements(mechanism, block)]
     springs, cams = (
         [one for one in links if isinstance(one, Spring)],

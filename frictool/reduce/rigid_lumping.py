@@ -1,4 +1,4 @@
-"""Merging of blocks with plain rigid links between them to one block (thesis 2.1.5, 2.2.4).
+"""Merging of blocks that rigid links without backlash or loss connect (thesis 2.1.5, 2.2.4).
 
 The step is exact. All blocks are in the coordinate of one block (coordinate_change.py), so that
 every link has the ratio 1.
@@ -19,7 +19,7 @@ from frictool.reduce.step_report import StepFigure, StepReport
 
 
 def lump_rigid_links(mechanism: Mechanism, root: str) -> tuple[Mechanism, StepReport]:
-    """Merge blocks with plain rigid links; their elements move to the block nearest to `root`."""
+    """Merge rigidly linked blocks; their elements move to the block nearest to `root`."""
     into = bodies(mechanism, root)
     masses: dict[str, list[Quantity]] = {}
     for name, block in mechanism.blocks.items():
@@ -57,7 +57,7 @@ def lump_rigid_links(mechanism: Mechanism, root: str) -> tuple[Mechanism, StepRe
 
 
 def bodies(mechanism: Mechanism, root: str) -> dict[str, str]:
-    """Return, for the name of each block, the name of the block with which it is merged."""
+    """Return name of a block -> name of the block into which it is merged."""
     assembled = assemble_cached(mechanism)
     names = assembled.blocks
     links = connections(assembled)

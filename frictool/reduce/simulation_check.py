@@ -1,9 +1,10 @@
-"""Check of a reduction by simulation: comparison of each step with the preceding one and the whole.
+"""Check of a reduction by simulation of the mechanism after each step.
 
-Every mechanism is simulated with the commands of check_commands.py. The positions of the sensor's
-block are compared while both are within the travel. The allowed error of a step is the backlash at
-the sensor plus `tolerance` times the distance that the run travels forth and back. The error that a
-step predicts in closed form must be below `tolerance`, too.
+The mechanism after each step is compared with the mechanism before the step, under the commands of
+check_commands.py. The positions of the sensor's block are compared while both are within the
+travel. The allowed difference is the backlash at the sensor plus `tolerance` times the distance
+that the run travels forth and back. The relative error that a step predicts in closed form must be
+below `tolerance`, too.
 """
 
 from __future__ import annotations
@@ -36,9 +37,11 @@ TOLERANCE = 0.05  # relative to the distance; "response time within 5 %"
 class SimulationCheck:
     """Result of the check of a reduction.
 
-    reports: reports of all steps with measured errors; the last one is the step to one inertia.
-    play: backlash at the sensor [rad | m]. runs: number of runs. unit: unit of positions at the
-    sensor. refused: message on the first error above the allowed one; None if the check passed.
+    reports: reports of all steps, with measured errors; the last step gives the one inertia.
+    play: backlash at the sensor [rad | m].
+    runs: number of runs.
+    unit: unit of positions at the sensor.
+    refused: message on the first error that is too large; None if the check passed.
     """
 
     reports: tuple[StepReport, ...]
@@ -50,7 +53,7 @@ class SimulationCheck:
 
     @property
     def verdict(self) -> str:
-        """Return one line that states whether the mechanism was reduced, and the error."""
+        """Return one line that says if the mechanism was reduced, with the error."""
         last = self.reports[-1].measured
         assert last is not None
         if self.refused is not None:
@@ -74,7 +77,7 @@ def check_reduction(
 
     final: report of the last step.
 
-    Raises NoSolutionError if the engine fails or there is no test run.
+    Raises NoSolutionError if a simulation fails or if there is no test run.
     """
     there = sensor_frame(chain.whole, chain.source, chain.sensor)
     actuator = model.bench.actuator
@@ -163,13 +166,13 @@ def _player(
 def _displacements(
     tests: tuple[CheckRun, ...], player: Callable[[CheckRun], Vector]
 ) -> list[Vector]:
-    """Return the displacements of each run since its start."""
+    """Return the displacement (n,) of each run since its start."""
     moves = [player(run) for run in tests]
     return [positions - positions[0] for positions in moves]
 
 
 def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
-    """Return the number of samples within the travel; ROOM beyond an end stop is allowed."""
+    """Return the number of samples before the position leaves the travel, widened by ROOM."""
     if travel is None:
         return len(positions)
     outside = np.flatnonzero((positions < travel[0] - ROOM) | (positions > travel[1] + ROOM))
@@ -179,9 +182,9 @@ def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
 def _measured(
     tests: tuple[CheckRun, ...], before: list[Vector], now: list[Vector], whole: list[Vector]
 ) -> MeasuredError:
-    """Return the error of the run in which a step is farthest from the step before it.
+    """Return the error of the run in which a step changes the position most.
 
-    `whole` in the result is the largest distance to the whole mechanism in all runs.
+    `whole` in the result is the largest difference from the whole mechanism in all runs.
     """
     distances = [_distance(a, b, one) for a, b, one in zip(before, now, whole, strict=True)]
     lengths = [float(np.sum(np.abs(np.diff(one)))) for one in whole]
@@ -195,9 +198,9 @@ def _measured(
 
 
 def _distance(a: Vector, b: Vector, whole: Vector) -> float:
-    """Return the largest distance of `a` and `b` while they and `whole` are within the travel.
+    """Return the largest difference of `a` and `b` while they and `whole` are within the travel.
 
-    The first sample at which one of them is outside the travel is included.
+    The first sample at which one of the three is outside the travel is included.
     """
     count = min(a.shape[0], b.shape[0], whole.shape[0])
     return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))
@@ -206,9 +209,9 @@ def _distance(a: Vector, b: Vector, whole: Vector) -> float:
 def _refused(
     reports: list[StepReport], tolerance: float, play: float, chain: ReductionChain, unit: str
 ) -> str | None:
-    """Return a message with advice on the first error above the allowed one, or None.
+    """Return a message with advice on the first error that is too large; None if there is none.
 
-    With kept resonances, the measured error of the one inertia is reported but not judged.
+    If resonances are kept, the measured error of the one inertia is not judged.
     """
     judged = reports[:-1] if chain.kept else reports
     for one in reports:
@@ -251,6 +254,6 @@ def _inertia_bounds(report: StepReport, chain: ReductionChain) -> str:
 
 
 def _other(step: str, whole: Mechanism, tolerance: float) -> str:
-    """Return another bandwidth as advice if it would help, else ""."""
+    """Return advice with a bandwidth for which the step would succeed, else ""."""
     passing = passing_bandwidth(whole, tolerance) if step == "compliance" else None
     return "" if passing is None else f"--bandwidth {passing:g}, or "

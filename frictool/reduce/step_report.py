@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class StepFigure(NamedTuple):
-    """Number that a step computed, in SI."""
+    """Number that a step computed, in the SI unit `unit`."""
 
     name: str
     value: float
@@ -15,11 +15,12 @@ class StepFigure(NamedTuple):
 
 
 class MeasuredError(NamedTuple):
-    """Error of a mechanism relative to another one under the same commands.
+    """Difference of a mechanism from another mechanism in the test runs.
 
-    distance: largest difference of the two positions at the sensor [rad | m]. way: distance
-    travelled in the run [rad | m]. where: name of the run. whole: largest difference from the whole
-    mechanism [rad | m].
+    distance: largest difference of the positions at the sensor in the worst run [rad | m].
+    way: distance that the axis travels in this run [rad | m].
+    where: name of the worst run, with the largest quotient of `distance` and `way`.
+    whole: largest difference from the whole mechanism in any run [rad | m].
     """
 
     distance: float
@@ -29,7 +30,7 @@ class MeasuredError(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Return the error relative to the travelled distance."""
+        """Return `distance` divided by `way`."""
         return self.distance / self.way if self.way > 0.0 else 0.0
 
 
@@ -37,9 +38,12 @@ class MeasuredError(NamedTuple):
 class StepReport:
     """Report of one step.
 
-    did, neglects: what the step changed and what it neglects, as text. predicted: error in closed
-    form relative to the quantity `of`; 0 if nothing is neglected. covered: part of the model that
-    includes this error, if any; then only the measured error is checked.
+    did: text on what the step changed.
+    neglects: text on what the step neglects.
+    predicted: error in closed form relative to the quantity `of`; 0 if nothing is neglected.
+    measured: difference from the mechanism before the step; None before the simulation.
+    covered: part of the model that includes the predicted error, so that only the measured error is
+        checked; None if there is none.
     """
 
     step: str

@@ -1,4 +1,4 @@
-"""Output of `reduce` as text: per step one row with two errors, then the resulting model."""
+"""Output of `reduce` as text: one row for each step with its two errors, then the model."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def lines(
     model: Model,
     loop: LoopComparison | None = None,
 ) -> list[str]:
-    """Return the whole report as lines."""
+    """Return the lines of the whole report."""
     unit = si_unit("position", model.axis)
     rows = [
         HEADING,
@@ -51,7 +51,7 @@ def lines(
 
 
 def unfinished(name: str, steps: tuple[ReductionStep, ...]) -> list[str]:
-    """Return the text on the completed steps of a reduction that failed before the simulation."""
+    """Return lines on the completed steps of a reduction that failed before the simulation."""
     rows = [HEADING, *(_row(step.report, len(step.mechanism.blocks), "") for step in steps)]
     return [f"{name}: stopped after {len(steps)} steps", "", *aligned(rows)]
 

@@ -18,10 +18,10 @@ POINTS = 241  # even positions over the travel; the points of every curve are ad
 def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     """Return the travel (low, high) of the source's block [rad | m].
 
-    The travel is the first of these that exists: travel of the document, range between end stops,
-    range of the curves, range over which the source's largest effort strains the springs, one unit
-    to each side of the start. Raises NoSolutionError if there are springs and the source's effort
-    has no limit.
+    The travel is the first of these that exists: `travel` of the document; the range between the
+    end stops; the range of the curves; the range in which the source's largest effort strains the
+    springs; one unit to each side of the start. Raises NoSolutionError if there are springs and the
+    source's effort has no limit.
     """
     known = known_travel(mechanism)
     if known is not None:
@@ -46,7 +46,7 @@ def travel_of(mechanism: Mechanism) -> tuple[float, float]:
 
 
 def known_travel(mechanism: Mechanism) -> tuple[float, float] | None:
-    """Return the travel by the first three cases of `travel_of`; None if it is unknown."""
+    """Return the travel from the document, the end stops or the curves; None if it is unknown."""
     if mechanism.travel is not None:
         return mechanism.travel.low, mechanism.travel.high
     stops = [link for link in mechanism.links.values() if isinstance(link, Stop)]
@@ -63,7 +63,7 @@ def known_travel(mechanism: Mechanism) -> tuple[float, float] | None:
 
 
 def positions(mechanism: Mechanism) -> Vector:
-    """Return the grid (n,): equidistant positions, and the points of curves within the travel."""
+    """Return a grid (n,) of equidistant positions and the points of curves within the travel."""
     low, high = travel_of(mechanism)
     points = [x for curve in _curves(mechanism) for x in curve.position.values if low < x < high]
     return np.unique(np.concatenate([np.linspace(low, high, POINTS), points]))

@@ -48,8 +48,9 @@ _held: list[int] = []
 class KernelFolder:
     """Folder of compiled kernels.
 
-    size: total size of the files [bytes]. used: last start of a process that uses the folder [s
-    since 1970]. busy: True if a process uses the folder now.
+    size: total size of the files [bytes].
+    used: last start of a process that uses the folder [s since 1970].
+    busy: True if a process uses the folder now.
     """
 
     path: Path

@@ -31,7 +31,8 @@ def scenario_of(
 ) -> Scenario:
     """Return the scenario of one draw with factor values (d,) in SI.
 
-    `noise`: seed and index of the draw whose noise is used. `step`: encoder step [rad | m].
+    `noise`: seed and index of the draw whose noise is used.
+    `step`: encoder step [rad | m].
     """
     spread = base.spread or Spread()
     at = dict(zip(space.names, map(float, values), strict=True))

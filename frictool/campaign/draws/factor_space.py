@@ -25,9 +25,9 @@ class Factor:
     """Quantity that is drawn uniformly from [low, high], in the SI unit `unit` ("1" if none).
 
     `name`: key of the quantity, such as `coulomb`, `links.screw.backlash` or `spread.wear`.
-    `label`: name for users. `nominal`: value without variation. `whole`: True if all values are
-    whole numbers, which are equally likely.
-
+    `label`: name for users.
+    `nominal`: value without variation.
+    `whole`: True if all values are whole numbers, which are equally likely.
     `least`: (other factor, scale); scale times the value of the other factor is a lower limit. The
     factor is drawn from the part of its range above this limit. The two factors are therefore
     independent in the unit cube, but not in SI.

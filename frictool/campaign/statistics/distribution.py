@@ -60,13 +60,12 @@ class Histogram:
 class Distribution:
     """Distribution of one metric over the trials.
 
-    `met`, `broken`, `undecided`: numbers of trials. `beyond`: number of trials with an infinite
-    value. `missing`: number of trials without a value, including those not simulated.
-
+    `met`, `broken`, `undecided`: numbers of trials.
+    `beyond`: number of trials with an infinite value.
+    `missing`: number of trials without a value, including those not simulated.
     `bound`: tolerance bound, within which the metric of at least the share COVERED of all plants
-    lies with the requested confidence; None if there are too few trials or no finite bound.
+        lies with the requested confidence; None if there are too few trials or no finite bound.
     `trials_for_bound`: smallest number of trials for which a bound exists.
-
     `worst`: worst value, infinite if any value is infinite. `worst_trial`: first draw with the
     worst value.
     """

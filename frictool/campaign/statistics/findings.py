@@ -25,7 +25,8 @@ Outcome = Literal["PASS", "FAIL", "UNDECIDED", "NOT SHOWN"]
 class Findings:
     """Statistics of the trials.
 
-    `required`: required pass rate, 0 to 1; None if every trial must pass. `remarks`: warnings.
+    `required`: required pass rate, 0 to 1; None if every trial must pass.
+    `remarks`: warnings.
     """
 
     trials: Trials
@@ -113,9 +114,9 @@ def find(
 ) -> Findings:
     """Return the statistics of trials whose draws were chosen by `method`.
 
-    `at_least`: required pass rate, 0 to 1; by default every trial must pass. `remarks`: warnings
-    that every view of the findings shows. Raises ValueError if at_least or confidence is out of
-    range, or if there is no trial.
+    `at_least`: required pass rate, 0 to 1; by default every trial must pass.
+    `remarks`: warnings that every view of the findings shows. Raises ValueError if at_least or
+        confidence is out of range, or if there is no trial.
     """
     if trials.count == 0:
         raise ValueError("there is no trial")

@@ -23,10 +23,10 @@ class PassRate:
     `failed` includes the trials that could not be simulated (`not_run`). `whole`: True if all
     vertices were simulated.
 
-    `low`, `high`: two-sided interval of the pass rate with `confidence`. `at_least`: one-sided
-    lower bound. `low`, `high` and `at_least` are None if all vertices were simulated, because these
-    are not random draws. For a random subset of the vertices, they are bounds of the share of
-    passing vertices among all 2^d.
+    `low`, `high`: two-sided interval of the pass rate with `confidence`.
+    `at_least`: one-sided lower bound. `low`, `high` and `at_least` are None if all vertices were
+        simulated, because these are not random draws. For a random subset of the vertices, they are
+        bounds of the share of passing vertices among all 2^d.
     """
 
     count: int

@@ -149,8 +149,9 @@ class Sensitivity:
     """Sensitivity of failures and metrics.
 
     `questions`: comparison for any failure, then for each requirement. `influences` (m,): influence
-    of the factors on each metric. `pair`: pair of factors that explains the failures best; None
-    without failures or without a second factor.
+        of the factors on each metric.
+    `pair`: pair of factors that explains the failures best; None without failures or without a
+        second factor.
     """
 
     questions: tuple[FailureComparison, ...]

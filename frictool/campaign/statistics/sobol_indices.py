@@ -37,9 +37,11 @@ SLOPE = 0.1  # smallest rank correlation that is treated as rising or falling
 class VarianceShare:
     """Share of one factor in the variance of a metric.
 
-    `share`: first-order Sobol index S_i of the factor. `error`: standard deviation of S_i.
+    `share`: first-order Sobol index S_i of the factor.
+    `error`: standard deviation of S_i.
     `of_ranks`, `error_of_ranks`: S_i and its standard deviation for the ranks of the values,
-    including infinite ones. `chance`: p-value of the rank test; None if the trials are not random.
+        including infinite ones.
+    `chance`: p-value of the rank test; None if the trials are not random.
     `rises`: rank correlation of metric and factor, -1 to 1.
     """
 

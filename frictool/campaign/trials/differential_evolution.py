@@ -33,10 +33,12 @@ BEST, LEARNING = 0.2, 0.1  # p and c of the paper
 class SearchResult(NamedTuple):
     """Result of a worst-case search.
 
-    `name`: name of the metric. `value`: worst value of the metric in the search. `drawn`: worst
-    value of the metric over the draws. `unit` (d,): worst point in the cube. `noise`: index of the
-    draw whose noise was used. `evaluations`: number of evaluated plants. `unplayed`: number of them
-    that could not be simulated.
+    `name`: name of the metric.
+    `value`: worst value of the metric in the search.
+    `drawn`: worst value of the metric over the draws. `unit` (d,): worst point in the cube.
+    `noise`: index of the draw whose noise was used.
+    `evaluations`: number of evaluated plants.
+    `unplayed`: number of them that could not be simulated.
     """
 
     name: str

@@ -25,9 +25,11 @@ Commands = Callable[
 class WorstCase:
     """Worst case of one requirement.
 
-    `values`: factor values by name. `scenario`: base name of the scenario file. `command`: command
-    that repeats the scenario, with base names of files. `typed`: the same command with the paths of
-    the command line, for the terminal only. `played`: the scenario.
+    `values`: factor values by name.
+    `scenario`: base name of the scenario file.
+    `command`: command that repeats the scenario, with base names of files.
+    `typed`: the same command with the paths of the command line, for the terminal only.
+    `played`: the scenario.
     """
 
     requirement: str

@@ -25,8 +25,9 @@ ProgressContext = Callable[[str], AbstractContextManager[ProgressCallback]]
 class SearchTask(NamedTuple):
     """Task of a search for the worst case of the metric `name` with index `metric`.
 
-    `drawn`: value of the worst draw. `noise`: index of the worst draw. `starts` (k, d): worst
-    draws. `draws`: number of draws.
+    `drawn`: value of the worst draw.
+    `noise`: index of the worst draw. `starts` (k, d): worst draws.
+    `draws`: number of draws.
     """
 
     name: str

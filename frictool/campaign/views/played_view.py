@@ -20,7 +20,8 @@ def played_lines(
 ) -> list[str]:
     """Return text lines: one per requirement with its worst plant, then the verdict.
 
-    `plants`: names of the plants by index. `scenario`: description of the scenario.
+    `plants`: names of the plants by index.
+    `scenario`: description of the scenario.
     """
     many = f"{len(plants)} plant{'s' if len(plants) > 1 else ''}"
     met, broken, undecided = (
