@@ -1,10 +1,11 @@
-"""Design from a specification alone: search of candidates by the verdict on their simulation.
+"""Automatic design: search for a controller that meets a specification in simulation.
 
     DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
 
-The families of candidates are searched in the order of simplicity, until one meets the
-specification. If none meets it but a family comes near, that family is searched with a longer
-response time. From the resulting design, the search continues towards the requested response time.
+A family is a set of candidate controllers with one structure. The families are searched in the
+order of simplicity, until a candidate meets the specification. If no candidate meets it but a
+family comes near, this family is searched for a longer response time first. From the resulting
+design, the search continues towards the requested response time.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ EXTREMES: tuple[PlantValues, ...] = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AutomaticDesign(ResultView):
-    """Outcomes of the families in the order of the search; only the last one may have a design."""
+    """Outcomes of the families in the order of the search; only the last may have a design."""
 
     outcomes: tuple[FamilyOutcome, ...]
 
@@ -94,9 +95,10 @@ def design_automatically(
     test : DesignTest
         Model, specification, steps and plants.
     progress : callable
-        Called with the name of each step.
+        Function that is called with the name of each step of the search.
     wishes : Design, optional
-        Design with method `auto`; the result has its name and its blocks.
+        Design with method `auto`; the designed controller gets the name and the blocks of this
+        design.
 
     Returns
     -------
@@ -134,7 +136,7 @@ def design_automatically(
 
 @dataclass(frozen=True)
 class _Search:
-    """Documents, judges and scales that the searches of all families share."""
+    """Documents, judges and scales that the searches of all families use."""
 
     test: DesignTest
     tests: PlayedTests
@@ -153,7 +155,7 @@ class _Search:
         )
 
     def eased(self, easing: float) -> _Search:
-        """Return the search for a response time that is longer by a factor."""
+        """Return the search for a response time that is `easing` times as long."""
         spec = self.test.spec
         assert spec.response_time_95_s is not None
         response = easing * spec.response_time_95_s
@@ -162,9 +164,9 @@ class _Search:
         return replace(self, test=test, tests=_tests(test), scales=scales)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
-        """Return the outcomes of searches from easier specifications to that of the test.
+        """Return the outcomes of searches for decreasing response times, the last one as specified.
 
-        The list is empty if no easier specification is met.
+        The list is empty if the family meets the specification for no longer response time.
         """
         for number in range(len(EASINGS)):
             first = self.eased(EASINGS[number])
@@ -187,8 +189,8 @@ class _Search:
 def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
     """Return the keys of a design that the search does not vary, with their values.
 
-    They are the name and the blocks of `wishes`. A specification of the tracking error adds a
-    profile, which it is measured from, and its feedforward.
+    The keys are the name and the blocks of `wishes`. If the specification limits the tracking
+    error, a profile, which this error is measured from, and a feedforward of the profile are added.
     """
     kept: dict[str, object] = {}
     if wishes is not None:
@@ -218,7 +220,7 @@ def _verify(test: DesignTest, design: Design) -> None:
 
 
 def _tests(test: DesignTest) -> PlayedTests:
-    """Return the judges of rising cost."""
+    """Return the judges of a candidate, from the cheapest to the most expensive."""
     seconds = response_time(test.model, test.spec)
     short, spec = _shortened(test.scenario, test.spec, seconds)
     screened = structs.replace(short, steps=short.steps[:SCREENED])
@@ -234,7 +236,7 @@ def _tests(test: DesignTest) -> PlayedTests:
 
 
 def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenario, Spec]:
-    """Return the scenario without its holds, and the requirements that this scenario can decide."""
+    """Return a scenario with shortened holds, and the requirements that it can decide."""
     steps = tuple(
         step
         if step.reference is None or step.duration_s is None
@@ -251,10 +253,10 @@ def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenari
 
 
 def _hard(test: DesignTest) -> tuple[int, ...]:
-    """Return the vertices with which a search begins.
+    """Return the indices of the plants with which a search begins.
 
-    They are the slowest and the lightest plant, and the same two with the other ends of the
-    friction.
+    They are the slowest and the lightest vertex, and two such vertices with the friction at the
+    other ends of its ranges.
     """
     if not test.vertices:
         return (0,)
@@ -268,7 +270,7 @@ def _hard(test: DesignTest) -> tuple[int, ...]:
 
 
 def _likeness(plant: PlantValues, plants: Sequence[PlantValues], extreme: PlantValues) -> float:
-    """Return a figure of a plant; it is largest at the vertex that `extreme` describes by signs."""
+    """Return a number that is largest for the vertex that `extreme` describes by signs."""
     total = 0.0
     for name, sign in extreme.items():
         values = [one[name] for one in plants]

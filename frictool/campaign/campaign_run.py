@@ -4,7 +4,7 @@
     UnitDraws ──trial_player.py, trial_sharing.py──▶ Trials ──findings.py──▶ Findings
     Trials ──worst_case_search.py──▶ WorstCase ──▶ Findings
 
-The command also stores completed trials, to resume a killed campaign.
+The command also stores completed trials, so that a killed campaign can be resumed.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ WORTH_SHARING_S = 3.0
 class CampaignResult(ResultView):
     """Result of a campaign.
 
-    `findings`: statistics of the trials. `worst`: worst case of each requirement, with a scenario
-    that repeats it.
+    `findings`: statistics of the trials.
+    `worst`: worst case of each requirement, with a scenario that repeats the worst case.
     """
 
     findings: Findings
@@ -69,11 +69,11 @@ class CampaignRequest:
     Attributes
     ----------
     trials : int or None
-        Number of draws. By default 1000; with method vertices all vertices, at most 4096.
+        Number of draws. By default 1000; for method `vertices` all vertices, at most 4096.
     method : {"random", "latin", "vertices"}
         Method that chooses the draws.
     seed : int or None
-        Seed of draws and noise; by default that of the scenario.
+        Seed of draws and noise; by default the scenario's seed.
     at_least : float or None
         Pass rate that the campaign must show, 0 to 1. By default every trial must pass.
     confidence : float
@@ -83,8 +83,8 @@ class CampaignRequest:
     number : {"double", "float", "q31"}
         Number format of the controller.
     cores : int or None
-        Number of processes; None uses as many as save time. With more than one, the calling script
-        must start its work below `if __name__ == "__main__":`.
+        Number of processes; None uses as many as save time. If it is not 1, the calling script must
+        start its work below `if __name__ == "__main__":`.
     cluster : str or None
         Address of a Dask scheduler whose workers run the trials.
     """
@@ -212,11 +212,14 @@ def conduct(
     commands: Commands,
     progress: ProgressContext,
 ) -> tuple[Trials, list[WorstCase]]:
-    """Run all trials, and search for the worst cases if `evaluations` is not 0.
+    """Run the trials of all draws, and search for the worst cases if `evaluations` is not 0.
 
-    Trials in `store` are not repeated. `shared` maps the expected duration of the work [s] to a
-    function that distributes the work. `commands` returns the command that repeats the scenario of
-    a worst case. Raises NoSolutionError if the nominal run decides no requirement.
+    Trials in `store` are not repeated.
+
+    `shared`: function that returns a JobSharing for the expected duration of the work [s].
+    `commands`: function that returns the command that repeats the scenario of a worst case.
+
+    Raises NoSolutionError if the nominal run decides no requirement.
     """
     nominal = check_nominal(trial.nominal(), trial.setting.names)
     begun = time.perf_counter()
@@ -233,9 +236,9 @@ def conduct(
 
 
 def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobSharing]:
-    """Return a function that maps the expected duration of work [s] to a JobSharing.
+    """Return a function that returns a JobSharing for the expected duration of the work [s].
 
-    With `cores` None, several processes are used only if that saves time.
+    If `cores` is None, several processes are used only if they save time.
     """
 
     def of(seconds: float) -> JobSharing:

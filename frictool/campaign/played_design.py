@@ -1,4 +1,4 @@
-"""Test of a designed controller by simulation: steps on nominal plant, vertices, drawn plants."""
+"""Test of a designed controller: simulated steps of the nominal plant, vertices, drawn plants."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ GOLDEN = 0.6180339887498949  # its multiples spread evenly over a count
 class DesignTest:
     """Test that a designed controller must pass in simulation.
 
-    `scenario`: steps on every plant; its seed draws the plants.
-    `about`: description of the steps.
-    `plants`: values of each plant that differ from the nominal plant [SI].
+    `scenario`: steps that are simulated with every plant, and the seed of the drawn plants.
+    `about`: description of scenario and plants for messages.
+    `plants`: for each plant, the values [SI] that differ from the nominal plant.
     `names`: names of the plants by index.
     `starts`: initial positions of the plants [rad | m], at different places within an encoder's
         count.
-    `vertices`: number of vertices; in `plants` they follow the nominal plant.
+    `vertices`: number of vertices; `plants` begins with the nominal plant and the vertices.
     """
 
     model: Model
@@ -64,14 +64,14 @@ class DesignTest:
 
     @cached_property
     def judge(self) -> ControllerJudge:
-        """Return the judge that simulates all plants."""
+        """Return the judge that simulates all plants in the scenario."""
         return self.judge_of(self.scenario, self.spec)
 
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return judges with plants that the test does not contain, one for each shift in MOVED.
+        """Return judges with plants and positions that the test does not contain.
 
-        They simulate the vertices and OTHERS drawn plants. Start and targets are shifted within an
-        encoder count.
+        There is a judge for each entry of MOVED. It simulates the vertices and OTHERS newly drawn
+        plants, with start and targets shifted within an encoder count.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -87,10 +87,10 @@ class DesignTest:
         return tuple(judges)
 
     def judges_of_places(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return one judge for each of TARGETS targets, with PLACES start positions of every plant.
+        """Return a judge for each of TARGETS shifts of the targets; each plant has PLACES starts.
 
-        Start k of plant i has index i PLACES + k. Starts and targets are spread over an encoder
-        count.
+        In a judge, start k of plant i has the index i PLACES + k. Starts and targets are
+        distributed evenly within an encoder count.
         """
         plants = [plant for plant in self.plants for _ in range(PLACES)]
         return tuple(
@@ -107,10 +107,11 @@ class DesignTest:
     def worst_at_places(
         self, judges: Sequence[ControllerJudge], controller: Controller, found: JudgedRuns
     ) -> list[PlayedVerdict]:
-        """Return the results of a controller on its worst plants, at all starts of `judges`.
+        """Return the results of a controller on its worst plants, from each of `judges`.
 
-        `found`: results of the controller on all plants. For each requirement, the two plants
-        (WORST) with the least reserve are simulated.
+        For each requirement, the WORST plants with the smallest reserve are simulated.
+
+        `found`: results of the controller on all plants.
         """
         chosen: dict[tuple[float, ...], int] = {}
         for reserves in np.transpose(found.reserves):
@@ -130,7 +131,7 @@ class DesignTest:
         places: Sequence[float],
         target: float,
     ) -> ControllerJudge:
-        """Return the judge of `plants` that start at `places`; targets are moved within a count."""
+        """Return the judge of `plants`; starts and targets are moved by parts of a count."""
         moved = structs.replace(
             scenario, steps=tuple(self._moved(step, target) for step in scenario.steps)
         )
@@ -138,7 +139,7 @@ class DesignTest:
         return ControllerJudge(self.model, moved, spec, plants, starts=starts)
 
     def _moved(self, step: Step, target: float) -> Step:
-        """Return the step with its target moved by a part of a count into the travel."""
+        """Return the step with the target moved by `target` counts into the travel."""
         if step.reference is None:
             return step
         (value,) = _moved_inwards(self.model, step.reference.value, [target])
@@ -155,7 +156,7 @@ def has_requirements(spec: Spec) -> bool:
 
 
 def unjudged_target(spec: Spec) -> str:
-    """Return a remark if no requirement judges whether the axis reaches its target, else ""."""
+    """Return a warning if no requirement judges whether the axis reaches its target, else ""."""
     if any(getattr(spec, key) is not None for key in REACHED):
         return ""
     return (
@@ -165,7 +166,7 @@ def unjudged_target(spec: Spec) -> str:
 
 
 def untested_reason(model: Model, spec: Spec) -> str:
-    """Return the reason why controllers of this model cannot be tested, or ""."""
+    """Return the reason why no controller of this model can be tested, or ""."""
     if not has_requirements(spec):
         return "the specification has no requirement"
     if model.resonances is not None:
@@ -185,7 +186,7 @@ def design_test(
     spec : Spec
         Requirements on the closed loop; at least one.
     scenario : Scenario, optional
-        Steps to simulate; by default those of `default_scenario`.
+        Steps to simulate; by default the steps of `default_scenario`.
     name : str
         Name of the scenario in messages.
 
@@ -224,7 +225,7 @@ def design_test(
 
 
 def _starts(model: Model, scenario: Scenario, places: Sequence[float]) -> list[float]:
-    """Return the scenario's start, moved by parts of an encoder's count into the travel."""
+    """Return the scenario's start, moved by each of `places` [encoder counts] into the travel."""
     assert scenario.start is not None
     return _moved_inwards(model, scenario.start.value, places)
 
@@ -232,7 +233,7 @@ def _starts(model: Model, scenario: Scenario, places: Sequence[float]) -> list[f
 def _moved_inwards(model: Model, start: float, places: Sequence[float]) -> list[float]:
     """Return a position moved by each of `places`, in encoder counts, towards the travel's middle.
 
-    Without travel it is moved upwards.
+    If the travel is unknown, the position is moved upwards.
     """
     travel = model.bench.mechanics.travel
     inwards = -1.0 if travel is not None and start > 0.5 * (travel.low + travel.high) else 1.0

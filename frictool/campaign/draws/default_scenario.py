@@ -1,10 +1,10 @@
-"""Default steps that test a controller, from the bench and the specification.
+"""Default scenario that tests a controller: four steps, from the bench and the specification.
 
 start  8 % of the travel, then steps to 88, 8, 56 and 24 %
 parts  5 response times each
 hold   the last part is longer by rest.after_s; by 30 s for `limit_cycle`
 
-The positions are those of thesis 5.4.1 (5, 55, 5, 35 and 15 rad of 63 rad).
+The positions are those of thesis 5.4.1: 5, 55, 5, 35 and 15 rad of 63 rad.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ def longest_step(model: Model) -> float:
 
 
 def response_time(model: Model, spec: Spec) -> float:
-    """Return the specified response time [s]; by default the duration of 1000 samples."""
+    """Return the specified response time [s]; without one, the duration of 1000 samples."""
     specified: float | None = spec.response_time_95_s
     return specified or WITHOUT_RESPONSE * model.bench.sample_period_s
 
 
 def default_scenario(model: Model, spec: Spec) -> Scenario:
-    """Return a scenario with four steps over the travel of the model's bench, and a hold.
+    """Return a scenario with four steps within the travel of the model's bench, and a final hold.
 
     The hold is long enough to decide `rest` and `limit_cycle`, if the specification has them.
     """

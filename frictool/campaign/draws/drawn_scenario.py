@@ -1,4 +1,4 @@
-"""Scenario of one draw: it repeats the simulation of the drawn plant and events bit for bit."""
+"""Scenario of one draw, which repeats the simulation of this draw bit for bit."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ Values = Mapping[str, float]
 def scenario_of(
     base: Scenario, space: FactorSpace, values: Vector, noise: tuple[int, int], step: float
 ) -> Scenario:
-    """Return the scenario of one draw with factor values (d,) in SI.
+    """Return the scenario of one draw with the factor values `values` (d,) in SI.
 
-    `noise`: seed and index of the draw whose noise is used.
+    `base`: scenario of the campaign.
+    `noise`: seed, and index of the draw, from which the noise follows.
     `step`: encoder step [rad | m].
     """
     spread = base.spread or Spread()
@@ -59,14 +60,14 @@ def scenario_of(
 
 
 def nominal_of(base: Scenario) -> Scenario:
-    """Return the scenario without `spread`, with the nominal plant changed by its `given`."""
+    """Return the scenario without `spread`; `given` of `spread` changes the nominal plant."""
     return msgspec.structs.replace(
         base, variants="given" if base.given else "nominal", plants=None, spread=None
     )
 
 
 def _start(base: Scenario, spread: Spread, at: Values, step: float) -> Quantity | None:
-    """Return the initial position at rest; None if the reference determines it."""
+    """Return the initial position; None if the reference determines the initial position."""
     start = base.start
     if spread.start is not None:
         start = Quantity(value=at.get(START, spread.start.low), unit=spread.start.unit)
@@ -78,7 +79,7 @@ def _start(base: Scenario, spread: Spread, at: Values, step: float) -> Quantity 
 
 
 def _drifts(drifts: Drifts | None, spread: Spread, at: Values) -> Drifts | None:
-    """Return the drifts multiplied by constant factors for wear and temperature."""
+    """Return the scenario's drifts, multiplied by the drawn factors for wear and temperature."""
     factors = {"friction": 1.0, "viscous": 1.0, "constant": 1.0}
     if spread.wear is not None:
         factors["friction"] = at.get(WEAR, spread.wear.low)

@@ -1,4 +1,4 @@
-"""Space of a campaign's factors, each with a range; a draw is a point of the unit cube.
+"""Space of the factors of a campaign; a draw is a point u in the unit cube of this space.
 
 u in [0, 1]^d ──FactorSpace.values──▶ factor values ──drawn_scenario.py──▶ scenario
 """
@@ -26,11 +26,12 @@ class Factor:
 
     `name`: key of the quantity, such as `coulomb`, `links.screw.backlash` or `spread.wear`.
     `label`: name for users.
-    `nominal`: value without variation.
-    `whole`: True if all values are whole numbers, which are equally likely.
-    `least`: (other factor, scale); scale times the value of the other factor is a lower limit. The
-    factor is drawn from the part of its range above this limit. The two factors are therefore
-    independent in the unit cube, but not in SI.
+    `nominal`: value if the quantity does not vary.
+    `kind`: `plant` for a parameter of the plant, else the kind of a key of `spread`.
+    `whole`: True if the values are whole numbers, all equally likely.
+    `least`: (other factor, scale); the lower limit of this factor is scale times the value of the
+        other factor. The factor is drawn from the part of its range above this limit, so that the
+        two factors are independent in the unit cube, but not in SI. None if there is no such limit.
     """
 
     name: str
@@ -46,7 +47,7 @@ class Factor:
 
 @dataclass(frozen=True)
 class FactorSpace:
-    """Factors of a campaign in a fixed order; each of them varies (low < high)."""
+    """Factors of a campaign in a fixed order; every factor varies (low < high)."""
 
     factors: tuple[Factor, ...]
 
@@ -56,7 +57,7 @@ class FactorSpace:
         return len(self.factors)
 
     def values(self, units: Vector) -> Vector:
-        """Return factor values (n, d) in SI for points (n, d) of the unit cube."""
+        """Return the factor values (n, d) in SI of points `units` (n, d) in the unit cube."""
         low, high, whole = self._ends
         values = np.clip(low + units * (high - low), low, high)
         steps = np.floor(units[:, whole] * (high[whole] - low[whole] + 1.0))
@@ -90,8 +91,9 @@ def plant_factors(
 ) -> Iterator[Factor]:
     """Yield the factors of a plant's parameters.
 
-    `instead`: ranges by parameter that replace those of the plant. `fixed`: values of parameters
-    without a range, in any suitable unit.
+    `ranges`: parameter -> range in the plant document.
+    `instead`: parameter -> range that replaces this range.
+    `fixed`: parameter -> fixed value, in any suitable unit, instead of a range.
     """
     ends = {
         name: _ends(entry, instead.get(name), fixed.get(name)) for name, entry in ranges.items()
@@ -120,5 +122,5 @@ def _ends(
 
 
 def space_of(factors: Iterable[Factor]) -> FactorSpace:
-    """Return the space of those factors with low < high."""
+    """Return the space of the factors with low < high."""
     return FactorSpace(tuple(factor for factor in factors if factor.low < factor.high))

@@ -23,7 +23,11 @@ NOISE_STREAM = (1 << 33) + 4
 
 
 class UnitDraws(NamedTuple):
-    """Draws `units` (n, d); `corners`: number of vertices with method vertices, else 0."""
+    """Draws of a campaign.
+
+    `units` (n, d): the draws.
+    `corners`: number of all vertices for method vertices, else 0.
+    """
 
     units: Vector
     corners: int = 0
@@ -32,7 +36,7 @@ class UnitDraws(NamedTuple):
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
     """Return `count` draws of the factors.
 
-    For vertices, `count` may be None: all vertices, at most MOST_VERTICES.
+    For method vertices, `count` None stands for all vertices, at most MOST_VERTICES.
     """
     if method == "vertices":
         corners = 2**factors
@@ -48,7 +52,7 @@ def draws_of(method: Method, count: int | None, factors: int, seed: int) -> Unit
 
 
 def noise_seed(seed: int, draw: int) -> int:
-    """Return the seed of a trial's noise; it differs from draw to draw."""
+    """Return the seed of the noise in the trial of a draw; each draw has another seed."""
     high, low = np.random.SeedSequence([seed, NOISE_STREAM, draw]).generate_state(2)
     return (int(high) >> 1 << 32) | int(low)
 
@@ -69,7 +73,7 @@ def _latin(count: int, factors: int, seed: int) -> Vector:
 
 
 def _vertices(count: int, factors: int, seed: int) -> Vector:
-    """Return all vertices in binary order, first factor leading, or `count` random ones."""
+    """Return all vertices in binary order, or `count` random vertices."""
     if count >= 2**factors:
         numbers = np.arange(2**factors)[:, None]
         return np.array((numbers >> np.arange(factors)[::-1]) & 1, dtype=np.float64)

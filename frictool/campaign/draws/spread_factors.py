@@ -1,4 +1,4 @@
-"""Factors of a scenario's `spread`, named by their keys in the file."""
+"""Factors of a scenario's `spread`; the name of a factor is its key in the file."""
 
 from __future__ import annotations
 
@@ -91,12 +91,12 @@ def spread_factors(scenario: Scenario) -> Iterator[Factor]:
 
 
 def fault_key(index: int) -> str:
-    """Return the key of a sensor fault."""
+    """Return the key of the sensor fault `index` in the scenario."""
     return f"spread.sensor_faults[{index}]"
 
 
 def disturbance_key(index: int) -> str:
-    """Return the key of a disturbance."""
+    """Return the key of the disturbance `index` in the scenario."""
     return f"spread.disturbances[{index}]"
 
 

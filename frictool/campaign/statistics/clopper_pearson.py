@@ -1,14 +1,14 @@
 """Exact Clopper-Pearson bounds of a pass rate (Biometrika 26, 1934).
 
-The lower bound is the rate for which a count of at least the observed one has the probability 1 -
+The lower bound is the rate for which the observed count or a larger one has the probability 1 -
 confidence. This bound is exact for every rate and number of draws, if the draws are independent.
 
-The count of a Latin hypercube is not binomial. The mean of any function over n draws of a hypercube
-has at most the variance of its mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),
+The count for a Latin hypercube is not binomial. The mean of a function over n draws of a hypercube
+has at most the variance of the mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),
 1997). The bounds for a hypercube are therefore the Clopper-Pearson bounds for n - 1 draws with the
-same rate, where the count is first reduced by a half for the lower bound and increased by a half
-for the upper bound. The half count is needed because the count may change in steps of two if
-factors act only jointly. If factors act separately, the bounds are wide.
+same rate. Before, the count is reduced by a half for the lower bound, and increased by a half for
+the upper bound, because the count may change in steps of two if factors act only jointly. If
+factors act separately, the bounds are wider than necessary.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ STEP = 0.5  # counts, correction for a Latin hypercube (see above)
 def lower(
     count: int, draws: int, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> float:
-    """Return the one-sided lower bound of the rate for `count` of `draws`; 0 for a count of 0."""
+    """Return the one-sided lower bound of the pass rate for `count` passes in `draws` trials."""
     weight = _independent(draws, method)
     if count == 0 or weight == 0.0:
         return 0.0
@@ -35,14 +35,14 @@ def lower(
 def upper(
     count: int, draws: int, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> float:
-    """Return the one-sided upper bound of the rate for `count` of `draws`."""
+    """Return the one-sided upper bound of the pass rate for `count` passes in `draws` trials."""
     return 1.0 - lower(draws - count, draws, confidence, method)
 
 
 def interval(
     count: int, draws: int, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> tuple[float, float]:
-    """Return the two-sided interval of the rate; each side has half of the error probability."""
+    """Return the two-sided interval of the pass rate, with half of the error on each side."""
     side = 0.5 * (1.0 + confidence)
     return lower(count, draws, side, method), upper(count, draws, side, method)
 
@@ -50,7 +50,7 @@ def interval(
 def draws_to_show(
     required: float, share: float, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> int | None:
-    """Return the number of draws that shows the rate `required` if the share `share` passes.
+    """Return the number of draws that shows the pass rate `required` if the share `share` passes.
 
     Return None if `share` is not above `required`, or if more than 2^40 draws would be needed.
     """
@@ -77,5 +77,5 @@ def _counted(share: float, draws: int) -> int:
 
 
 def _independent(draws: int, method: Method) -> float:
-    """Return the equivalent number of independent draws."""
+    """Return the number of independent draws that `draws` draws of this method are worth."""
     return float(draws - 1) if method == "latin" else float(draws)

@@ -1,9 +1,9 @@
 """Distribution of a metric over the trials: quantiles with intervals, tolerance bound, histogram.
 
 All statistics are order statistics, which assume no form of the distribution. With confidence
-gamma, at least the share beta of all plants is below the r-th of n sorted values if P(Binomial(n,
-beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941). This share is the
-Clopper-Pearson lower bound for the count r (clopper_pearson.py).
+gamma, at least the share beta of all plants has a value of at most the r-th of n sorted values if
+P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941). The
+largest such beta is the Clopper-Pearson lower bound for the count r (clopper_pearson.py).
 """
 
 from __future__ import annotations
@@ -31,10 +31,12 @@ FAR = 1.5
 
 @dataclass(frozen=True)
 class Quantile:
-    """Quantile of a metric: the share `level` of the plants has at most the value `value`.
+    """Quantile of a metric: the share `level` of all plants has at most the value `value`.
 
-    The value may be infinite. `low`, `high`: confidence interval; infinite if there are too few
-    draws, None if the trials are not random.
+    The value may be infinite.
+
+    `low`, `high`: confidence interval of the quantile; infinite if there are too few draws, None if
+        the trials are not random.
     """
 
     level: float
@@ -47,8 +49,9 @@ class Quantile:
 class Histogram:
     """Histogram of finite values: edges (k + 1,) and counts (k,); both are empty without values.
 
-    If the limit of the metric is within the range of the values, the limit is an edge. `outside`:
-    number of finite values that are too far from the others to be in a bin.
+    If the limit of the metric is within the range of the values, the limit is an edge.
+
+    `outside`: number of finite values that are too far from the other values to be in a bin.
     """
 
     edges: Vector
@@ -60,11 +63,11 @@ class Histogram:
 class Distribution:
     """Distribution of one metric over the trials.
 
-    `met`, `broken`, `undecided`: numbers of trials.
+    `met`, `broken`, `undecided`: numbers of trials with this outcome of the requirement.
     `beyond`: number of trials with an infinite value.
     `missing`: number of trials without a value, including those not simulated.
-    `bound`: tolerance bound, within which the metric of at least the share COVERED of all plants
-        lies with the requested confidence; None if there are too few trials or no finite bound.
+    `bound`: tolerance bound: with the requested confidence, at least the share COVERED of all
+        plants keeps this bound. None if there are too few trials or no finite bound.
     `trials_for_bound`: smallest number of trials for which a bound exists.
     `worst`: worst value, infinite if any value is infinite. `worst_trial`: first draw with the
     worst value.
@@ -97,7 +100,7 @@ class Distribution:
 def distribution(
     trials: Trials, index: int, method: Method, confidence: float = CONFIDENCE
 ) -> Distribution:
-    """Return the distribution of the metric with this index."""
+    """Return the distribution of the metric `index`."""
     metric = trials.metrics[index]
     values = trials.metric_values[:, index]
     met = trials.met[:, index]
@@ -126,14 +129,14 @@ def distribution(
 
 
 def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
-    """Return the smallest number of draws whose maximum is a bound for the share COVERED."""
+    """Return the smallest number of draws for which their worst value is a tolerance bound."""
     return _first(lambda n: lower(n, n, confidence, method) >= COVERED, 1, 1 << 20)
 
 
 def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
-    """Return the smallest rank r whose value is an upper bound for the share `level` of plants.
+    """Return the rank of the sorted value that is an upper bound for the share `level` of plants.
 
-    The smallest value has rank 1. Return None for too few draws.
+    The smallest value has rank 1. Returns None if there are too few draws.
     """
     if draws == 0 or lower(draws, draws, confidence, method) < level:
         return None
@@ -141,7 +144,7 @@ def rank(draws: int, level: float, confidence: float, method: Method) -> int | N
 
 
 def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
-    """Return the smallest whole number in low..high that satisfies the monotone `holds`."""
+    """Return the smallest whole number from `low` to `high` for which `holds` is true."""
     while low < high:
         middle = (low + high) // 2
         low, high = (low, middle) if holds(middle) else (middle + 1, high)
@@ -149,7 +152,7 @@ def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
 
 
 def _bound(values: Vector, upward: bool, method: Method, confidence: float) -> float | None:
-    """Return the tolerance bound; a trial without a value is treated as infinitely bad."""
+    """Return the tolerance bound; a trial without a value counts as infinitely bad."""
     worst_last = np.sort(np.where(np.isnan(values), np.inf, values if upward else -values))
     order = rank(values.size, COVERED, confidence, method)
     if order is None or not np.isfinite(worst_last[order - 1]):
@@ -181,8 +184,8 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
 def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
     """Return a histogram with equal bins.
 
-    If the limit is near the values, it is an edge, and values equal to it are counted in the bin on
-    the side that meets the requirement.
+    If the limit is near the values, the limit is an edge, and values equal to the limit are counted
+    in the bin that meets the requirement.
     """
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))
@@ -208,8 +211,8 @@ def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
 def _reach(values: Vector, limit: float) -> tuple[float, float]:
     """Return the range of the histogram.
 
-    The range leaves out far outliers, which would compress all other values into one bar. It
-    includes the limit if the limit lies among the values.
+    The range does not include far outliers, which would compress all other values into one bar. It
+    includes the limit if the limit is among the values.
     """
     low, high = float(values.min()), float(values.max())
     fifth, last = (float(q) for q in np.quantile(values, (0.05, 0.95)))

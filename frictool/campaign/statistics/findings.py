@@ -23,10 +23,10 @@ Outcome = Literal["PASS", "FAIL", "UNDECIDED", "NOT SHOWN"]
 
 @dataclass(frozen=True)
 class Findings:
-    """Statistics of the trials.
+    """Statistics of the trials, and worst cases.
 
     `required`: required pass rate, 0 to 1; None if every trial must pass.
-    `remarks`: warnings.
+    `remarks`: warnings for the user.
     """
 
     trials: Trials
@@ -39,7 +39,7 @@ class Findings:
 
     @property
     def reached(self) -> bool:
-        """Return True if all trials pass or, with `required`, if the required rate is shown."""
+        """Return True if all trials pass or, if there is one, the required rate is shown."""
         if self.required is None:
             return 0 < self.rate.count == self.rate.passed
         return self.rate.count > 0 and self.rate.reaches(self.required)
@@ -48,8 +48,9 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        UNDECIDED: a requirement is undecided in all trials, or no trial fails and some are
-        undecided. NOT SHOWN: the trials do not show the required rate, but more draws may.
+        UNDECIDED: a requirement is undecided in all trials, or no trial fails and some trials are
+            undecided. NOT SHOWN: the trials do not show the required rate, but more draws may show
+            it.
         """
         if self.reached:
             return "UNDECIDED" if self.undecided_requirements else "PASS"
@@ -70,15 +71,15 @@ class Findings:
     def passed(self) -> bool:
         """Return True if the campaign passes.
 
-        Every requirement must be decided, and all trials pass or the requested rate is shown.
+        Every requirement must be decided, and either all trials pass or the required rate is shown.
         """
         return self.outcome == "PASS"
 
     def acceptable(self, allow_undecided: bool) -> bool:
         """Return True if the campaign passes.
 
-        With `allow_undecided` the campaign also passes if nothing fails and some requirement is
-        met.
+        If `allow_undecided` is True, the campaign also passes if no trial fails and at least one
+        requirement is met.
         """
         return self.passed or (
             allow_undecided
@@ -95,9 +96,9 @@ class Findings:
 
     @property
     def draws_needed(self) -> int | None:
-        """Return the number of draws that would show the required rate if the same share passes.
+        """Return the number of draws that would show the required rate at the same share of passes.
 
-        Return None unless the outcome is NOT SHOWN.
+        Returns None if the outcome is not NOT SHOWN.
         """
         if self.outcome != "NOT SHOWN" or self.required is None:
             return None
@@ -112,11 +113,10 @@ def find(
     confidence: float = CONFIDENCE,
     remarks: tuple[str, ...] = (),
 ) -> Findings:
-    """Return the statistics of trials whose draws were chosen by `method`.
+    """Return the statistics of the trials of draws that `method` chose.
 
     `at_least`: required pass rate, 0 to 1; by default every trial must pass.
-    `remarks`: warnings that every view of the findings shows. Raises ValueError if at_least or
-        confidence is out of range, or if there is no trial.
+    `remarks`: warnings for the user.
     """
     if trials.count == 0:
         raise ValueError("there is no trial")

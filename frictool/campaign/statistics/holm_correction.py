@@ -10,8 +10,8 @@ from frictool.typing import Vector
 def holm_corrected(chances: Vector) -> Vector:
     """Return the corrected p-values (q,) of q tests.
 
-    If tests with a corrected p-value below a level are rejected, the probability of any false
-    rejection is at most that level, also for dependent tests.
+    If each hypothesis with a corrected p-value below a level is rejected, the probability of a
+    false rejection is at most this level, also for dependent tests.
     """
     order = np.argsort(chances, kind="stable")
     raised = np.minimum(

@@ -2,11 +2,12 @@
 
     S_ij = Var(E[Y | X_i, X_j] - E[Y | X_i] - E[Y | X_j] + E[Y]) / Var(Y)
 
-This is the second-order Sobol index (Sobol 1993). First the means in the slices of each factor are
-subtracted, so that cells of unequal size contain no first-order effect. Then the mean of the
-residual is computed in each cell of the plane of both factors. The expected random variation of
-these means is subtracted cell by cell, because it is largest in cells with both passing and failing
-trials. `error` is computed in the same way for cells without an interaction.
+S_ij is the second-order Sobol index of Y and the factors X_i, X_j (Sobol 1993). The range of each
+factor is divided into slices; a cell is the intersection of a slice of X_i with a slice of X_j.
+First, the mean in each slice is subtracted, so that no first-order effect remains. Then the mean of
+the residual is computed in each cell. The expected random variation of these means is subtracted
+cell by cell, because it is largest in cells with both passing and failing trials. The standard
+deviation of S_ij is computed for cells without an interaction.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from frictool.typing import Vector
 
 
 class JointShare(NamedTuple):
-    """Share of the variance explained by two factors together.
+    """Share of the variance that two factors explain together.
 
-    `joint`: share explained by the means over the cells of both factors. `beyond`: S_ij, the share
-    that neither factor explains alone. `error`: standard deviation of `beyond` for factors without
-    an interaction.
+    `joint`: share that the means in the cells explain.
+    `beyond`: S_ij, the share that neither factor explains alone.
+    `error`: standard deviation of `beyond` for factors without an interaction.
     """
 
     joint: float
@@ -34,7 +35,7 @@ class JointShare(NamedTuple):
 
 
 def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> JointShare:
-    """Return the shares of two factors in the variance of values (n,).
+    """Return the shares of two factors in the variance of `values` (n,).
 
     If all vertices were simulated (`drawn` is False), the shares are exact and the error is 0.
     """
@@ -60,7 +61,7 @@ def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> J
 
 
 def _noise(cells: Slices, inside: Vector) -> Vector:
-    """Return the variance (k,) inside each cell; a cell with one draw has the pooled variance."""
+    """Return the variance (k,) inside each cell; a cell with one draw gets the pooled variance."""
     squares = cells.sums(inside**2)
     sizes = cells.sizes
     pooled = float(squares.sum()) / max(1, inside.size - cells.count)

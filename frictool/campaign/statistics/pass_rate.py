@@ -1,8 +1,8 @@
 """Pass rate of the trials with its confidence interval.
 
-If all vertices were simulated, the counts are exact and have no interval. An undecided trial is
-failed in the lower bound and passed in the upper bound. A trial that could not be simulated
-is treated as failed.
+If all vertices were simulated, the pass rate is exact and has no interval. An undecided trial
+counts as failed for the lower bound, and as passed for the upper bound. A trial that could not be
+simulated counts as failed.
 """
 
 from __future__ import annotations
@@ -18,15 +18,17 @@ from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
 
 @dataclass(frozen=True)
 class PassRate:
-    """Counts of n trials: passed, failed, undecided and not run.
+    """Numbers of trials that passed, failed, are undecided or were not run, and the pass rate.
 
     `failed` includes the trials that could not be simulated (`not_run`). `whole`: True if all
     vertices were simulated.
 
     `low`, `high`: two-sided interval of the pass rate with `confidence`.
-    `at_least`: one-sided lower bound. `low`, `high` and `at_least` are None if all vertices were
-        simulated, because these are not random draws. For a random subset of the vertices, they are
-        bounds of the share of passing vertices among all 2^d.
+    `at_least`: one-sided lower bound of the pass rate with `confidence`.
+
+    `low`, `high` and `at_least` are None if all vertices were simulated, because the vertices are
+    not random draws. For a random subset of the vertices, these numbers are bounds of the share of
+    all 2^d vertices that pass.
     """
 
     count: int
@@ -48,7 +50,7 @@ class PassRate:
 
     @property
     def noun(self) -> str:
-        """Return the word for a trial, in singular or plural."""
+        """Return the noun for `count` trials: draws or vertices, in the singular or plural."""
         return (
             ("vertex" if self.count == 1 else "vertices")
             if self.method == "vertices"
@@ -56,9 +58,9 @@ class PassRate:
         )
 
     def reaches(self, required: float) -> bool:
-        """Return True if the pass rate is at least `required` with the confidence.
+        """Return True if the pass rate is at least `required` with `confidence`.
 
-        If all vertices were simulated, the share of passing vertices is compared.
+        If all vertices were simulated, `required` is compared with the share of passing vertices.
         """
         return (self.share if self.at_least is None else self.at_least) >= required
 

@@ -1,10 +1,10 @@
 """Regional sensitivity: differences between failing and passing trials along each factor.
 
 The method is that of Hornberger and Spear (Journal of Environmental Management 12, 1981). It
-computes the Kolmogorov-Smirnov distance between the distributions of a factor over failing and over
-passing trials, and the p-value of this distance. If the factor has no influence, every assignment
-of the failures to the draws is equally likely, for random draws and for a Latin hypercube. The test
-is therefore valid for both.
+computes the Kolmogorov-Smirnov distance between the distributions of a factor in the failing and in
+the passing trials, and the p-value of this distance. The test is valid for random draws and for a
+Latin hypercube, because for a factor without influence every assignment of the failures to the
+draws is equally likely.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ EXACT = 4_000_000
 class FailureRegion:
     """Comparison of failing and passing trials along one factor.
 
-    `distance`: Kolmogorov-Smirnov distance of the two distributions, 0 to 1. `chance`: p-value of
-    the distance; None if the trials are not random.
-
-    `leans`: Pr(f > p) - Pr(f < p), -1 to 1, for the factor values f of a failing and p of a passing
-    trial. `spread`: the same for the distance from the middle of the range. `noise`: standard
-    deviation of `leans` and `spread` for a factor without influence.
-
-    `failing` (k,): share of failing trials in each slice of the range. `sizes` (k,): number of
-    trials in each slice. `centres` (k,): mean factor value in each slice, in SI.
+    `distance`: Kolmogorov-Smirnov distance of the factor's distributions in failing and passing
+        trials, 0 to 1.
+    `chance`: p-value of the distance; None if the trials are not random.
+    `leans`: Pr(f > p) - Pr(f < p), -1 to 1, for the factor value f of a failing and p of a passing
+        trial.
+    `spread`: the same for the distances of f and p from the middle of the range.
+    `noise`: standard deviation of `leans` and `spread` for a factor without influence.
+    `failing` (k,): share of failing trials in each of k slices of the range. `sizes` (k,): number
+    of trials in each slice. `centres` (k,): mean factor value in each slice, in SI.
     """
 
     distance: float
@@ -62,8 +62,10 @@ def region(
 ) -> FailureRegion:
     """Compare failing and passing trials along a factor.
 
-    `units` (n,): draws in 0 to 1. `values` (n,): the draws in SI. `failing` (n,): mask of failing
-    trials. Raises ValueError if no trial fails, or if all fail.
+    `units` (n,): factor in the draws, 0 to 1. `values` (n,): factor in the draws, in SI. `failing`
+    (n,): mask of failing trials.
+
+    Raises ValueError if no trial fails, or if all fail.
     """
     bad = units[failing]
     good = units[~failing]
@@ -86,8 +88,8 @@ def region(
 def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
     """Return the Kolmogorov-Smirnov distance and its p-value.
 
-    The p-value is exact for few trials. For many trials it is the p-value of one sample of n m/(n +
-    m) draws.
+    The p-value is exact for few trials. For n failing and m passing trials, both numbers large, it
+    is the p-value of one sample of n m/(n + m) draws.
     """
     method = "exact" if bad.size * good.size <= EXACT else "asymp"
     if method == "exact":

@@ -43,11 +43,12 @@ FINEST = 12  # largest number of slices per factor of a plane
 
 @dataclass(frozen=True)
 class FailureComparison:
-    """Comparison of failing with passing trials.
+    """Comparison of failing with passing trials, factor by factor.
 
-    `name`: requirement that is not met, "" for any, "not simulated" for trials that could not be
-    simulated. `regions` (d,): comparison for each factor, with p-values corrected for all
-    comparisons of the table.
+    `name`: requirement that the failing trials do not meet; "" for any requirement; "not simulated"
+        for trials that could not be simulated.
+    `failing`, `passing`: numbers of trials. `regions` (d,): comparison for each factor; the
+        p-values are corrected for all comparisons.
     """
 
     name: str
@@ -57,7 +58,7 @@ class FailureComparison:
 
     @property
     def order(self) -> tuple[int, ...]:
-        """Return the indices of the factors, the clearest influence first."""
+        """Return the indices of the factors, in the order of their p-values."""
         return tuple(
             sorted(
                 range(len(self.regions)),
@@ -67,7 +68,7 @@ class FailureComparison:
 
     @property
     def named(self) -> tuple[int, ...]:
-        """Return the indices of the factors with a significant influence, the clearest first."""
+        """Return the indices of the factors with a significant influence, by rising p-value."""
         return tuple(
             i
             for i in self.order
@@ -79,8 +80,9 @@ class FailureComparison:
 class MetricInfluence:
     """Influence of the factors on one metric.
 
-    `used`: number of trials with a finite value. `shares` (d,): variance share of each factor.
-    `reason`: reason if there are no shares.
+    `used`: number of trials with a finite value. `shares` (d,): variance share of each factor;
+        empty if it cannot be estimated.
+    `reason`: why `shares` is empty; "" if it is not.
     """
 
     used: int
@@ -89,9 +91,9 @@ class MetricInfluence:
 
     @property
     def rest(self) -> float | None:
-        """Return the share of the variance that no factor in `named` explains alone.
+        """Return the share of the metric's variance that no factor in `named` explains alone.
 
-        Interactions, noise and effects finer than the slices cause this share.
+        This share is due to interactions, noise and effects finer than the slices.
         """
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].share) for i in self.named))
@@ -101,7 +103,7 @@ class MetricInfluence:
 
     @property
     def rest_of_ranks(self) -> float | None:
-        """Return the share of the variance of ranks that no factor in `named` explains alone."""
+        """Return the share of the ranks' variance that no factor in `named` explains alone."""
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].of_ranks) for i in self.named))
             if self.shares
@@ -120,7 +122,7 @@ class MetricInfluence:
 
     @property
     def named(self) -> tuple[int, ...]:
-        """Return the factors with a significant influence, by index, the largest share first."""
+        """Return the indices of the factors with a significant influence, largest share first."""
         return tuple(
             i
             for i in self.order
@@ -132,9 +134,10 @@ class MetricInfluence:
 class FactorPair:
     """The two factors that together explain the failures best.
 
-    `joint`: share of the variance of pass or fail that both factors together explain. `beyond`:
-    part of `joint` that neither factor explains alone. `error`: standard deviation of `beyond`
-    without an interaction.
+    `first`, `second`: indices of the factors.
+    `joint`: share of the variance of pass or fail that both factors together explain.
+    `beyond`: share of this variance that neither factor explains alone.
+    `error`: standard deviation of `beyond` for factors without an interaction.
     """
 
     first: int
@@ -150,8 +153,8 @@ class Sensitivity:
 
     `questions`: comparison for any failure, then for each requirement. `influences` (m,): influence
         of the factors on each metric.
-    `pair`: pair of factors that explains the failures best; None without failures or without a
-        second factor.
+    `pair`: pair of factors that explains the failures best; None if nothing fails or if there is
+        only one factor.
     """
 
     questions: tuple[FailureComparison, ...]
@@ -171,7 +174,7 @@ def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
 
 
 def masks(trials: Trials) -> list[tuple[str, BoolVector, BoolVector]]:
-    """Return (name, failing, passing) of each comparison; repeated comparisons are left out."""
+    """Return (name, mask of failing, mask of passing trials) of each different comparison."""
     questions = [("", trials.passed == BROKEN, trials.passed == MET)]
     questions += [
         (metric.name, trials.met[:, j] == BROKEN, trials.met[:, j] == MET)
@@ -245,7 +248,7 @@ def _influences(trials: Trials, draws: SortedDraws, drawn: bool) -> tuple[Metric
 
 
 def _adding_up(one: MetricInfluence) -> MetricInfluence:
-    """Return the influence with shares of the named factors that add up to at most 1."""
+    """Return the influence; the shares of its named factors are changed to add up to at most 1."""
     named, shares = list(one.named), list(one.shares)
     values = within_whole(
         np.array([shares[i].share for i in named]), np.array([shares[i].error for i in named])
@@ -292,7 +295,7 @@ def _influence(trials: Trials, draws: SortedDraws, metric: int, drawn: bool) -> 
 
 
 def _pair(trials: Trials, draws: SortedDraws, drawn: bool) -> FactorPair | None:
-    """Return the pair of factors whose plane separates failing from passing trials best."""
+    """Return the pair of factors in the plane of which failing and passing trials differ most."""
     decided = trials.passed != -1
     failing = (trials.passed[decided] == BROKEN).astype(float)
     n = failing.size

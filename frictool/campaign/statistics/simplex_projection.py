@@ -1,14 +1,14 @@
 """Projection of estimated variance shares onto shares that add up to at most 1.
 
-The factors are independent, so that first-order shares satisfy S_i >= 0 and sum S_i <= 1. Their
-estimates have errors and can violate this. The projection is the nearest point to the
-estimates, in units of their errors e_i, among all shares that satisfy both conditions:
+The factors are independent, so that their first-order shares are nonnegative and add up to at most
+1. Estimates S_i with standard deviations e_i can violate this. The projection s is the nearest
+point to the estimates, in units of e_i, that satisfies both conditions:
 
     min sum (s_i - S_i)^2 / e_i^2,    s_i >= 0, sum s_i <= 1
 
-The projection changes the least certain shares most. The shares that satisfy both conditions
-form a convex set, so that in this norm the true shares are at least as near to the projection as to
-the estimates.
+The projection changes the least certain shares most. In this norm, the true shares are at least as
+near to the projection as to the estimates, because the points that satisfy both conditions form a
+convex set.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from frictool.typing import Vector
 
 
 def within_whole(shares: Vector, errors: Vector) -> Vector:
-    """Return the shares (k,), projected with `errors` (k,) if the positive shares add up to over 1.
+    """Return the shares (k,), projected with `errors` (k,) if their positive sum exceeds 1.
 
     Negative shares are unchanged.
     """

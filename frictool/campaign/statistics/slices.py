@@ -1,4 +1,4 @@
-"""Slices of a factor's draws with equal counts, from which influences are estimated."""
+"""Slices of a factor's range with equal numbers of draws, from which influences are estimated."""
 
 from __future__ import annotations
 
@@ -17,26 +17,28 @@ FEWEST, TENTHS, MOST = 3, 10, 60
 class Slices:
     """Assignment of draws to slices.
 
-    `of` (n,): index of each draw's slice, 0 to count - 1; no slice is empty.
+    `of` (n,): index of the slice of each draw, 0 to count - 1; no slice is empty.
+    `count`: number of slices.
     """
 
     of: IntVector
     count: int
 
     def sums(self, values: Vector) -> Vector:
-        """Return the sum of values (n,) in each slice (count,)."""
+        """Return the sums (count,) of `values` (n,) in each slice."""
         return np.asarray(np.bincount(self.of, weights=values, minlength=self.count), dtype=float)
 
     @property
     def sizes(self) -> IntVector:
-        """Return the number of draws in each slice (count,)."""
+        """Return the numbers (count,) of draws in each slice."""
         return np.bincount(self.of, minlength=self.count)
 
 
 def slices_for(draws: int) -> int:
-    """Return the number of slices for a variance share: 3 n^(1/3) for n `draws`.
+    """Return the number of slices for the estimate of a variance share: 3 n^(1/3) for n `draws`.
 
-    With this number, the variation within a slice and the noise of its mean decrease together.
+    With this number, the variation within a slice and the noise of its mean decrease together as n
+    grows.
     """
     return int(np.clip(round(3.0 * draws ** (1.0 / 3.0)), FEWEST, MOST))
 
@@ -51,7 +53,7 @@ def few_slices_for(draws: int) -> int:
 
 
 class SortedDraws:
-    """Draws of the trials, sorted by each factor once for all divisions into slices."""
+    """Draws of the trials, sorted once by each factor."""
 
     def __init__(self, trials: Trials) -> None:
         self._trials = trials
@@ -62,9 +64,9 @@ class SortedDraws:
         ]
 
     def sliced(self, factor: int, count: int, chosen: NDArray[np.bool_]) -> Slices:
-        """Return `count` slices of a factor's draws in the mask `chosen` (n,).
+        """Return `count` slices of a factor's range, for the draws in the mask `chosen` (n,).
 
-        If the factor has at most `count` different values, each value has a slice.
+        If the factor has at most `count` different values, each value is a slice.
         """
         if self._few[factor]:
             where = (

@@ -2,22 +2,22 @@
 
     S_i = Var(E[Y | X_i]) / Var(Y)          Sobol, Math. Model. Comp. Exp. 1, 1993
 
-E[Y | X_i] is the mean of Y in slices of X_i with equal counts (the correlation ratio; Plischke,
-Borgonovo, Smith, European Journal of Operational Research 226, 2013). The expected random variation
-of the means of k slices is (k - 1)/(n - k) times the variance within the slices. This variation is
-subtracted, so that the estimate for a factor without influence is 0 on average (Kelley's epsilon
-squared, PNAS 21, 1935).
+Y is the metric and X_i the factor. E[Y | X_i] is estimated by the mean of Y in slices of X_i with
+equal numbers of draws (Plischke, Borgonovo, Smith, European Journal of Operational Research 226,
+2013). The expected random variation of the means of k slices with n draws in total is (k - 1)/(n -
+k) times the variance within the slices. This variation is subtracted, so that the estimate for a
+factor without influence is 0 on average (Kelley's epsilon squared, PNAS 21, 1935).
 
-The error is the standard deviation of the efficient estimator, whose influence function is 2 Y m -
-m^2 - S Y^2 with m = E[Y | X_i] and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric
+The error is the standard deviation of the efficient estimator, which has the influence function 2 Y
+m - m^2 - S_i Y^2 with m = E[Y | X_i] and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric
 Statistics 25, 2013). The random error of the means for a factor without influence, sqrt(2 (k -
 1))/n, is added in quadrature.
 
 The test of influence uses ranks, so that very large or infinite values are allowed (a step that
-never settles has the worst rank). The test combines two differences between the slices: of the mean
-ranks (Kruskal and Wallis, JASA 47, 1952), and of the spread about the middle rank, as in Lepage's
-test for two samples (Biometrika 58, 1971). A factor that acts only jointly with others has no
-first-order share; the difference of spread detects it.
+never settles has the worst rank). The test combines two differences between the slices, as Lepage's
+test does for two samples (Biometrika 58, 1971): the difference of the mean ranks (Kruskal and
+Wallis, JASA 47, 1952), and the difference of the spread about the middle rank. The spread also
+reveals a factor that acts only jointly with others and therefore has no first-order share.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class VarianceShare:
     `share`: first-order Sobol index S_i of the factor.
     `error`: standard deviation of S_i.
     `of_ranks`, `error_of_ranks`: S_i and its standard deviation for the ranks of the values,
-        including infinite ones.
+        including infinite values.
     `chance`: p-value of the rank test; None if the trials are not random.
     `rises`: rank correlation of metric and factor, -1 to 1.
     """
@@ -54,14 +54,14 @@ class VarianceShare:
 
     @property
     def direction(self) -> str:
-        """Return a text on the change of the metric with a rising factor."""
+        """Return a text that says how the metric changes if the factor rises."""
         return "rises" if self.rises > SLOPE else "falls" if self.rises < -SLOPE else "up and down"
 
 
 def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, float]:
-    """Return S_i of finite values (n,) and its error.
+    """Return S_i of the finite `values` (n,), and the standard deviation of S_i.
 
-    If all vertices were simulated (`drawn` is False), S_i is exact and the error is 0.
+    If all vertices were simulated (`drawn` is False), S_i is exact and its standard deviation 0.
     """
     n, k = values.size, slices.count
     if k < 2 or (drawn and n <= k):
@@ -85,10 +85,10 @@ def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, 
 
 
 def scores_of(values: Vector) -> tuple[Vector, ...]:
-    """Return the rank scores (location, spread) of values (n,), finite or infinite.
+    """Return the rank scores (location, spread) of `values` (n,), finite or infinite.
 
-    Each score (n,) has zero mean and is orthogonal to the other one. Equal values have the same
-    rank. If too many values are equal, fewer scores are returned.
+    The two scores, each (n,), have zero mean and are orthogonal. Equal values have the same rank.
+    If too many values are equal, fewer scores are returned.
     """
     n = values.size
     score_of_rank = (scipy.stats.rankdata(values) - 0.5 * (n + 1.0)) / n
@@ -103,7 +103,7 @@ def scores_of(values: Vector) -> tuple[Vector, ...]:
 
 
 def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
-    """Return the p-value of the differences between the slices in the scores of `scores_of`."""
+    """Return the p-value of the differences of the scores between the slices."""
     n = slices.of.size
     k = slices.count
     if n <= k or k < 2 or not scores:
@@ -116,9 +116,9 @@ def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
 
 
 def rank_correlation(units: Vector, scores: tuple[Vector, ...]) -> float:
-    """Return the rank correlation (-1 to 1) of draws (n,) with values that have these scores.
+    """Return the rank correlation, -1 to 1, of the draws `units` (n,) with the values of `scores`.
 
-    The draws are uniform in [0, 1] and used instead of their ranks. Return 0 if the draws or the
+    The draws, uniform in [0, 1], are used instead of their ranks. Returns 0 if the draws or the
     values do not vary.
     """
     if not scores:

@@ -1,4 +1,4 @@
-"""Warnings of a campaign: plants outside the controller's verification, and example values."""
+"""Warnings of a campaign before its trials."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ Interval = tuple[float, float]
 
 
 def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
-    """Return the warnings of a campaign.
+    """Return the warnings of a campaign before its trials.
 
-    The warnings concern plants outside the controller's verification, a model without identified
-    parameters, and example values in the bench.
+    The warnings concern plants outside the intervals for which the controller was verified, a model
+    without identified parameters, and example values in the bench.
     """
     plant = plant_of(setting.plant)
     controller = setting.controller
@@ -46,7 +46,7 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
 
 
 def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
-    """Return a warning if the plant or the draws lie outside the controller's verification."""
+    """Return a warning if plant or draws lie outside the intervals of the verification."""
     plant = plant_of(setting.plant)
     controller = setting.controller
     if deviations := differences(controller, plant.rig.facts, plant.intervals()):
@@ -66,7 +66,7 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
 def _drawn(
     ranges: Mapping[str, VariedParameter], space: FactorSpace, scenario: Scenario
 ) -> dict[str, Interval]:
-    """Return the parameter intervals [SI] of the draws, widened by drifts and temperature."""
+    """Return the intervals [SI] of the drawn parameters, widened by drifts and temperature."""
     varied = {
         factor.name: (factor.low, factor.high) for factor in space.factors if factor.kind == "plant"
     }

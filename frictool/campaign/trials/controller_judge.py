@@ -1,11 +1,11 @@
-"""Judge of controllers: simulation of fixed plants in one scenario, and comparison with limits.
+"""Judge of controllers: it simulates fixed plants in one scenario, and checks the requirements.
 
     model, scenario, spec, plants ──ControllerJudge──▶ prepared once
     controller ──────────────────────▶ called ───────▶ PlayedVerdict: values and reserves per plant
 
-To play a plant means to simulate it. A search over controllers calls the judge once per candidate.
-Plants, reference, disturbances and noise are the same for all candidates, so that their results can
-be compared.
+To play a plant means to simulate the plant with a controller. A search for a controller calls the
+judge once per candidate. Plants, reference, disturbances and noise are the same for all candidates,
+so that their results can be compared.
 """
 
 from __future__ import annotations
@@ -44,17 +44,18 @@ PlantValues = Mapping[str, float]  # parameter, as under `given` of a scenario -
 
 @dataclass(frozen=True)
 class PlayedRequirement:
-    """Requirement with its worst value over the played plants.
+    """Requirement with the worst value of its metric on the played plants.
 
     Attributes
     ----------
     metric : MetricLimit
-        Name, key, unit and limit.
+        Name, key, unit and limit of the requirement.
     value : float
-        Worst value in SI (a ratio in %); infinite for a failure without a number, NaN if no plant
-        has a value.
+        Worst value in SI (a ratio in %); infinite if a plant fails without a number, NaN if no
+        plant has a value.
     reserve : float
-        Smallest relative distance to the limit (`relative_reserve`), negative for a violation.
+        Relative distance of the worst value to the limit (`relative_reserve`), negative for a
+        violation.
     plant : int
         Index of the plant with this value; -1 if no plant has a value.
     met : bool or None
@@ -75,15 +76,15 @@ class PlayedVerdict(ResultView):
     Attributes
     ----------
     metrics : tuple of MetricLimit
-        The requirements that a run can decide, in the order of the specification.
+        Requirements that a run can decide, in the order of the specification.
     plants : tuple of int
         Indices of the played plants.
     values, reserves : ndarray, shape (p, r)
-        Worst value of each run in SI, and its relative distance to the limit. NaN if undecided.
+        Worst value in each run in SI, and its relative distance to the limit; NaN if undecided.
     met : ndarray, shape (p, r)
         MET 1, BROKEN 0 or UNDECIDED -1.
     failed : mapping
-        Index of a plant that could not be simulated -> reason. Its values are NaN.
+        Index of a plant that could not be simulated -> reason. The values of this plant are NaN.
     """
 
     metrics: tuple[MetricLimit, ...]
@@ -100,7 +101,7 @@ class PlayedVerdict(ResultView):
 
     @property
     def reserve(self) -> float:
-        """Return the smallest reserve: 0 or more if every decided requirement is met.
+        """Return the smallest reserve; it is not negative if every decided requirement is met.
 
         The reserve is -inf if a plant could not be simulated, NaN if no requirement is decided.
         """
@@ -140,12 +141,13 @@ class ControllerJudge:
     spec : Spec
         The requirements.
     plants : sequence of mappings
-        Values of each plant that differ from the nominal plant, by name [SI]; an empty mapping is
-        the nominal plant. `plants_of_model` returns corners and random plants of a model.
+        For each plant, the values [SI] that differ from the nominal plant, by name; an empty
+        mapping is the nominal plant. `plants_of_model` returns vertices and random plants of a
+        model.
     number : {"double", "float", "q31"}
         Number format of the controllers.
     starts : sequence of float, optional
-        Initial position of each plant [rad | m]; by default that of the scenario.
+        Initial position of each plant [rad | m]; by default the scenario's start.
     """
 
     def __init__(
@@ -192,7 +194,7 @@ class ControllerJudge:
         )
 
     def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> PlayedVerdict:
-        """Return the figures of a controller.
+        """Return the results of a controller on the plants.
 
         Parameters
         ----------
@@ -238,7 +240,7 @@ class ControllerJudge:
 
 
 def relative_reserve(metric: MetricLimit, value: float) -> float:
-    """Return the distance of a value to its limit, relative to the limit.
+    """Return the distance of a value to the metric's limit, divided by the limit.
 
     The distance is 0 at the limit, negative for a violation, and NaN if there is no value. If the
     limit is 0, the absolute distance is returned.
@@ -248,16 +250,16 @@ def relative_reserve(metric: MetricLimit, value: float) -> float:
 
 
 def plants_of_model(model: Model, scenario: Scenario, random: int = 0) -> list[dict[str, float]]:
-    """Return the nominal plant, the corners of the model's ranges, and random plants.
+    """Return the nominal plant, the vertices of the model's ranges, and random plants.
 
     Parameters
     ----------
     model : Model
         The model with its ranges.
     scenario : Scenario
-        The test, whose seed draws the random plants.
+        Scenario with the seed of the random plants.
     random : int
-        Number of random plants. Plant number i of a seed is the same for any number of plants.
+        Number of random plants. For one seed, plant i is the same for any number of plants.
 
     Returns
     -------

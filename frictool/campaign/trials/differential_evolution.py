@@ -3,12 +3,13 @@
 worst draws ──▶ vertices: one factor after another to an end, as long as the metric gets worse ──▶
 differential evolution ──▶ worst point
 
-The metric can jump where a change of the factors adds or removes a stop or a breakaway. It is
-usually worst at an end of some factors and between the ends of others. The search therefore uses no
-gradients. The algorithm is JADE (Zhang and Sanderson 2009: mutation towards one of the best points,
-with step and crossover adapted to successful values). Points outside the cube are moved to its
-faces. The search starts from the worst draws, so that its result is at least as bad as these. The
-result is the worst evaluated point, not necessarily the worst point of the space.
+The metric can jump where a change of the factors adds or removes a stop or a breakaway. Therefore
+the search uses no gradients. The metric is usually worst at the ends of some factors and between
+the ends of others. The algorithm is JADE (Zhang and Sanderson 2009): it mutates points towards one
+of the best points, and adapts step and crossover to values that succeeded. Points outside the unit
+cube are moved to its faces. The search starts from the worst draws, so that its result is at least
+as bad as these draws. The result is the worst evaluated point, not necessarily the worst point of
+the space.
 """
 
 from __future__ import annotations
@@ -35,10 +36,10 @@ class SearchResult(NamedTuple):
 
     `name`: name of the metric.
     `value`: worst value of the metric in the search.
-    `drawn`: worst value of the metric over the draws. `unit` (d,): worst point in the cube.
-    `noise`: index of the draw whose noise was used.
-    `evaluations`: number of evaluated plants.
-    `unplayed`: number of them that could not be simulated.
+    `drawn`: worst value of the metric in the draws. `unit` (d,): worst point in the unit cube.
+    `noise`: index of the draw that gives the noise of all plants.
+    `evaluations`: number of plants that were tried.
+    `unplayed`: number of these plants that could not be simulated.
     """
 
     name: str
@@ -51,7 +52,7 @@ class SearchResult(NamedTuple):
 
 
 class SearchState:
-    """State of a search: number of evaluations, and the worst point so far."""
+    """State of a search: number of evaluations, and worst point so far."""
 
     def __init__(self, badness: Badness, evaluations: int) -> None:
         self._badness = badness
@@ -66,7 +67,7 @@ class SearchState:
         return self.left <= 0 or self.worst == math.inf
 
     def at_point(self, unit: Vector) -> float:
-        """Return the badness at `unit` (d,); store the point if it is the worst so far."""
+        """Return the badness at the point `unit` (d,); store the point if it is the worst."""
         self.left = self.left - 1
         self.tried = self.tried + 1
         badness = self._badness(unit)
@@ -112,7 +113,7 @@ def _to_corners(
 def _evolve(
     state: SearchState, known: list[tuple[Vector, float]], generator: np.random.Generator
 ) -> None:
-    """Run differential evolution from the worst known points, filled up with random ones."""
+    """Run differential evolution from the worst known points and random points."""
     factors = state.at.size
     size = min(
         max(LEAST_POPULATION, 3 * factors), MOST_POPULATION, max(LEAST_POPULATION, state.left // 4)
@@ -143,7 +144,7 @@ def _evolve(
 
 
 def _cauchy(generator: np.random.Generator, centre: float) -> float:
-    """Return a Cauchy step in (0, 1]; redraw it until it is positive."""
+    """Return a step in (0, 1] from a Cauchy distribution, drawn until it is positive."""
     while True:
         value = centre + 0.1 * math.tan(math.pi * (generator.random() - 0.5))
         if value > 0.0:

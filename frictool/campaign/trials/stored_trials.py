@@ -1,4 +1,4 @@
-"""Results of trials in arrays, by the index of the draw."""
+"""Results of trials, stored in arrays by the index of the draw."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_DRAWS = 10_000_000  # a damaged file may name any index
 
 
 class StoredTrials(MutableMapping[int, TrialResult]):
-    """Mapping from the index of a draw to its TrialResult; all results have the same metrics."""
+    """Mapping from the index of a draw to the TrialResult; all results have the same metrics."""
 
     def __init__(self) -> None:
         self._values: Vector = np.empty((0, 0))
@@ -60,7 +60,7 @@ class StoredTrials(MutableMapping[int, TrialResult]):
         return self._count
 
     def _reserve(self, draws: int, metrics: int) -> None:
-        """Enlarge the arrays to `draws` rows or more, and to `metrics` columns if they have 0."""
+        """Enlarge the arrays to at least `draws` rows, and, from none, to `metrics` columns."""
         rows, columns = self._values.shape[0], self._values.shape[1] or metrics
         if draws <= rows and columns == self._values.shape[1]:
             return

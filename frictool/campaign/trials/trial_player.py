@@ -1,4 +1,4 @@
-"""Simulation of one trial (draw), and its judgement by the specification."""
+"""Simulation of the trial of a draw, and its judgement by the specification."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class ScenarioJudge:
 
     @cached_property
     def test(self) -> StepTest[Any]:
-        """Return the closed loop of plant and controller, prepared for all scenarios."""
+        """Return the closed loop of plant and controller, prepared for any scenario."""
         return StepTest(
             plant_of(self.setting.plant),
             self.setting.controller,
@@ -62,7 +62,7 @@ class ScenarioJudge:
 
     @cached_property
     def _judge(self) -> RunJudge:
-        """Judge of the runs of `test`."""
+        """Return the judge of the runs of `test`."""
         return RunJudge(self.setting.spec, self.setting.controller, self.test.rig_records())
 
     def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
@@ -86,12 +86,12 @@ class TrialPlayer(ScenarioJudge):
         }  # the cached objects are built again in each process
 
     def __call__(self, job: tuple[int, tuple[float, ...]]) -> TrialResult:
-        """Return the judged trial of `job`, a draw's (index, point (d,) in the unit cube)."""
+        """Return the judged trial of a draw; `job` is (index, point (d,) in the unit cube)."""
         draw, unit = job
         return self.played(np.array(unit), draw)
 
     def scenario(self, unit: Vector, noise: int) -> Scenario:
-        """Return the scenario at `unit` (d,) with the noise of draw `noise`."""
+        """Return the scenario at the point `unit` (d,), with the noise of draw `noise`."""
         values = self.space.values(unit[None, :])[0]
         return scenario_of(
             self.setting.scenario,
@@ -102,9 +102,9 @@ class TrialPlayer(ScenarioJudge):
         )
 
     def played(self, unit: Vector, draw: int) -> TrialResult:
-        """Return the result at `unit` (d,); it contains a reason if the simulation failed.
+        """Return the result at the point `unit` (d,), with `failed` if it is not simulated.
 
-        Unexpected errors are caught as well, so that one trial does not stop the others.
+        Unexpected errors are caught, too, so that one trial does not stop the other trials.
         """
         try:
             return trial_of(draw, self.judged(self.scenario(unit, draw)))
@@ -149,10 +149,10 @@ def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> TrialResult:
 
 
 def _value(one: Requirement) -> float:
-    """Return the value of a requirement, NaN if there is none.
+    """Return the value of a requirement; NaN if there is no value.
 
-    Return +inf (-inf for a requirement with a lower limit) if the requirement failed although its
-    value is absent or within the limit.
+    If the requirement failed although its value is absent or within the limit, +inf is returned
+    (-inf for a lower limit).
     """
     within = one.value is None or (
         one.value <= one.limit if one.relation == "<=" else one.value >= one.limit
@@ -167,8 +167,8 @@ def check_nominal(
 ) -> tuple[Requirement, ...]:
     """Return the requirements of the nominal run unchanged.
 
-    Raises NoSolutionError if the nominal run decides no requirement, because the trials would not
-    decide one either.
+    Raises NoSolutionError if the nominal run decides no requirement, because the trials would
+    decide none either.
     """
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")

@@ -1,4 +1,4 @@
-"""Distribution of trials to workers; each batch of results is stored on arrival.
+"""Distribution of trials to workers; each batch of results is stored when it arrives.
 
 draws ──not stored yet──▶ jobs ──share──▶ TrialResult in any order ──▶ TrialStore ──▶ Trials in
 order
@@ -24,7 +24,7 @@ MOST_TOGETHER = 500
 
 
 class JobSharing(Protocol):
-    """Function `share` of workers/job_sharing.py with a fixed choice of cores and cluster."""
+    """Function `share` of workers/job_sharing.py for chosen numbers of processes or a cluster."""
 
     def __call__(
         self, function: Callable[[Any], Any], jobs: Sequence[Any], batch: int, instead: Any
@@ -33,7 +33,7 @@ class JobSharing(Protocol):
 
 
 class DrawJobs(Sequence[Job]):
-    """Jobs for the draws with the indices `left` in `units` (n, d), created on demand."""
+    """Jobs for the draws `units[left]`, created on demand; `units` is (n, d)."""
 
     def __init__(self, units: Vector, left: IntVector) -> None:
         self._units, self._left = units, left
@@ -63,10 +63,10 @@ def run_trials(
     tell: ProgressCallback = lambda part: None,
     each_s: float = 0.0,
 ) -> Trials:
-    """Run the trials of the draws `units` (n, d) that are not in `store`; return all trials.
+    """Run each trial of the draws `units` (n, d) that is not in `store`; return all trials.
 
-    `tell` is called with the completed fraction (0 to 1). `each_s`: expected duration of a trial
-    [s].
+    `tell`: function that is called with the completed fraction, 0 to 1.
+    `each_s`: expected duration of a trial [s].
     """
     count = units.shape[0]
     jobs = DrawJobs(

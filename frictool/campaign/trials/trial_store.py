@@ -1,8 +1,8 @@
-"""File of completed trials: a killed campaign loses at most one batch and can be continued.
+"""File of completed trials, from which a killed campaign is continued; one batch may be lost.
 
 The file has one JSON value per line. The first value is the header, which identifies the campaign.
 A trial is [draw, metric values, met], or [draw, reason] if it could not be simulated. A completed
-search is {"worst": ..}. A trial with an incomplete line is simulated again.
+search is an object with the key "worst". A trial with an incomplete line is simulated again.
 """
 
 from __future__ import annotations
@@ -29,11 +29,15 @@ SearchKey = tuple[
 
 
 class TrialStore:
-    """Stored trials and searches of one campaign, in the file `path` or in memory (None).
+    """Stored trials and searches of one campaign.
 
-    `header`: JSON values that identify the campaign. `trials`: results by index of the draw.
-    `worst`: search results by key. Raises InputFileError if the file belongs to another campaign or
-    is damaged, and OutputError if it cannot be written.
+    `path`: file of the trials; None to keep them in memory only.
+    `header`: JSON values that identify the campaign.
+    `trials`: index of a draw -> result.
+    `worst`: key of a search -> result.
+
+    Raises InputFileError if the file belongs to another campaign or is damaged, and OutputError if
+    it cannot be written.
     """
 
     def __init__(self, path: Path | None, header: Header) -> None:
@@ -122,7 +126,7 @@ class TrialStore:
     def _read(self, path: Path, header: Header) -> None:
         """Read the stored trials.
 
-        Drop an incomplete last line, and write the header of a new file.
+        Drops an incomplete last line, and writes the header of a new file.
         """
         assert self._file is not None
         data = path.read_bytes()
@@ -192,7 +196,7 @@ def _worst(row: Mapping[str, Any]) -> SearchResult:
 
 
 def _number(value: float) -> float | str | None:
-    """Return the value for JSON, which has neither NaN nor infinities."""
+    """Return the value for JSON, which has neither NaN nor infinity."""
     return value if math.isfinite(value) else None if math.isnan(value) else repr(value)
 
 

@@ -1,4 +1,4 @@
-"""Results of a campaign's trials: one row per draw, in the order of the draws."""
+"""Results of the trials of a campaign, one row per draw."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MET, BROKEN, UNDECIDED = 1, 0, -1
 
 @dataclass(frozen=True)
 class MetricLimit:
-    """Requirement of the specification: name as in `report`, key, and limit in SI."""
+    """Requirement of the specification: its name in `report`, its key, and its limit in SI."""
 
     name: str
     key: str
@@ -28,9 +28,10 @@ class MetricLimit:
 
 
 class TrialResult(NamedTuple):
-    """Result of one draw; `metric_values` and `met` (m,) as in Trials.
+    """Result of the trial of one draw.
 
-    `failed`: reason why the draw could not be simulated, or empty.
+    `draw`: index of the draw. `metric_values`, `met` (m,): rows of the arrays in Trials.
+    `failed`: reason why the draw could not be simulated; "" if it could.
     """
 
     draw: int
@@ -44,16 +45,13 @@ class Trials:
     """Results of n trials of d factors, judged by m metrics.
 
     `units` (n, d): draws in the unit cube. `values` (n, d): the same draws in SI (factor_space.py).
-
-    `metric_values` (n, m): worst value of each metric over the run of a trial. It is infinite for a
-    failure without a number (an axis that never settles), and NaN if the metric is undefined or the
-    trial could not be simulated.
-
-    `met` (n, m): outcome of each requirement as `report` decides: MET 1, BROKEN 0 or UNDECIDED -1.
-    `passed` (n,): outcome of the whole trial (`trial_outcomes`).
-
-    `failed`: index -> reason why a trial could not be simulated. Such a trial is BROKEN, and each
-    of its metrics is UNDECIDED.
+    `metric_values` (n, m): worst value of each metric in the run of a trial; infinite for a failure
+    without a number (an axis that never settles), NaN if the metric is undefined or the trial could
+    not be simulated.
+    `met` (n, m): outcome of each requirement, decided as in `report`: MET 1, BROKEN 0 or UNDECIDED
+    -1. `passed` (n,): outcome of the whole trial (`trial_outcomes`).
+    `failed`: index of a trial that could not be simulated -> reason. This trial is BROKEN, and its
+        requirements are UNDECIDED.
     """
 
     space: FactorSpace
@@ -74,7 +72,7 @@ class Trials:
 def collect_trials(
     space: FactorSpace, metrics: Sequence[MetricLimit], units: Vector, trials: Iterable[TrialResult]
 ) -> Trials:
-    """Return the trials of the draws `units` (n, d) from results in any order.
+    """Return the trials of the draws `units` (n, d) from `trials`, results in any order.
 
     Raises ValueError if the result of a draw is missing.
     """
@@ -106,11 +104,11 @@ def collect_trials(
 
 
 def trial_outcomes(met: Marks, failed: Sequence[int] = ()) -> Marks:
-    """Return the outcome (n,) of each trial from `met` (n, m).
+    """Return the outcomes (n,) of the trials from the outcomes `met` (n, m) of the requirements.
 
-    A trial is BROKEN if it violates a requirement or could not be simulated, UNDECIDED if a
+    A trial is BROKEN if it violates a requirement or could not be simulated, else UNDECIDED if a
     requirement is undecided, else MET. A requirement that no trial decides is left out, because the
-    scenario cannot decide it for any plant.
+    scenario cannot decide this requirement for any plant.
     """
     decidable = met[:, (met != UNDECIDED).any(axis=0)]
     passed = np.where((decidable == UNDECIDED).any(axis=1), UNDECIDED, MET).astype(np.int8)

@@ -1,4 +1,4 @@
-"""Worst case of a requirement: data, scenario file, and the command that repeats the scenario."""
+"""Worst case of a requirement, with a scenario file and the command that simulates it."""
 
 from __future__ import annotations
 
@@ -25,11 +25,13 @@ Commands = Callable[
 class WorstCase:
     """Worst case of one requirement.
 
-    `values`: factor values by name.
-    `scenario`: base name of the scenario file.
-    `command`: command that repeats the scenario, with base names of files.
+    `value`: worst value, in `unit`.
+    `limit`: limit of the requirement, in `unit`.
+    `values`: name of a factor -> value in SI.
+    `scenario`: name of the scenario file, without folder.
+    `command`: command that simulates the scenario, with file names without folders.
     `typed`: the same command with the paths of the command line, for the terminal only.
-    `played`: the scenario.
+    `played`: scenario of the worst case.
     """
 
     requirement: str
@@ -47,12 +49,12 @@ class WorstCase:
 
 
 def file_name(metric: MetricLimit) -> str:
-    """Return the name of the scenario file for a metric's worst case."""
+    """Return the name of the scenario file for the worst case of a metric."""
     return f"worst_{metric.name}.yaml"
 
 
 def commands_of(number: ProgramNumber) -> Commands:
-    """Return the commands that repeat a scenario, for files model.yaml and controller.yaml."""
+    """Return a function that returns the commands for the base name of a scenario file."""
 
     def of(scenario: str) -> tuple[str, str]:
         words = replay_command(
@@ -84,9 +86,9 @@ def replay_command(
 
 
 def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
-    """Return the text of the scenario's file in `folder`, with a comment at its top.
+    """Return the text of the scenario file in `folder`, which begins with a comment.
 
-    `origin`: file of the campaign's scenario.
+    `origin`: path of the campaign's scenario.
     """
     searched, played = case.searched, case.played
     name = f"worst {case.requirement.replace('_', ' ')}"

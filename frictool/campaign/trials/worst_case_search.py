@@ -1,4 +1,4 @@
-"""Worst-case searches of all requirements; each worst case is simulated again for its scenario."""
+"""Searches for the worst case of each requirement, and the scenarios of the worst cases."""
 
 from __future__ import annotations
 
@@ -23,10 +23,12 @@ ProgressContext = Callable[[str], AbstractContextManager[ProgressCallback]]
 
 
 class SearchTask(NamedTuple):
-    """Task of a search for the worst case of the metric `name` with index `metric`.
+    """Task of a search for the worst case of one metric.
 
-    `drawn`: value of the worst draw.
-    `noise`: index of the worst draw. `starts` (k, d): worst draws.
+    `name`, `metric`: name and index of the metric.
+    `drawn`: value of the metric for the worst draw.
+    `noise`: index of the worst draw. `starts` (k, d): the k worst draws.
+    `evaluations`: largest number of plants to try.
     `draws`: number of draws.
     """
 
@@ -42,7 +44,7 @@ class SearchTask(NamedTuple):
 
     @property
     def key(self) -> SearchKey:
-        """Return the key of the search within its campaign."""
+        """Return the key of the search in the file of the campaign."""
         return self.name, self.evaluations, self.draws
 
 
@@ -53,7 +55,7 @@ class WorstSearch:
         self.trial = trial
 
     def __call__(self, task: SearchTask) -> SearchResult:
-        """Return the worst case; every plant has the noise of the worst draw."""
+        """Return the worst case found; every plant has the noise of the worst draw."""
         sign = 1.0 if task.relation == "<=" else -1.0
         unplayed = 0
 
@@ -80,11 +82,12 @@ def worst_cases(
     commands: Commands,
     progress: ProgressContext,
 ) -> list[WorstCase]:
-    """Return the worst case of each requirement that any draw decides.
+    """Return the worst case of each requirement that at least one draw decides.
 
-    `evaluations`: number of plants for each search. `commands` returns the command that repeats a
-    scenario. `progress(label)`: context manager that yields a callback taking the completed
-    fraction.
+    `evaluations`: largest number of plants to try for each requirement.
+    `commands`: function that returns the commands that simulate a scenario.
+    `progress`: function that returns, for a label, a context manager that yields a callback taking
+        the completed fraction.
     """
     jobs = [
         job
@@ -106,7 +109,7 @@ def _search(
     share: JobSharing,
     tell: ProgressCallback,
 ) -> list[SearchResult]:
-    """Return the worst case of each task in order; searches in `store` are not repeated."""
+    """Return the result of each task in order; a search that is in `store` is not repeated."""
     left = [task for task in tasks if task.key not in store.worst]
     for done, (index, worst) in enumerate(share(search, left, 1, None), start=1):
         store.add_worst(left[index].key, worst)
@@ -150,7 +153,7 @@ def _task(trial: TrialPlayer, trials: Trials, index: int, evaluations: int) -> S
 def _kept(
     trial: TrialPlayer, trials: Trials, index: int, worst: SearchResult, commands: Commands
 ) -> WorstCase:
-    """Run the scenario of the worst point and return the worst case with the values of this run."""
+    """Simulate the scenario of the worst point; return the worst case with the simulated values."""
     metric = trials.metrics[index]
     unit = np.array(worst.unit)
     again = trial.played(unit, worst.noise)

@@ -1,6 +1,6 @@
-"""Figures of a campaign: pass rates, metrics with limits, and failures over the factors.
+"""Figures of a campaign: pass rates, metrics with limits, and failing shares by factor.
 
-Large numbers of trials are binned, so that a figure has a few hundred elements at most.
+Many trials are grouped into bins, so that a figure has a few hundred elements at most.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ ROW = 0.3  # inches, height of a row of rates
 
 
 def rates(findings: Findings) -> PageFigure:
-    """Return the figure of pass rates: of the campaign and of each requirement, with intervals."""
+    """Return the figure of the pass rates, with intervals: campaign and each requirement."""
     rate = findings.rate
     rows = [("all requirements", rate.passed, rate.undecided)]
     rows += [
@@ -101,7 +101,7 @@ def rates(findings: Findings) -> PageFigure:
 
 
 def metric(findings: Findings, one: Distribution) -> PageFigure | None:
-    """Return the figure of a metric's histogram and distribution; None for a constant metric."""
+    """Return the figure of a metric's distribution; None if the metric is constant."""
     if not one.varies:
         return None
     name = requirement_title(one.metric.name)
@@ -143,9 +143,9 @@ def causes(findings: Findings) -> list[PageFigure]:
 
 
 def failing_plane(findings: Findings) -> PageFigure | None:
-    """Return the figure of failures in the plane of the two leading factors.
+    """Return the figure of failures in the plane of the pair of factors that explains them best.
 
-    Return None without failures or without a second factor.
+    Returns None if nothing fails or if there is only one factor.
     """
     pair = findings.sensitivity.pair
     if pair is None:
@@ -188,7 +188,7 @@ def _bars(axes: Axes, one: Distribution) -> None:
 
 
 def _curve(axes: Axes, findings: Findings, one: Distribution) -> None:
-    """Draw the cumulative distribution of all trials with a value, and its confidence band."""
+    """Draw the cumulative distribution of the metric, and its confidence band."""
     index = findings.trials.metrics.index(one.metric)
     values = findings.trials.metric_values[:, index]
     known = np.sort(values[~np.isnan(values)])

@@ -1,4 +1,4 @@
-"""Plot of trials in the plane of two factors: points, or for many trials failing share per cell."""
+"""Plot of trials in the plane of two factors: points or, for many trials, shaded cells."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SCALE = LinearSegmentedColormap.from_list("failing", ["#f2f4f7", "#f0c3a8", "#d9
 
 
 def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
-    """Draw the trials on empty axes; return a text for the caption."""
+    """Draw the trials on the empty `axes`; return a text for the caption."""
     x, y = edges(trials, first), edges(trials, second)
     axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     for axis, factor, ends in ((axes.xaxis, first, x), (axes.yaxis, second, y)):
@@ -40,9 +40,9 @@ def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
 
 
 def edges(trials: Trials, factor: int) -> Vector:
-    """Return the cell edges of a factor: CELLS equal cells.
+    """Return the edges of CELLS equal cells along a factor.
 
-    If the factor has at most CELLS / 2 values, there is one cell around each value.
+    If the factor has at most CELLS / 2 different values, each value has one cell.
     """
     one = trials.space.factors[factor]
     levels = np.unique(trials.values[:, factor])
@@ -103,7 +103,7 @@ def _cells(axes: Axes, trials: Trials, first: int, second: int, x: Vector, y: Ve
 
 
 def _boxes(x: Vector, y: Vector, cells: NDArray[np.int64]) -> Path:
-    """Return the outlines of cells (k, 2), by their indices along x and y."""
+    """Return the outlines of k cells; `cells` (k, 2) are their indices along x and y."""
     i, j = cells.T
     corners = np.stack([x[[i, i + 1, i + 1, i, i]], y[[j, j, j + 1, j + 1, j]]], axis=-1)
     codes = np.tile(

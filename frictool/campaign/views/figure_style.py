@@ -31,7 +31,7 @@ def drawing(name: str) -> AbstractContextManager[None]:
 def new_figure(
     rows: int = 1, height: float = HEIGHT, left: float = MARGINS.left
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure with `rows` axes over a common abscissa."""
+    """Return a figure with `rows` axes, one above the other, with a common abscissa."""
     return svg.panels((WIDTH, height), MARGINS._replace(left=left), rows)
 
 

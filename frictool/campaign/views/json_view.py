@@ -28,8 +28,8 @@ VERDICTS: dict[Outcome, str] = {
 def as_json(findings: Findings) -> dict[str, Any]:
     """Return counts, pass rate, metrics and sensitivities as JSON values.
 
-    `verdict` is `pass`, `fail` or `undecided`. If a requested rate is not shown, `verdict` is
-    `fail` and `outcome` is NOT SHOWN.
+    `verdict` is `pass`, `fail` or `undecided`. If the trials do not show the required rate,
+    `verdict` is `fail` and `outcome` is NOT SHOWN.
     """
     rate = findings.rate
     pair = findings.sensitivity.pair

@@ -1,4 +1,4 @@
-"""Numbers and sentences of a campaign, common to text and page."""
+"""Numbers and sentences on a campaign, for the text and the page."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from frictool.documents.metric_table import requirement_title
 
 
 def number(value: float | None) -> str:
-    """Return the number with four digits, "never" for infinity, a dash for an absent value."""
+    """Return the number with four digits; "never" for infinity, a dash for None."""
     if value is None or math.isnan(value):
         return "–"
     return "never" if math.isinf(value) else f"{value + 0.0:.4g}"
 
 
 def unit_shown(unit: str) -> str:
-    """Return the unit with superscript exponent; empty for a pure number."""
+    """Return the unit with superscript exponents; "" for a dimensionless number."""
     return "" if unit == "1" else unit.replace("^2", "²")
 
 
@@ -32,9 +32,9 @@ def quantity(value: float | None, unit: str) -> str:
 def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
     """Return a share in % with one decimal, or with more decimals near 0 and 100 %.
 
-    A share within 1 % of 0 or 100 % is shown with two significant digits of its difference from 0
-    or 100 %. `toward` is the direction of rounding: a lower bound that is rounded down, or an upper
-    bound that is rounded up, is still a bound.
+    The difference of a share from 0 or 100 % has two significant digits if it is below 1 %.
+
+    `toward`: direction of rounding; a lower bound must be rounded down, an upper bound up.
     """
     if share in (0.0, 1.0):
         return f"{100.0 * share:.0f} %"
@@ -49,14 +49,14 @@ def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") 
 
 
 def percent_text(share: float) -> str:
-    """Return a share in % with all its digits, for shares that the user chose."""
+    """Return a share in % with all its digits, for a share that the user has chosen."""
     return f"{100.0 * share:.12g} %"
 
 
 def chance_text(chance: float | None) -> str:
     """Return the p-value as text; empty if the trials are not random.
 
-    A value below 1e-4 is written as "below 1e-4", because no decision depends on its digits.
+    A value below 1e-4 is shown as "below 1e-4".
     """
     if chance is None:
         return ""
@@ -87,7 +87,7 @@ def _counted(rate: PassRate) -> str:
 
 
 def _rated(rate: PassRate) -> str:
-    """Return the conclusion about all plants as text; empty if the pass rate has no interval."""
+    """Return a text on the pass rate of all plants; "" if the pass rate has no interval."""
     if rate.at_least is None or rate.low is None or rate.high is None:
         return ""
     population = "of all vertices " if rate.method == "vertices" else ""
@@ -129,7 +129,7 @@ def _required_text(findings: Findings) -> str:
 
 
 def caveat(findings: Findings) -> str:
-    """Return a sentence on the population to which the pass rate refers."""
+    """Return a sentence that says to which plants the pass rate refers."""
     rate = findings.rate
     if rate.whole:
         return (
@@ -156,7 +156,7 @@ def caveat(findings: Findings) -> str:
 
 
 def failure_reasons(findings: Findings) -> list[tuple[str, int, int]]:
-    """Return (reason, number of trials, first draw) of failed runs, most frequent first."""
+    """Return (reason, number of trials, first draw) of failed simulations, most frequent first."""
     draws: dict[str, list[int]] = {}
     for draw, reason in findings.trials.failed.items():
         draws.setdefault(reason, []).append(draw)

@@ -1,4 +1,4 @@
-"""Campaign report as one HTML file without requests."""
+"""Campaign report as one HTML file that needs no other file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,11 @@ FACTORS, MORE = 12, 40
 
 @dataclass(frozen=True)
 class ShareCell:
-    """Cell of the table of shares: text, shading 0 to 1, and tooltip."""
+    """Cell of the table of shares.
+
+    `weight`: shading, 0 to 1.
+    `title`: tooltip.
+    """
 
     text: str
     weight: float
@@ -83,7 +87,7 @@ def page(findings: Findings, provenance: Provenance) -> str:
 
 
 def _rows(findings: Findings, question: FailureComparison) -> list[tuple[str, str, str, str]]:
-    """Return (label, direction, failing shares, p-value) of each named factor."""
+    """Return (label, direction, failing shares, p-value) of each factor in `question.named`."""
     factors = findings.trials.space.factors
     return [
         (
@@ -98,9 +102,9 @@ def _rows(findings: Findings, question: FailureComparison) -> list[tuple[str, st
 
 
 def _columns(findings: Findings) -> list[int]:
-    """Return the indices of the factors in the table of shares, in order.
+    """Return the indices of the factors that are columns in the table of shares, in order.
 
-    These are the named factors with the largest shares in any metric.
+    These are the significant factors with the largest share in a metric.
     """
     influences = findings.sensitivity.influences
     named = {i for one in influences for i in one.named}
@@ -112,9 +116,9 @@ def _columns(findings: Findings) -> list[int]:
 
 
 def _table(findings: Findings) -> list[tuple[str, str, list[ShareCell], float | None]]:
-    """Return rows (name, reason without shares, shares, rest), one for each metric.
+    """Return a row (name, reason if there are no shares, shares, rest) for each metric.
 
-    A second row shows the shares of the ranks if these reveal an influence that the values hide.
+    A second row shows the shares of the ranks if they reveal an influence that the values hide.
     """
     rows = []
     for one, influence in zip(findings.distributions, findings.sensitivity.influences, strict=True):
@@ -135,7 +139,7 @@ def _table(findings: Findings) -> list[tuple[str, str, list[ShareCell], float | 
 
 
 def _cells(findings: Findings, influence: MetricInfluence, ranks: bool) -> list[ShareCell]:
-    """Return one cell for each column."""
+    """Return the cells of a row of the table of shares."""
     cells = []
     for i in _columns(findings) if influence.shares else []:
         one = influence.shares[i]

@@ -18,7 +18,7 @@ OUTCOMES = {True: "MET", False: "NOT MET", None: "UNDECIDED"}
 def played_lines(
     verdict: PlayedVerdict, plants: Sequence[str], scenario: str, colour: bool = False
 ) -> list[str]:
-    """Return text lines: one per requirement with its worst plant, then the verdict.
+    """Return a line for each requirement with its worst plant, then a line with the verdict.
 
     `plants`: names of the plants by index.
     `scenario`: description of the scenario.

@@ -1,4 +1,4 @@
-"""Picture of a search: trade-off between response time, modulus margin and drive."""
+"""Picture of the candidates of a search: response time, modulus margin and drive."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def search_picture(found: AutomaticDesign, name: str) -> str:
 
 
 def figure(played: list[Candidate]) -> Figure:
-    """Return one panel for each pair of the first three traded requirements."""
+    """Return a panel for each pair of the first three requirements that are traded off."""
     drawn = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     metrics = played[0].metrics if played else ()
     traded = [one for key in TRADED for one in metrics if one.key == key]

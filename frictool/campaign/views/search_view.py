@@ -15,11 +15,14 @@ from frictool.synth.search.played_tests import RESERVE
 
 
 class ReachedValue(NamedTuple):
-    """Best value of a requirement over the played candidates.
+    """Best value of a requirement that the candidates of a search reached.
 
-    The value of a candidate is the worst value over its tests; candidates far from the limits were
-    simulated with few plants. `alone`: best value of any candidate. `together`: best value of the
-    candidates that meet all other requirements, None if there is none.
+    The value of a candidate is the worst value in its tests; candidates far from the limits were
+    simulated with few plants.
+
+    `alone`: best value of all candidates.
+    `together`: best value of the candidates that meet all other requirements; None if there is
+        none.
     """
 
     key: str
@@ -59,8 +62,8 @@ def refusal(found: AutomaticDesign) -> str:
 def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """Return lines with the details if no design was found.
 
-    They are the numbers of candidates, the bound of the drive, and each requirement that can be
-    relaxed, with the best value of the candidates that meet all other requirements.
+    The lines contain the numbers of candidates, the bound of the drive, and each requirement that
+    can be relaxed, with the value to which it must be relaxed.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
@@ -106,7 +109,7 @@ def search_json(found: AutomaticDesign) -> dict[str, Any]:
 
 
 def reached(found: AutomaticDesign) -> tuple[ReachedValue, ...]:
-    """Return the best value of each requirement over all candidates."""
+    """Return the best value of each requirement that the candidates reached."""
     played = [one for outcome in found.outcomes for one in outcome.trade]
     if not played:
         return ()
@@ -147,7 +150,7 @@ def _missed(best: Candidate) -> str:
 
 
 def _told_apart(value: float, limit: float, unit: str) -> tuple[str, str]:
-    """Return value and limit with four digits, or with as many as show that they differ."""
+    """Return value and limit with four digits, or with more if needed to tell them apart."""
     for digits in range(4, 17):
         texts = _number(value, unit, digits), _number(limit, unit, digits)
         if texts[0] != texts[1]:
@@ -156,7 +159,7 @@ def _told_apart(value: float, limit: float, unit: str) -> tuple[str, str]:
 
 
 def _meets(row: ReachedValue) -> bool:
-    """Return True if a candidate that meets the other requirements meets this limit, too."""
+    """Return True if a candidate that meets all other requirements also meets this limit."""
     assert row.together is not None
     return row.together <= row.limit if row.relation == "<=" else row.together >= row.limit
 

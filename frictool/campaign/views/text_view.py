@@ -47,7 +47,7 @@ def lines(findings: Findings, colour: bool = False) -> list[str]:
 
 
 def fails_where(findings: Findings, factor: int, region: FailureRegion) -> str:
-    """Return a text with the factor values of the largest and the smallest failing share.
+    """Return a text on the factor values at which most and fewest trials fail.
 
     Example: "fails 40 % around 0.14 N m, 0 % around 0.11 N m".
     """
@@ -64,10 +64,9 @@ def fails_where(findings: Findings, factor: int, region: FailureRegion) -> str:
 
 
 def influence_lines(findings: Findings, influence: MetricInfluence) -> list[str]:
-    """Return a line with the named factors and their shares of the variance.
+    """Return a line with the significant factors and their shares of the variance.
 
-    A second line shows the variance shares of the ranks if these reveal an influence that the
-    values hide.
+    A second line shows the shares of the ranks if they reveal an influence that the values hide.
     """
     if influence.reason:
         return [influence.reason]
@@ -89,7 +88,7 @@ def _shares_text(
     shares: Sequence[tuple[float, float]],
     rest: float | None,
 ) -> str:
-    """Return the shares with errors, the largest first; shares below 0.5 % are listed together."""
+    """Return the shares with standard deviations, the largest first, small ones grouped."""
     order = sorted(influence.named, key=lambda i: -shares[i][0])
     factors = findings.trials.space.factors
     alone = [
@@ -108,7 +107,7 @@ def _shares_text(
 
 
 def share_text(share: float, error: float) -> str:
-    """Return a share as text, with its standard deviation unless that is 0."""
+    """Return a share as text, with the standard deviation `error` if it is not 0."""
     digits = 0 if error >= 0.0095 else 1
     return (
         _whole(share)
@@ -185,7 +184,7 @@ def _failures(findings: Findings) -> list[str]:
 
 
 def pair_lines(findings: Findings) -> list[str]:
-    """Return a line on the interaction of the leading pair; no line if it is within noise."""
+    """Return a line on the interaction of the pair of factors; no line if it is within noise."""
     pair = findings.sensitivity.pair
     if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
         return []
