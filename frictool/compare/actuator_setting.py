@@ -1,9 +1,9 @@
 """Parameters of a law comparison for an identified actuator, from its model and bench.
 
-Parameters that neither document contains are taken from thesis table 3.1 and scaled to the
-actuator's units of length and time. m is the inertia, T_s the sample period, delta_x the encoder's
-step, and T_e the simulation's step. `fall` is (F_s - F_c)/F_c divided by its value in table 3.1.
-The numbers at the ends of lines are equations of the thesis.
+A parameter that neither document contains is taken from thesis table 3.1 and scaled to the
+actuator's units of length and time. m is the inertia, F_s the breakaway, T_s the sample period,
+delta_x the encoder's step, and T_e the simulation's step. `fall` is (F_s - F_c)/F_c divided by its
+value in table 3.1. The numbers in parentheses are equations of the thesis.
 
 unit of time   (m/sigma_v)/2.5, or less to stay within the bench's travel and top speed
 v_s            1e-3 fall (unit of length)/(unit of time); at most delta_x p0/5
@@ -67,7 +67,7 @@ def from_model(model: Model) -> ComparisonSetting:
 
 
 def _longest(bench: Bench, mass: float, coulomb: float) -> float:
-    """Return the unit of time [s] at which the tests just fit the bench's travel and speed."""
+    """Return the largest unit of time [s] for which the tests fit the bench's travel and speed."""
     travel = bench.mechanics.travel
     speed = bench.mechanics.top_speed
     acceleration = coulomb / mass
@@ -80,7 +80,7 @@ def _longest(bench: Bench, mass: float, coulomb: float) -> float:
 
 
 def _on_bench(setting: ComparisonSetting, bench: Bench, effort_limit: float) -> ComparisonSetting:
-    """Return the setting with the simulation parameters that follow from the bench."""
+    """Return the setting with simulation parameters that follow from the bench."""
     mass = setting.mass
     resolution = bench.encoder.resolution
     decay = STUCK_IN_A_SAMPLE / bench.sample_period_s

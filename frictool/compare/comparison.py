@@ -40,7 +40,7 @@ class LawRunner(Protocol):
         """Return the display name of the law."""
 
     def parameters(self, law: str) -> int:
-        """Return the number of physical parameters; parameters of the simulation do not count."""
+        """Return the number of the law's physical parameters, without those of the simulation."""
 
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
@@ -50,11 +50,11 @@ class LawRunner(Protocol):
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
         """Return the friction [N | N m] along a path at a constant speed.
 
-        Return None if the contact is rigid below breakaway.
+        Returns None if the contact is rigid below breakaway.
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return row -> symbol for the properties of thesis table 2.1 that probes measure.
+        """Return row of thesis table 2.1 -> symbol, for the properties that probes measure.
 
         `drift`: trajectory of the drift test.
         """
@@ -62,7 +62,13 @@ class LawRunner(Protocol):
 
 @dataclass(frozen=True)
 class LawResult:
-    """Measures, verdicts and trajectories of one law."""
+    """Measures, verdicts and trajectories of one law.
+
+    `verdicts`: row of thesis table 3.2 -> symbol.
+    `properties`: row of thesis table 2.1 -> symbol.
+    `runs`: test -> trajectory.
+    `loop`: positions and friction of the presliding test; None for a rigid contact.
+    """
 
     title: str
     stick_slip: stick_slip_criterion.StickSlipResult
@@ -77,7 +83,10 @@ class LawResult:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(ResultView):
-    """Results of the laws by name, and differences from the thesis's tables 2.1 and 3.2."""
+    """Results of the laws by name, and differences from the thesis's tables 2.1 and 3.2.
+
+    `reference`, `reference_cycle`: measures of the event-exact Stribeck law.
+    """
 
     setting: ComparisonSetting
     reference: stick_slip_criterion.StickSlipResult
@@ -100,13 +109,13 @@ def compare(
     setting : ComparisonSetting
         Parameters of the laws and scales of the tests.
     simulator : LawRunner
-        Simulator of the laws; picklable for several workers.
+        Simulator of the laws; must be picklable if `workers` is not 1.
     laws : tuple of str
         Names of the laws.
     progress : callable
-        `progress(done, total)` is called before the first law and after each.
+        `progress(done, total)` is called before the first law and after each law.
     workers : int
-        Number of processes; it does not change the results.
+        Number of processes; the results do not depend on it.
 
     Returns
     -------
@@ -136,7 +145,7 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """Yield a function like `map` that runs in `workers` processes; 1: in this process.
+    """Yield a function like `map` that runs in `workers` processes; for 1, in this process.
 
     The processes start without inherited state. An interrupt of this process ends them.
     """
@@ -174,7 +183,7 @@ def _tested(
     reference_cycle: limit_cycle_criterion.LimitCycleResult,
     law: str,
 ) -> LawResult:
-    """Run all tests on one law and judge it against the reference."""
+    """Run all tests on one law, and judge the law by comparison with the reference."""
     runs = _runs(setting, simulator, law)
     pulled, cycling = _measured(setting, runs)
     loop, contact = _presliding(setting, simulator, law)

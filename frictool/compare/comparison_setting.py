@@ -1,18 +1,20 @@
 """Parameters of the compared laws in SI, and the scales of the tests.
 
-The inputs of thesis 3.7 are defined for a mass of 1 kg, a Coulomb friction of 1 N and a time
-constant m/sigma_v of 2.5 s. For another actuator the inputs are scaled. The newton, second and
-metre of the thesis are replaced by these units:
+The inputs of thesis 3.7 are defined for a mass m of 1 kg, a Coulomb friction F_c of 1 N and a time
+constant m/sigma_v of 2.5 s, where sigma_v is the coefficient of viscous friction. For another
+actuator, the newton, second and metre of the thesis are replaced by these units (F_s is the
+breakaway):
 
     force = F_c
     time = (m/sigma_v)/2.5, or 1 s without viscous friction
     length = F_c time^2/m
     fall = (F_s - F_c)/(F_c/2)
 
-In these units the amplitudes of stick-slip and limit cycle are proportional to F_s - F_c. The speed
-of the pull and the duration of the position loop are therefore multiplied or divided by `fall`
-(compare/input_protocol.py). Unknown values of v_s, z_max and Sigma are multiplied by `fall`. The
-number of sticks and the rigidity then do not depend on the fall.
+In these units, the amplitudes of stick-slip and limit cycle are proportional to F_s - F_c.
+Therefore the speed of the pulled spring is multiplied by `fall`, and the duration of the position
+loop divided by `fall` (compare/input_protocol.py). Unknown values of the Stribeck velocity v_s, the
+presliding z_max and the switching speed Sigma are multiplied by `fall`. Then the number of sticks
+does not depend on `fall`.
 """
 
 from __future__ import annotations
@@ -60,7 +62,7 @@ class UnitScales:
 
     @property
     def fall(self) -> float:
-        """Return (F_s - F_c)/F_c divided by its value in thesis table 3.1, at least LEAST_FALL.
+        """Return (F_s - F_c)/F_c divided by its value in thesis table 3.1; at least LEAST_FALL.
 
         The lower limit bounds the duration of the tests.
         """
@@ -70,10 +72,10 @@ class UnitScales:
 def scales_of(
     mass: float, coulomb: float, breakaway: float, viscous: float, longest: float = math.inf
 ) -> UnitScales:
-    """Return the units of the tests for an actuator; 1 N, 1 s and 1 m for thesis table 3.1.
+    """Return the units of the tests for an actuator.
 
-    The unit of time is at most `longest` [s]. Raises ValueError if the units are implausibly large
-    or small.
+    For the actuator of thesis table 3.1, the units are 1 N, 1 s and 1 m. The unit of time is at
+    most `longest` [s]. Raises ValueError if the units are implausibly large or small.
     """
     time = min(mass / viscous / TIME_CONSTANT, longest) if viscous > 0.0 else min(1.0, longest)
     length = coulomb * time * time / mass
@@ -91,7 +93,7 @@ class ComparisonSetting:
     """Parameters of all laws in SI (N m and rad for a rotary axis).
 
     `sample_period` [s] and `encoder_step` [m | rad] limit the decay rate and the switching speed
-    (thesis 3.8, 3.10); they are None without a bench.
+    (thesis (3.8), (3.10)); both are None without a bench.
     """
 
     name: str
@@ -120,7 +122,7 @@ class ComparisonSetting:
 
 
 def from_friction(document: Friction) -> ComparisonSetting:
-    """Return the setting of a `friction.yaml`.
+    """Return the parameters of the laws in a `friction.yaml`.
 
     An absent stiffness or damping is computed by thesis (3.35).
     """
@@ -215,9 +217,9 @@ def scaled_setting(
     viscous: float,
     longest: float = math.inf,
 ) -> ComparisonSetting:
-    """Return thesis table 3.1 scaled to an actuator, with the actuator's known parameters.
+    """Return the parameters of thesis table 3.1, scaled to an actuator with the given parameters.
 
-    `longest`: upper limit of the unit of time [s], as in `scales_of`.
+    `longest`: upper limit of the unit of time [s].
     """
     scales = scales_of(mass, coulomb, breakaway, viscous, longest)
     speed = scales.fall * scales.speed

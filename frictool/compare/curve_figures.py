@@ -26,7 +26,7 @@ Row = tuple[str, list[tuple[str, Vector, Vector]]]
 
 
 def draw_rows(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> str:
-    """Return a figure with one axes per row over a common abscissa, as an `<svg>` element.
+    """Return an `<svg>` element with one axes per row, one above the other, with a common abscissa.
 
     `name`: description of the figure for screen readers.
     """
@@ -52,9 +52,10 @@ def draw_rows(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> s
 def over_time(
     runs: dict[str, LawTrajectory], units: tuple[str, str], window: slice = slice(None)
 ) -> list[Row]:
-    """Return three rows over time: position, velocity and friction of each law.
+    """Return rows with position, velocity and friction of each law against time.
 
-    `units`: unit of position, unit of force.
+    `units`: units of position and force.
+    `window`: samples to show.
     """
     length, force = units
     return [

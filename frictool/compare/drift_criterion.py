@@ -14,7 +14,7 @@ LIMIT = 1.0  # z_max, largest displacement without drift
 
 @dataclass(frozen=True)
 class DriftResult:
-    """Displacement from t = 5 s to t = 102 s, which are 194 cycles, in SI and relative to z_max."""
+    """Displacement from t = 5 s to t = 102 s, during 194 cycles, in SI and relative to z_max."""
 
     displacement: float
     z_max_units: float

@@ -7,11 +7,11 @@ presliding    position at 1e-6 m/s between turning points, which are multiples o
 drift         up to 1.6 N in 1 s, down to 0.5 N in 0.05 s, held to 2 s, then
               0.5 + 0.4 sin(2 pi 2 (t - 2)) N to 102 s                                 (3.7.5)
 
-The thesis prints no numbers for presliding and drift; those above are frictool's. All numbers above
-hold for F_s = 1.5 F_c. For another F_s let fall = (F_s - F_c)/(0.5 F_c), with a lower limit
-(`UnitScales.fall`): the spring is pulled at 0.1 fall m/s until 52.5 s after the first breakaway.
-With fall < 1 the position loop lasts 300/fall s, since the integral part of the effort grows more
-slowly. The first peak of the drift test is F_s + 0.1 N.
+The numbers for presliding and drift are frictool's, because the thesis prints none. All numbers
+above are for F_s = 1.5 F_c. For another breakaway F_s, let fall = (F_s - F_c)/(0.5 F_c), with a
+lower limit (`UnitScales.fall`). The spring is then pulled at 0.1 fall m/s, until 52.5 s after the
+first breakaway. If fall < 1, the position loop lasts 300/fall s, because the integral part of the
+effort needs longer. The first peak of the drift test is F_s + 0.1 N.
 """
 
 from __future__ import annotations
@@ -88,8 +88,9 @@ def drift(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def presliding_path(presliding: float, points: int) -> tuple[Vector, Vector]:
-    """Return positions (10 points + 1,) [m | rad], and the index of each turning point (11,).
+    """Return the positions (10 points + 1,) [m | rad] and the indices (11,) of the turning points.
 
+    `presliding`: z_max [m | rad].
     `points`: number of steps between two turning points.
     """
     legs = [np.linspace(a, b, points + 1)[1:] for a, b in pairwise(TURNING_POINTS)]

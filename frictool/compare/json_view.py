@@ -1,6 +1,6 @@
 """JSON view of a comparison for `frictool compare --json`.
 
-Lengths are in m for a linear axis and in rad for a rotary one.
+Lengths are in m for a linear axis, and in rad for a rotary axis.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from frictool.documents.quantity import Axis
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
-    """Return measures and both tables by law, and the cells that differ from the thesis."""
+    """Return the measures and both tables by law, and the cells that differ from the thesis."""
     axis = comparison.setting.axis
     return {
         "parameters": asdict(comparison.setting),

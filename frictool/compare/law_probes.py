@@ -6,7 +6,7 @@ force-driven       force ramps at two rates: rising static friction
 fixed step         the law as printed in the thesis, integrated by Euler's method: test if the mass
                    comes to rest
 
-The four tests decide the other rows: presliding, non-local memory and non-drift
+The four tests give the other rows of the table: presliding, non-local memory and non-drift
 (compare/presliding_criterion.py, drift_criterion.py).
 """
 
@@ -37,19 +37,19 @@ EULER_STEP, EULER_SPEED, EULER_FORCE = 1e-4, 1e-2, 0.5  # units of time, speed a
 
 
 def _noticeable(setting: ComparisonSetting) -> float:
-    """Return the smallest difference [N | N m] that is treated as an effect of F_s > F_c."""
+    """Return the smallest difference [N | N m] that counts as an effect of F_s > F_c."""
     return NOTICEABLE * setting.scales.fall * setting.coulomb
 
 
 def steady_friction(follow: Follow, setting: ComparisonSetting, speed: float) -> float:
-    """Return the friction of a steady slide at `speed` [m/s]."""
+    """Return the friction of steady sliding at `speed` [m/s]."""
     steps = int(SLIDE * STEPS_PER_Z_MAX)
     dt = setting.presliding / (STEPS_PER_Z_MAX * speed)
     return float(follow(np.full(steps, speed), np.full(steps, dt))[-1])
 
 
 def stribeck_effect(follow: Follow, setting: ComparisonSetting) -> str:
-    """Return `+` if friction falls with increasing speed anywhere between 0.1 and 100 v_s."""
+    """Return `+` if friction falls with rising speed anywhere between 0.1 and 100 v_s, else `-`."""
     curve = np.array(
         [steady_friction(follow, setting, speed * setting.stribeck_velocity) for speed in SPEEDS]
     )
@@ -58,17 +58,17 @@ def stribeck_effect(follow: Follow, setting: ComparisonSetting) -> str:
 
 
 def viscous_friction(follow: Follow, setting: ComparisonSetting) -> str:
-    """Return `+` if friction grows with speed far above the Stribeck velocity."""
+    """Return `+` if friction rises with speed far above the Stribeck velocity, else `-`."""
     speed = FAST * setting.scales.speed
     grown = steady_friction(follow, setting, 2.0 * speed) - steady_friction(follow, setting, speed)
     return "+" if grown > NOTICEABLE * setting.coulomb else "-"
 
 
 def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
-    """Return `±` if friction at one speed depends on whether the speed grows or falls, else `-`.
+    """Return `±` if friction at one speed differs between rising and falling speed, else `-`.
 
-    The test is a slide with oscillating speed. No law reaches `+`, because none has the delay of
-    thesis 3.4.2.3 as a parameter.
+    The mass slides with oscillating speed. No law gets `+`, because no law has the delay of thesis
+    3.4.2.3 as a parameter.
     """
     period = setting.scales.time / MEMORY_FREQUENCY
     phase = 2.0 * math.pi * (np.arange(2 * MEMORY_STEPS) + 0.5) / MEMORY_STEPS
@@ -82,8 +82,9 @@ def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
 def rising_static_friction(slow: float, fast: float, setting: ComparisonSetting) -> str:
     """Return `±` if the largest friction before slip depends on the rate of the force, else `-`.
 
-    `slow`, `fast`: largest friction [N] in a slow and in a fast ramp. No law reaches `+`, because
-    none has the dwell time as a parameter.
+    No law gets `+`, because no law has the dwell time as a parameter.
+
+    `slow`, `fast`: largest friction [N] in a slow and in a fast ramp of the force.
     """
     return "±" if abs(slow - fast) > _noticeable(setting) else "-"
 
@@ -91,8 +92,9 @@ def rising_static_friction(slow: float, fast: float, setting: ComparisonSetting)
 def stiction(compliance: bool, holds: bool, settles: bool) -> str:
     """Return the symbol of stiction.
 
-    `-`: the contact is compliant, or does not hold at rest below breakaway. `±`: it holds in an
-    exact simulation only. `+`: it also holds in a simulation with a fixed step.
+    `-`: the contact is compliant, or the mass moves below breakaway. `±`: the mass rests below
+    breakaway in an exact simulation only. `+`: the mass also rests in a simulation with a fixed
+    step.
     """
     if compliance or not holds:
         return "-"
@@ -102,9 +104,12 @@ def stiction(compliance: bool, holds: bool, settles: bool) -> str:
 def settles(law: Callable[[float, float], tuple[float, float]], setting: ComparisonSetting) -> bool:
     """Return True if a sliding mass comes to rest in a simulation with a fixed step.
 
-    The effort is half the Coulomb friction; the mass must not move in the second half. `law(v, u)`
-    is the law as printed; it returns the friction and the speed that is treated as motion. Euler's
-    method never hits v = 0 exactly, so that a law that sticks only at v = 0 does not come to rest.
+    The effort is half the Coulomb friction; the mass must not move in the second half of the
+    simulation. Euler's method never gives exactly v = 0, so that the mass does not come to rest
+    with a law that sticks only at v = 0.
+
+    `law(v, u)`: law as printed in the thesis; it returns the friction and the speed that counts as
+    motion.
     """
     scales = setting.scales
     h = EULER_STEP * scales.time

@@ -37,7 +37,7 @@ SETTLED = 5.0  # s, time in the drift test from which the mass must stand still
 
 
 def law_values(setting: ComparisonSetting) -> dict[str, float]:
-    """Return name -> value of a setting; each law takes its parameters from these values."""
+    """Return name -> value of the setting, from which each law takes its parameters."""
     return {
         "coulomb": setting.coulomb,
         "breakaway": setting.breakaway,
@@ -63,7 +63,7 @@ def setting_violations(
     """Return two lists of lines: violated conditions of the hybrid laws among `laws`, and advice.
 
     The conditions are those of friction/hybrid_time_step.py. Each line occurs once. Without a
-    bench, the sample period and the encoder step are chosen so that the limits on them hold.
+    bench, sample period and encoder step are chosen such that their conditions are not violated.
     """
     period = setting.sample_period or 10.0 / setting.decay
     resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay
@@ -146,9 +146,9 @@ class LawSimulator:
         return reasons
 
     def packed(self, law: str) -> Vector:
-        """Return the parameters for the law's kernels.
+        """Return the parameters of the law in the order that its kernels expect.
 
-        Raises ValueError if the setting is out of the law's range.
+        Raises ValueError if the law does not allow the parameters of the setting.
         """
         friction_law = LAWS[law]
         values = law_values(self._setting)
@@ -162,7 +162,7 @@ class LawSimulator:
         return friction_law.pack(chosen, self._setting.axis, tail)
 
     def defaults(self, laws: tuple[str, ...]) -> list[str]:
-        """Return a line for each parameter of `laws` whose value is a default."""
+        """Return a line for each parameter of `laws` that has its default value."""
         values = law_values(self._setting)
         return [
             f"{law} is compared with {parameter.name} = {parameter.default:g} "
@@ -175,7 +175,7 @@ class LawSimulator:
     def parameters(self, law: str) -> int:
         """Return the number of physical parameters to identify.
 
-        A Preisach triangle has one per cell, a Maxwell model two per element.
+        A Preisach triangle has one parameter per cell, a Maxwell model two per element.
         """
         friction_law = LAWS[law]
         fixed = sum(not parameter.simulation_only for parameter in friction_law.parameters)
@@ -222,7 +222,7 @@ class LawSimulator:
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
         """Return the friction [N | N m] along a path at a constant speed.
 
-        Return None if the mass does not move below breakaway, or does not spring back.
+        Returns None if the mass does not move below breakaway, or does not spring back.
         """
         if not self._yields(law):
             return None
@@ -233,9 +233,9 @@ class LawSimulator:
         return np.concatenate([[0.0], friction])
 
     def _yields(self, law: str) -> bool:
-        """Return True if the mass moves under a quarter of the Coulomb friction and springs back.
+        """Return True if an effort of F_c/4 moves the mass, which then springs back.
 
-        It must return by more than half of its displacement.
+        The mass must return by more than half of its displacement. F_c is the Coulomb friction.
         """
         scales = self._setting.scales
         force = YIELD_FORCE * scales.force
@@ -250,7 +250,7 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the properties that the probes of compare/law_probes.py measure: row -> symbol.
+        """Return row of thesis table 2.1 -> symbol, for the properties that probes measure.
 
         `drift`: trajectory of the drift test.
         """
@@ -281,7 +281,7 @@ class LawSimulator:
         }
 
     def _breakaway(self, law: str, rate: float) -> float:
-        """Return the largest friction under a force ramp before the speed exceeds 10 v_s."""
+        """Return the largest friction during a force ramp, before the speed exceeds 10 v_s."""
         setting = self._setting
         growth = rate * self._setting.scales.force / self._setting.scales.time
         ran = self.run(
@@ -292,7 +292,7 @@ class LawSimulator:
 
 
 def _phases(events: Vector, end: float, shortest: float) -> Phases:
-    """Return stick phases of at least `shortest` [s] from the engine's events, from rest at 0."""
+    """Return the stick phases of at least `shortest` [s] from the events of a run from rest."""
     phases: list[tuple[float, float]] = []
     begin: float | None = 0.0
     for time, kind, *_ in events.tolist():

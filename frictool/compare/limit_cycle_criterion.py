@@ -17,9 +17,10 @@ PERIOD_TOLERANCE = 0.05
 class LimitCycleResult:
     """Measures of a limit cycle.
 
-    `amplitude`: half the peak-to-peak value over the last quarter of the run. `lasting`: ratio of
-    `amplitude` to the amplitude over the second quarter. `period_s`: mean time between upward
-    crossings of the mean level in the second half; None if the cycle dies out.
+    `amplitude`: half the peak-to-peak value of the position in the last quarter of the run.
+    `lasting`: quotient of `amplitude` and the amplitude in the second quarter.
+    `period_s`: mean time between upward crossings of the mean position in the second half; None if
+        the cycle dies out.
     """
 
     amplitude: float
@@ -29,7 +30,8 @@ class LimitCycleResult:
     def verdict(self, reference: LimitCycleResult) -> str:
         """Return `+` or `-` by comparison with the event-exact law.
 
-        `+`: the cycle lasts and its period is within 5 %, or both cycles die out.
+        `+`: the cycle lasts and its period differs from the reference by at most 5 %, or both
+        cycles die out.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"
@@ -59,7 +61,7 @@ def _half_range(position: Vector) -> float:
 
 
 def _period(time: Vector, position: Vector) -> float | None:
-    """Return the mean time between upward crossings of the middle; None for fewer than two."""
+    """Return the mean time between upward crossings of the middle; None if fewer than two."""
     offset = position - 0.5 * (position.max() + position.min())
     before = np.flatnonzero((offset[:-1] < 0.0) & (offset[1:] >= 0.0))
     if before.size < 2:

@@ -1,4 +1,4 @@
-"""Comparison as one HTML file with tables and figures; it loads nothing from the network."""
+"""Comparison as one HTML file with tables and figures, which loads no other file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frictool.presentation.page import render_page
 def page(comparison: Comparison, provenance: Provenance, explain: bool = False) -> str:
     """Return the HTML text; the same inputs give the same bytes.
 
-    `explain` adds the cells that differ from the thesis.
+    `explain`: True to add the table cells that differ from the thesis.
     """
     return render_page(
         Path(__file__).parent,

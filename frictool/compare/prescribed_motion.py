@@ -20,9 +20,12 @@ from frictool.typing import Vector
 def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vector:
     """Return the friction (n,) [N | N m] at the end of each step, from a fresh contact.
 
-    `velocity` (n,) in m/s | rad/s, `steps` (n,) in s. The driving effort is unlimited: a hybrid law
-    gets an infinite effort in the direction of motion. Raises NoSolutionError if a kernel reports
-    an error.
+    The driving effort is unlimited: a hybrid law gets an infinite effort in the direction of
+    motion.
+
+    `velocity` (n,): velocity in each step [m/s | rad/s]. `steps` (n,): duration of each step [s].
+
+    Raises NoSolutionError if the law cannot be evaluated.
     """
     if isinstance(law.kernels, StaticKernels):
         slip = law.kernels.slip_force
@@ -85,8 +88,7 @@ def _hybrid(
 def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
     """Return a static law as printed in the thesis.
 
-    The law maps velocity and effort (v, u) to the friction and the velocity that is treated as
-    motion.
+    The law maps velocity and effort (v, u) to the friction and the velocity that counts as motion.
     """
     kernels = law.kernels
     assert isinstance(kernels, StaticKernels)

@@ -22,9 +22,10 @@ CLOSURE_ALLOWED = 0.02
 class PreslidingResult:
     """Measures of presliding.
 
-    `compliance`: True if the contact yields to a force below breakaway and springs back. `closure`:
-    gap between the ends of the inner loop, relative to F_s. `area`: area of the last outer loop,
-    relative to F_s z_max. `closure` and `area` are None without compliance.
+    `compliance`: True if the contact yields to a force below breakaway and springs back.
+    `closure`: difference of the friction at the ends of the inner loop, divided by F_s; None
+        without compliance.
+    `area`: area of the last outer loop, divided by F_s z_max; None without compliance.
     """
 
     compliance: bool
@@ -46,9 +47,10 @@ class PreslidingResult:
 def measure(
     position: Vector, friction: Vector, turning: Vector, breakaway: float, presliding: float
 ) -> PreslidingResult:
-    """Return the measures of a position-driven run.
+    """Return the measures from the friction (n,) along prescribed positions (n,).
 
     `turning` (11,): index of each turning point.
+    `presliding`: z_max.
     """
     at = turning.astype(int)
     closure = abs(float(friction[at[INNER_END]] - friction[at[INNER_START]])) / breakaway

@@ -16,9 +16,10 @@ PERIOD_TOLERANCE = 0.02
 class StickSlipResult:
     """Measures of stick-slip.
 
-    `sticks`: number of stick phases that end in a breakaway. `period_s`, `jump`: mean time and mean
-    distance from one stick to the next; None for fewer than two sticks. `stuck_share`: share of the
-    time below the Stribeck velocity.
+    `sticks`: number of stick phases that end in a breakaway.
+    `period_s`, `jump`: mean time and mean distance from one stick to the next; None for fewer than
+        two sticks.
+    `stuck_share`: share of the time in which the speed is below the Stribeck velocity.
     """
 
     sticks: int
@@ -31,7 +32,8 @@ class StickSlipResult:
     def verdict(self, reference: StickSlipResult) -> str:
         """Return `+` or `-` by comparison with the event-exact law.
 
-        `+`: at most one stick fewer and a period within 2 %, or neither law sticks twice.
+        `+`: the law has at most one stick fewer, and its period differs by at most 2 %; or neither
+        law sticks twice.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

@@ -32,7 +32,7 @@ def number(value: float | None, digits: int = 4) -> str:
 
 
 def tables(comparison: Comparison) -> list[TextTable]:
-    """Return the measures and the thesis's tables 3.2 and 2.1, with one row per law."""
+    """Return the table of the measures, and the thesis's tables 3.2 and 2.1; one row per law."""
     unit = si_unit("position", comparison.setting.axis)
     measures = (
         "law",
@@ -108,7 +108,7 @@ def scaling(comparison: Comparison) -> str:
 
 
 def lines(comparison: Comparison, explain: bool = False) -> list[str]:
-    """Return all lines of the text; `explain` adds the table cells that differ from the thesis."""
+    """Return the lines of the text; `explain` adds the cells that differ from the thesis."""
     out = [scaling(comparison), ""]
     for table in tables(comparison):
         out += [*table.lines(), ""]

@@ -1,4 +1,4 @@
-"""Figures 3.11 to 3.25 of the thesis for the compared laws, and the same views of further laws."""
+"""Figures of a comparison: figures 3.11 to 3.25 of the thesis, and the same for other laws."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ SIGNALS = {  # what a figure of a test shows, from above
 
 
 def pictures(comparison: Comparison) -> list[PageFigure]:
-    """Return thesis figures 3.11 to 3.25 for the compared laws, then the other figures."""
+    """Return the figures of the thesis for the compared laws, then the figures of other laws."""
     shown = [_inputs(comparison, "3.17"), _inputs(comparison, "3.22")]
     covered: set[tuple[str, str]] = set()
     for number, test, laws in THESIS:
@@ -66,7 +66,7 @@ def pictures(comparison: Comparison) -> list[PageFigure]:
 
 
 def _figure(number: str, title: str, svg: str) -> PageFigure:
-    """Return the figure with the thesis's number as title; it is empty for a further figure."""
+    """Return the figure, titled with its number in the thesis unless `number` is ""."""
     return PageFigure(number, svg, f"Thesis {number}. {title}" if number else title)
 
 

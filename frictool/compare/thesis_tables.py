@@ -1,4 +1,4 @@
-"""Tables 2.1 and 3.2 as printed in the thesis, and reasons for computed differences."""
+"""Tables 2.1 and 3.2 as printed in the thesis, and the reasons why computed cells differ."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ REASONS: dict[str, dict[tuple[str, str], str]] = {
 
 @dataclass(frozen=True)
 class TableDifference:
-    """Table cell whose computed value differs from the printed one, with the reason."""
+    """Table cell with different computed and printed values, and the reason."""
 
     table: str
     law: str
@@ -90,7 +90,7 @@ class TableDifference:
 def table_differences(
     verdicts: dict[str, dict[str, str]], properties: dict[str, dict[str, str]]
 ) -> list[TableDifference]:
-    """Return every cell of thesis tables 2.1 and 3.2 whose computed and printed values differ.
+    """Return every cell of thesis tables 2.1 and 3.2 in which computed and printed values differ.
 
     `verdicts`, `properties`: law -> row -> symbol.
     """

@@ -13,9 +13,10 @@ Phases = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True)
 class LawTrajectory:
-    """Samples (n,) in SI, and begin and end [s] of each stick phase.
+    """Samples of a simulated test.
 
-    The last phase may reach the end of the run.
+    `time`, `position`, `velocity`, `friction`: samples (n,) in SI.
+    `sticks`: begin and end [s] of each stick phase; the last phase may reach the end of the run.
     """
 
     time: Vector
@@ -25,7 +26,7 @@ class LawTrajectory:
     sticks: Phases
 
     def between(self, begin: float, end: float) -> slice:
-        """Return the samples with begin <= t <= end."""
+        """Return the slice of the samples with begin <= t <= end."""
         first, last = np.searchsorted(self.time, (begin, end * (1.0 + 1e-12)))
         return slice(int(first), int(last))
 
@@ -37,8 +38,8 @@ class LawTrajectory:
 def slow_phases(time: Vector, velocity: Vector, threshold: float, shortest: float) -> Phases:
     """Return phases of at least `shortest` [s] with |v| < threshold.
 
-    They are treated as the stick phases of a law that never stands exactly still. `shortest`
-    excludes zero crossings of the velocity.
+    The phases count as the stick phases of a law with which the mass never stands exactly still.
+    `shortest` excludes zero crossings of the velocity.
     """
     slow = np.abs(velocity) < threshold
     edges = np.flatnonzero(np.diff(np.concatenate(([False], slow, [False])).astype(np.int8)))

@@ -18,7 +18,7 @@ LONGEST_S = 60.0  # s, timeout of each command
 
 
 def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationFinding:
-    """Compile and run a program that calls sqrt.
+    """Compile and run a C program that calls sqrt.
 
     The compiler is the first of `names` that is on the PATH.
     """

@@ -1,4 +1,4 @@
-"""Check of compiled kernels: compile and run one, and count the kernels on disk."""
+"""Checks of compiled kernels: a kernel is compiled and run; kernels on disk are counted."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from frictool.runtime.kernel_sources import PACKAGE, Sources, UnknownSourcesErro
 
 @dataclass(frozen=True)
 class OldKernelFolder:
-    """Folder of a former toolchain, or of a former state of a module.
+    """Folder with kernels of a former toolchain, or of a former state of a module.
 
-    kept_by: reason why the folder cannot be removed; "" if it can.
+    kept_by: reason why the folder cannot be removed; "" if it can be removed.
     """
 
     folder: KernelFolder
@@ -25,7 +25,7 @@ class OldKernelFolder:
 
 
 def check_compiling() -> InstallationFinding:
-    """Compile a kernel now and check its value."""
+    """Compile a kernel now, and check the value that it returns."""
     start = time.perf_counter()
     value = kernels.compiler(_polynomial)(1.5, 4)
     took = time.perf_counter() - start
@@ -47,7 +47,7 @@ def check_compiling() -> InstallationFinding:
 
 
 def _polynomial(x: float, order: int) -> float:
-    """Return 1 + x + ... + x^order, which is exact in double for the arguments above."""
+    """Return 1 + x + ... + x^order, which is exact in double for the arguments of the check."""
     total = 1.0
     for _ in range(order):
         total = 1.0 + x * total
@@ -86,7 +86,7 @@ def check_kernel_folder() -> InstallationFinding:
 
 
 def _distrusted(folder: Path | None) -> InstallationFinding:
-    """Return the note about a folder that is not loaded, and the folder used instead."""
+    """Return a finding about folders from which no code is loaded, and the folder used instead."""
     refused = "; ".join(
         f"{one} is not loaded: {reason}" for one, reason in kernels.UNTRUSTED.items()
     )
@@ -105,7 +105,7 @@ def _distrusted(folder: Path | None) -> InstallationFinding:
 
 
 def old_kernel_folders() -> list[OldKernelFolder]:
-    """Return the folders of former versions and of other installations with the same cache."""
+    """Return the kernel folders of former versions, and of other installations in this cache."""
     old = [
         folder
         for place in kernels.cache_places()
@@ -132,7 +132,7 @@ def old_kernel_folders() -> list[OldKernelFolder]:
 
 
 def _is_current(state: Path, sources: Sources) -> bool:
-    """Return True if a folder belongs to the present sources of a module."""
+    """Return True if the folder `state` belongs to the present sources of its module."""
     module = f"{PACKAGE.name}.{kernel_folders.module_of(state)}"
     try:
         return sources.holds(module) and state.name.endswith(f"-{sources.state([module]).digest}")
@@ -141,7 +141,7 @@ def _is_current(state: Path, sources: Sources) -> bool:
 
 
 def check_old_kernels(left: list[OldKernelFolder]) -> InstallationFinding:
-    """Return the number and size of old folders."""
+    """Return a finding with the number and the size of the old folders `left`."""
     size = sum(one.folder.size for one in left)
     facts: dict[str, Any] = {
         "folders": [

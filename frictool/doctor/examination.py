@@ -17,7 +17,7 @@ from frictool.doctor.resources import check_machine, check_temporary, check_term
 
 
 def examine() -> list[InstallationFinding]:
-    """Run all checks; an exception becomes a finding with the reason."""
+    """Run all checks; return one finding per check, also if a check raised an exception."""
     required = required_libraries()
     checks = [check_python(), check_libraries(required)]
     checks += [
@@ -37,7 +37,7 @@ def examine() -> list[InstallationFinding]:
 
 
 def _tried(name: str, check: Callable[[], InstallationFinding]) -> InstallationFinding:
-    """Run a check; an exception of any type becomes a finding, since a part may be broken."""
+    """Run a check; an exception of any type becomes a finding."""
     try:
         return check()
     except Exception as error:

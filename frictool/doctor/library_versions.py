@@ -1,4 +1,4 @@
-"""Check of installed libraries against the package's metadata, with install commands."""
+"""Checks that the libraries in the package's metadata are installed in sufficient versions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ REQUIREMENT = re.compile(
 
 @dataclass(frozen=True)
 class RequiredLibrary:
-    """Required library.
+    """Library that the package's metadata requires.
 
     least: minimum version.
     extra: extra that requires the library; None if every installation requires it.
@@ -37,7 +37,7 @@ class RequiredLibrary:
 
     @property
     def is_met(self) -> bool:
-        """True if the installed version is sufficient."""
+        """Return True if the installed version is sufficient."""
         return self.installed is not None and _numbers(self.installed) >= _numbers(self.least)
 
 
@@ -48,7 +48,7 @@ def _numbers(version: str) -> tuple[int, ...]:
 
 
 def required_libraries() -> list[RequiredLibrary]:
-    """Return the requirements of the installed package's metadata."""
+    """Return the libraries that the metadata of the installed package requires."""
     return list(_requirements(metadata.requires(PACKAGE) or []))
 
 
@@ -69,7 +69,7 @@ def _installed(name: str) -> str | None:
 
 
 def check_python() -> InstallationFinding:
-    """Check the interpreter against `requires-python`."""
+    """Check that the version of Python satisfies `requires-python`."""
     version = sys.version.split()[0]
     wanted = metadata.metadata(PACKAGE)["Requires-Python"] or ">=3"
     least = wanted.removeprefix(">=")
@@ -103,7 +103,7 @@ def check_libraries(required: list[RequiredLibrary]) -> InstallationFinding:
 
 
 def check_extras(required: list[RequiredLibrary]) -> list[InstallationFinding]:
-    """Check each extra for users."""
+    """Check the libraries of each extra for users."""
     checks = []
     for extra in FOR_USERS:
         libraries = [one for one in required if one.extra == extra]

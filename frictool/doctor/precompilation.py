@@ -1,8 +1,8 @@
 """Compilation of all kernels before their first use, for the types in `kernels.json`.
 
-The list contains the argument types of all kernel calls in the tests. The types of a friction law's
-kernels follow from the kind of the law. The command `python -m frictool.doctor.precompilation`
-prints the list of the kernels in the present cache.
+The file lists the argument types of all kernel calls in the tests. The types of a friction law's
+kernels follow from the kind of the law instead. The command `python -m
+frictool.doctor.precompilation` prints such a list of the kernels in the present cache.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Compilation:
     """Result of a compilation of many kernels.
 
     prepared: number of kernels, counted once per tuple of argument types.
-    compiled: number of kernels that were not in the cache.
+    compiled: number of these kernels that were not in the cache.
     failures: messages of failed compilations.
     """
 
@@ -57,10 +57,10 @@ class _Count(event.Listener):
 def compile_all(
     progress: Callable[[float], None], rows: list[list[Any]] | None = None
 ) -> Compilation:
-    """Compile and store every kernel of `rows` (module, name, kind, types), by default all.
+    """Compile and store every kernel in `rows` (module, name, kind, types), by default all kernels.
 
-    Callers come first, so that each kernel is compiled once. `progress` is called with the
-    completed fraction (0 to 1).
+    Kernels that call others come first, so that each kernel is compiled once. `progress` is called
+    with the completed fraction, 0 to 1.
     """
     rows = all_rows() if rows is None else rows
     done, count = Compilation(), _Count()
@@ -77,7 +77,7 @@ def compile_all(
 
 
 def all_rows() -> list[list[Any]]:
-    """Return the rows of the list, and rows for law kernels that are not in the list."""
+    """Return the rows of `kernels.json`, and rows for kernels of laws that are not in it."""
     listed: list[list[Any]] = json.loads(LIST.read_bytes())
     known = {(module, name) for module, name, *_ in listed}
     added = []
@@ -150,12 +150,12 @@ def decode(encoded: Any) -> Any:
 
 
 def _uniform(kind: Any) -> list[Any]:
-    """Return the types of all elements of a uniform tuple, for which numba keeps type and count."""
+    """Return the types of all elements of a uniform tuple, which numba stores as type and count."""
     return [kind.dtype] * kind.count
 
 
 def kept(folder: Path) -> Iterator[list[Any]]:
-    """Yield the rows of the kernels of frictool in the folder of a toolchain, callers first."""
+    """Yield the rows of the kernels in a toolchain's folder; callers of others come first."""
     sources = Sources(PACKAGE.parent, folder)
     rows = []
     for state in kernel_folders.states(folder):

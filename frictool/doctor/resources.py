@@ -1,4 +1,4 @@
-"""Check of cores, memory, temporary folder and terminal."""
+"""Checks of cores, memory, temporary folder and terminal."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _memory() -> int | None:
 
 
 def check_temporary() -> InstallationFinding:
-    """Check the temporary folder, in which archives and compilations are unpacked."""
+    """Check that the temporary folder can be written."""
     try:
         folder = tempfile.gettempdir()
         tempfile.TemporaryFile(dir=folder).close()

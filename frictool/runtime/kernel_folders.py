@@ -3,7 +3,7 @@
 machine_code_store.py saves and loads the code in these folders.
 
 A folder belongs to one toolchain (numba, llvmlite, numpy, Python, processor), so that an upgrade
-starts a new one. In this folder, each state of a module's sources has a subfolder
+starts a new folder. In it, each state of a module's sources has a subfolder
 (machine_code_store.py), so that two versions of frictool never read each other's code. Folders of
 former toolchains and states are removed when a new folder is made, unless a process uses them or
 used them within the last hour.
@@ -65,10 +65,10 @@ def folder_name(toolchain: str) -> str:
 
 
 def untrusted_reason(folder: Path, sources: Path) -> str:
-    """Return the reason not to load code from `folder`; "" if only trusted users can write there.
+    """Return why code from `folder` must not be loaded; "" if only trusted users can write there.
 
-    Trusted are this user, root, and the owner of `sources`. The files are machine code and pickles:
-    whoever can write them can run code as the user who loads them.
+    Trusted users are this user, root, and the owner of `sources`. The files are machine code and
+    pickles: whoever can write them can run code as the user who loads them.
     """
     if not hasattr(os, "geteuid"):
         return ""  # Windows, on which the user's folders belong to the user
@@ -88,7 +88,7 @@ def untrusted_reason(folder: Path, sources: Path) -> str:
 
 @contextmanager
 def restricted_umask() -> Iterator[None]:
-    """Create the files of the block without write permission for other users."""
+    """Create files in the with-block without write permission for other users."""
     before = os.umask(0o022)
     os.umask(before | 0o022)
     try:
@@ -115,7 +115,7 @@ def _size(folder: Path) -> int:
 
 
 def _last_used(folder: Path) -> float:
-    """Return the date of the lock file [s since 1970]; without a lock file, of the newest entry."""
+    """Return the date of the lock file or, without one, of the newest entry [s since 1970]."""
     with suppress(OSError):
         return (folder / USED).stat().st_mtime
     return max(path.stat().st_mtime for path in (folder, *folder.iterdir()))
@@ -138,7 +138,7 @@ def mark_used(folder: Path) -> None:
 
 
 def _is_still(path: Path, handle: int) -> bool:
-    """Return True if `path` still is the open file `handle`, so that its folder was not removed."""
+    """Return True if `path` is still the open file `handle`: the folder was not removed."""
     try:
         return os.path.samestat(path.stat(), os.fstat(handle))
     except OSError:
@@ -146,7 +146,7 @@ def _is_still(path: Path, handle: int) -> bool:
 
 
 def _is_held(folder: Path) -> bool:
-    """Return True if a process uses the folder."""
+    """Return True if a process uses `folder`."""
     taken = _take(folder)
     if taken is None:
         return (folder / USED).exists()
@@ -155,7 +155,7 @@ def _is_held(folder: Path) -> bool:
 
 
 def _take(folder: Path) -> int | None:
-    """Return the exclusive lock of an unused folder; None if it is in use or there are no locks."""
+    """Return the exclusive lock of a folder; None if it is in use or there are no file locks."""
     if fcntl is None:
         return None
     try:
@@ -171,7 +171,7 @@ def _take(folder: Path) -> int | None:
 
 
 def remove(folder: Path, now: float | None = None) -> bool:
-    """Remove a kernel folder that no process used in the last hour; return False if it is kept."""
+    """Remove a kernel folder, and return True; False if a process used it in the last hour."""
     now = time.time() if now is None else now
     try:
         rested = now - _last_used(folder) > REST_S
@@ -197,9 +197,9 @@ def remove(folder: Path, now: float | None = None) -> bool:
 
 
 def prune(parent: Path, current: Path) -> list[Path]:
-    """Remove old kernel folders in `parent` and return them.
+    """Remove old kernel folders in `parent`; return the removed folders.
 
-    The `KEPT` most recently used ones stay, unless they were unused for a fortnight.
+    The `KEPT` most recently used folders stay, unless they were unused for a fortnight.
     """
     now = time.time()
     others = []
@@ -218,9 +218,9 @@ def prune(parent: Path, current: Path) -> list[Path]:
 
 
 def prune_states(current: Path) -> list[Path]:
-    """Remove old states of the module that the folder `current` belongs to, and return them.
+    """Remove old states of the module with the folder `current`; return the removed folders.
 
-    The `KEPT` most recently used ones stay, unless they were unused for a fortnight.
+    The `KEPT` most recently used folders stay, unless they were unused for a fortnight.
     """
     now = time.time()
     others = [
@@ -233,7 +233,7 @@ def prune_states(current: Path) -> list[Path]:
 
 
 def states(folder: Path) -> list[KernelFolder]:
-    """Return the folders of module states in a toolchain's folder, most recently used first."""
+    """Return the folders of module states in a toolchain's folder, last used first."""
     cached = []
     with suppress(OSError):
         for entry in os.scandir(folder):
@@ -244,17 +244,17 @@ def states(folder: Path) -> list[KernelFolder]:
 
 
 def module_of(state: Path) -> str:
-    """Return the module name in the name of a state's folder, without the prefix `frictool.`."""
+    """Return the module to which the folder `state` belongs, without the prefix `frictool.`."""
     return state.name.rpartition("-")[0]
 
 
 def sized(state: KernelFolder) -> KernelFolder:
-    """Return the same folder with its size [byte]."""
+    """Return the folder with `size` filled in."""
     return replace(state, size=_size(state.path))
 
 
 def remove_state(state: Path, now: float | None = None) -> bool:
-    """Remove a state's folder unless it was used in the last hour; return False if it stays."""
+    """Remove the folder of a state, and return True; False if it was used in the last hour."""
     away = state.parent / f"{REMOVED}{state.name}-{os.getpid()}"
     with writing(state.parent) as mine:
         try:
@@ -269,7 +269,7 @@ def remove_state(state: Path, now: float | None = None) -> bool:
 
 @contextmanager
 def writing(folder: Path) -> Iterator[bool]:
-    """Lock `folder` for writing during the block; yield False if the lock cannot be taken.
+    """Lock `folder` for writing during the with-block; yield False if the lock cannot be taken.
 
     The caller must not write if False is yielded.
     """

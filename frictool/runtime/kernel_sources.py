@@ -3,9 +3,8 @@
 Comments and docstrings are ignored. Imports are read from the syntax tree, including those inside
 functions; imports for type checkers are skipped. Some imports cannot be resolved from the tree: a
 star import, a package used as a whole, a name that a package computes, a module imported by a
-computed name. Each of them is treated as an import of every module that it could mean. Sources
-outside the package and outside the folder that a module was imported from (numpy, numba) belong to
-the toolchain.
+computed name. Each of these counts as an import of every module that it could mean. Other sources,
+such as those of numpy and numba, belong to the toolchain and are not followed.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ _START = time.time()
 
 
 class UnknownSourcesError(Exception):
-    """Error: the source of a module cannot be read, or has changed since the import."""
+    """Error for a source that cannot be read, or has changed since its import."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +55,12 @@ class State:
 
 @dataclass(eq=False)
 class Sources:
-    """Sources of the modules of frictool in `package`, and of further modules in the folder `root`.
+    """Sources of the modules of frictool, and of modules in the folder `root`.
 
-    only: name of the single package whose modules are followed in `root`; "" for all packages.
-    memo: folder with the results of source analyses, keyed by the digest of the sources' bytes.
+    package: folder of frictool.
+    only: name of the only package that is followed in `root`; "" for all packages.
+    memo: folder of a file with the analyses of sources, so that they are not repeated; None for no
+        file.
     """
 
     root: Path
@@ -82,10 +83,9 @@ class Sources:
                 self._declared[path] = _stamp(path)
 
     def state(self, modules: Iterable[str]) -> State:
-        """Return the state of all sources that `modules` import, directly or indirectly.
+        """Return the state of `modules` and all modules that they import, directly or indirectly.
 
-        Raises UnknownSourcesError if a source cannot be read, or has changed since this process
-        imported it.
+        Raises UnknownSourcesError if a source cannot be read, or has changed since its import.
         """
         key = frozenset(modules)
         if key not in self._states:
@@ -115,7 +115,7 @@ class Sources:
         return State(frozenset(reached), seen.hexdigest()[:16])
 
     def holds(self, name: str) -> bool:
-        """Return True if `name` is a module or package whose source is followed."""
+        """Return True if `name` is a module or package that is followed."""
         if self.only and name.split(".")[0] not in ("frictool", self.only):
             return False
         return self._path(name) is not None or self._folder(name).is_dir()
@@ -137,7 +137,7 @@ class Sources:
         return (self.package if top == "frictool" else self.root / top).joinpath(*rest)
 
     def _path(self, name: str) -> Path | None:
-        """Return the file of a module; None if it is not followed or has no `__init__.py`."""
+        """Return the file of a module; None if the module is not followed."""
         if name not in self._paths:
             folder = self._folder(name)
             both = (
@@ -192,9 +192,10 @@ class Sources:
         return self._folder(name).is_dir()
 
     def _whole(self, name: str) -> frozenset[str]:
-        """Return a module itself, or all modules of a package.
+        """Return the module `name`, or all modules of the package `name`.
 
-        Any module of a package may be an attribute of it, because other code may have imported it.
+        Any module of a package may be an attribute of the package, because other code may have
+        imported this module.
         """
         return self.everything(name) if self._is_package(name) else frozenset({name})
 

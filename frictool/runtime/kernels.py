@@ -2,9 +2,9 @@
 
 Each toolchain has its own folder of compiled code (kernel_folders.py). In this folder, code is
 looked up by the sources on which it depends (machine_code_store.py). The folder is in
-NUMBA_CACHE_DIR if this variable is set, else in the package. If this place is not writable, or if
-other users can write in it, the user's cache folder is used. If the cache folder cannot be used
-either, no code is kept.
+NUMBA_CACHE_DIR if this variable is set, else in the package. If frictool cannot write there, or if
+other users can, the user's cache folder is used instead. If this folder cannot be used either, no
+code is kept.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ compiler: Any = numba.njit  # untyped, because its signature does not list every
 
 
 def toolchain() -> str:
-    """Return the versions of compilers and libraries, and the processor, for which code is kept."""
+    """Return the versions of compilers and libraries, and the processor, as text."""
     processor = settings.CPU_NAME or llvmlite.binding.get_host_cpu_name()
     libraries = (
         f"numba {numba.__version__}, llvmlite {llvmlite.__version__}, numpy {np.__version__}"
@@ -51,7 +51,7 @@ def _usable(folder: Path) -> bool:
 
 
 def cache_places() -> list[Path]:
-    """Return candidate parents of the kernel folder; the first trusted and writable one is used."""
+    """Return the folders that may contain the kernel folder; the first usable one does."""
     user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "frictool")
     first = (
         Path(settings.CACHE_DIR).absolute()
@@ -62,10 +62,10 @@ def cache_places() -> list[Path]:
 
 
 def _cache_folder() -> Path | None:
-    """Return the folder of compiled kernels and mark it as used; None if no place can be used.
+    """Return the folder of compiled kernels and mark it as used; None if no folder can be used.
 
-    If the folder is new, folders of former toolchains are removed. A folder that others can write
-    in is recorded in `UNTRUSTED` and not loaded.
+    If the folder is new, folders of former toolchains are removed. A folder in which other users
+    can write is recorded in `UNTRUSTED`, and no code is loaded from it.
     """
     UNTRUSTED.clear()
     name = kernel_folders.folder_name(toolchain())
@@ -89,7 +89,7 @@ FOLDER = _cache_folder()
 
 
 def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    """Return the function as one that numba compiles at its first call and keeps on disk."""
+    """Return a function that numba compiles at the first call and keeps on disk."""
     compiled = compiler(**options)(function)
     if settings.DISABLE_JIT:
         return compiled
@@ -100,7 +100,7 @@ def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 
 
 def _call_template(resolve: Callable[..., Any], arguments: Any, named: dict[str, Any]) -> Any:
-    """Resolve a call by another kernel with the types of its constants, not with their values.
+    """Resolve a call by another kernel with the types of constant arguments, not with their values.
 
     numba would compile the called kernel once for each value of a constant integer.
     """
@@ -110,13 +110,13 @@ def _call_template(resolve: Callable[..., Any], arguments: Any, named: dict[str,
 
 
 def _general(kind: Any) -> Any:
-    """Return the type of an argument; an integer or a truth value loses its value."""
+    """Return the type of an argument; a constant integer or truth value gets its general type."""
     is_constant = isinstance(kind, (types.IntegerLiteral, types.BooleanLiteral))
     return kind.literal_type if is_constant else kind
 
 
 class _Wait(event.Listener):
-    """Listener for compilations; loading from disk does not trigger it."""
+    """Listener for compilations, but not for loading from disk."""
 
     def on_start(self, event: Any) -> None:
         notifications.compiling()
@@ -136,9 +136,9 @@ def kernel(function: F) -> F:
     """Compile a function of floats and arrays on its first call.
 
     Arithmetic is IEEE, in the order written. The function uses no Python objects and releases the
-    global interpreter lock. References are counted, and the function is not inlined into callers.
-    The options for both are set explicitly: otherwise a kernel that is first called from an
-    `inner_kernel` or a `bare_kernel` would inherit the caller's options.
+    global interpreter lock. References to arrays are counted, and the function is not inlined into
+    callers. These two options are set explicitly, because a kernel that is first called from an
+    `inner_kernel` or a `bare_kernel` would otherwise inherit the options of the caller.
     """
     return cast(
         F,
@@ -151,31 +151,32 @@ def kernel(function: F) -> F:
 def _inner_options(function: Callable[..., Any]) -> dict[str, Any]:
     """Return the options of an inlined kernel.
 
-    numba also compiles an entry for C and one for Python, which for many arrays take longer than
-    the function itself. The C entry is left out; `function_pointer` makes it when needed. A private
-    function (`_name`) has no Python entry either: only kernels may call it.
+    numba also compiles a wrapper for C and a wrapper for Python; for many arrays, these take longer
+    to compile than the function itself. The C wrapper is left out; `function_pointer` makes it when
+    needed. The Python wrapper of a private function (`_name`) is left out, too, so that only
+    kernels can call this function.
     """
     private = function.__name__.startswith("_")
     return {"forceinline": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": private}
 
 
 def inner_kernel(function: F) -> F:
-    """Compile as `kernel` does, and inline the function into its callers; for inner loops."""
+    """Compile a function as `kernel` does, and inline it into its callers; for inner loops."""
     return cast(F, _declared(function, _inner_options(function)))
 
 
 def bare_kernel(function: F) -> F:
-    """Compile as `inner_kernel` does, but without numba's runtime and its reference counting.
+    """Compile a function as `inner_kernel` does, but without counting references to arrays.
 
-    Reference counting costs an atomic instruction at each use of an array. The function may only
-    use the arrays of its caller: numba refuses a function that creates an array, and the function
-    must neither return an array nor call a function that returns one.
+    Counting costs an atomic instruction at each use of an array. The function may use only arrays
+    of its caller: it must neither create an array, which numba refuses, nor return an array, nor
+    call a function that returns an array.
     """
     return cast(F, _declared(function, {**_inner_options(function), "_nrt": False}))
 
 
 def part_kernel(function: F) -> F:
-    """Compile as `inset_kernel` does, but do not inline the function into its callers.
+    """Compile a function as `inset_kernel` does, but do not inline it into its callers.
 
     This suits a long function that several kernels share. Only kernels can call it.
     """
@@ -194,7 +195,7 @@ def part_kernel(function: F) -> F:
 
 
 def inset_kernel(function: F) -> F:
-    """Compile as `bare_kernel` does, but without the wrapper that Python code needs to call it.
+    """Compile a function as `bare_kernel` does, but without the wrapper for calls from Python.
 
     Only other kernels can call the function.
     """
@@ -207,7 +208,7 @@ def inset_kernel(function: F) -> F:
 
 
 def parallel_kernel(function: F) -> F:
-    """Compile as `kernel` does, with `prange` loops spread over all cores.
+    """Compile a function as `kernel` does, with `prange` loops distributed to all cores.
 
     The result does not depend on the number of threads if no iteration writes a value that another
     iteration reads.
@@ -217,9 +218,10 @@ def parallel_kernel(function: F) -> F:
 
 @functools.cache
 def function_pointer(compiled: Callable[..., Any], kind: Any) -> Any:
-    """Return a kernel as a value of a function type (friction/kernel_signatures.py).
+    """Return a kernel as a value of the function type `kind` (friction/kernel_signatures.py).
 
-    A kernel that takes such a value is compiled once for all functions of that type.
+    A kernel with an argument of a function type is compiled only once for all functions of this
+    type.
     """
     signature: Any = cast(Any, sigutils).normalize_signature(kind.signature)
     # not numba.cfunc, whose cache cannot be guarded against stale sources

@@ -1,4 +1,4 @@
-"""Exports of a package that are imported at first use, so that importing it stays cheap."""
+"""Exports of a package that are imported at first use, so that the package is imported fast."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ def lazy_exports(
     package : str
         Full name of the package.
     modules : dict
-        Exported names of each module; modules are named relative to the package.
+        Name of a module, relative to the package -> names that this module exports.
 
     Returns
     -------
     tuple
-        `__getattr__`, which imports the module and keeps the value in the package, `__dir__`, and
-        `__all__`. `__getattr__` raises AttributeError for any other name.
+        `__getattr__`, `__dir__` and `__all__`. `__getattr__` imports the module of a name, and
+        keeps the value in the package; it raises AttributeError for a name that is not exported.
     """
     where = {name: f"{package}.{module}" for module, names in modules.items() for name in names}
     exported = sorted(where)

@@ -42,7 +42,7 @@ POLL_S = 0.02  # s, between two attempts to lock
 
 
 class _Entry:
-    """Folder of one function's code, with the methods that numba expects of a cache locator."""
+    """Folder with the code of one function; it has the methods of a cache locator of numba."""
 
     def __init__(self, folder: Path, source: str) -> None:
         self.folder, self._py_file = folder, source
@@ -58,7 +58,7 @@ class _Entry:
 
 
 class _Form(CompileResultCacheImpl):
-    """numba's serialization of compiled code, with folder and file names of KernelStore."""
+    """numba's serialization of compiled code, with the folder and file names of KernelStore."""
 
     def __init__(self, entry: _Entry, name: str, line: int) -> None:
         self._locator, self._filename_base, self._lineno = entry, name, line
@@ -83,7 +83,7 @@ class KernelStore(FunctionCache):
         return str(self._folder)
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Return the stored code; None if the caller must compile, while other processes wait."""
+        """Return the stored code; None if the caller must compile: other processes then wait."""
         context.refresh()
         if not self._place(signature):
             return None
@@ -119,7 +119,7 @@ class KernelStore(FunctionCache):
         self._claims.clear()
 
     def is_kept(self) -> bool:
-        """Return True if code for any argument types is on disk."""
+        """Return True if the function's code is on disk, for any argument types."""
         return self._place(()) and os.path.exists(self._cache_file._index_path)
 
     def _place(self, signature: Any) -> bool:
@@ -149,7 +149,7 @@ class KernelStore(FunctionCache):
         return True
 
     def _state(self, signature: Any) -> State:
-        """Return the state of the sources of the function's module and its arguments' classes."""
+        """Return the state of the sources of the function's module and the arguments' classes."""
         sources = sources_of(self._folder, self._module, self._source)
         classes = {
             one.instance_class.__module__
@@ -159,7 +159,7 @@ class KernelStore(FunctionCache):
         return sources.state({self._module, *filter(sources.holds, classes)})
 
     def _reaches_known_sources(self) -> bool:
-        """Return True if the module imports the modules of all functions that the kernel calls."""
+        """Return True if the module imports the modules of all functions that this one calls."""
         sources = sources_of(self._folder, self._module, self._source)
         return reached(self._py_func, sources.holds) <= sources.state({self._module}).modules
 
@@ -176,7 +176,7 @@ class KernelStore(FunctionCache):
         return True
 
     def _forget(self) -> None:
-        """Remove all code of the function, as code without its index could be misattributed."""
+        """Remove all code of the function, because code without its index could be confused."""
         index = Path(self._cache_file._index_path)
         with writing(self._folder), suppress(OSError):
             index.unlink(missing_ok=True)
@@ -188,7 +188,7 @@ _used: set[Path] = set()
 
 
 def _use(folder: Path) -> None:
-    """Mark a folder as used now; if it does not exist yet, remove old states of the module."""
+    """Mark a folder as used now; remove old states of the module if the folder is new."""
     try:
         os.utime(folder)
     except OSError:
@@ -202,7 +202,7 @@ def module_of(function: Any) -> str:
 
 
 def sources_of(folder: Path, module: str, source: str) -> Sources:
-    """Return the sources in which the imports of a module are looked up."""
+    """Return the sources in which imports of the module `module` are looked up."""
     if module.split(".")[0] == PACKAGE.name:
         return _sources(folder, PACKAGE.parent, PACKAGE.name)
     path = Path(source).absolute()
@@ -217,9 +217,9 @@ def _sources(folder: Path, root: Path, only: str) -> Sources:
 
 
 def _digest(function: Any) -> str:
-    """Return a digest of the code, independent of line numbers.
+    """Return a digest of the function's code, independent of line numbers.
 
-    It distinguishes functions of one name in one module.
+    The digest distinguishes functions of the same name in one module.
     """
 
     def words(code: CodeType, skipped: Any) -> Iterator[Any]:
@@ -271,7 +271,7 @@ def _cells(function: Any) -> list[Any]:
 
 
 def _parts(signature: Any) -> list[Any]:
-    """Return the types of the arguments and the types that they are composed of."""
+    """Return the types of the arguments, and all types that these types are composed of."""
     parts = list(getattr(signature, "args", signature))
     for one in parts:
         if isinstance(one, types.BaseTuple):
@@ -286,7 +286,7 @@ _files: dict[Path, tuple[int, int]] = {}
 
 
 def _lock(folder: Path, byte: int) -> bool:
-    """Lock a byte, waiting for its holder; return False without locks or after PATIENCE_S."""
+    """Lock a byte of the lock file; return False without locks, or after PATIENCE_S."""
     if fcntl is None:
         return False
     try:

@@ -22,8 +22,9 @@ ANALYSIS = (
 class ModuleSource:
     """Digest of a module's syntax tree, its imports, and the names that it binds.
 
-    table: module of each lazily exported name, relative to the package. is_open: True if the module
-    imports another one by a computed name.
+    names: names that the module binds.
+    table: lazily exported name -> module, relative to the package.
+    is_open: True if the module imports another module by a computed name.
     """
 
     digest: str
@@ -34,7 +35,7 @@ class ModuleSource:
 
 
 def analyse(content: bytes) -> ModuleSource:
-    """Return digest, imports and names of a module; raise SyntaxError or ValueError if invalid."""
+    """Return the analysis of a module; raise SyntaxError or ValueError if `content` is invalid."""
     tree = ast.parse(content)
     names = frozenset(_bound(tree))
     table = _table(tree)
@@ -95,7 +96,7 @@ def _bound(tree: ast.Module) -> set[str]:
 
 
 def _table(tree: ast.Module) -> dict[str, str]:
-    """Return the exported names of `lazy_exports` with their modules, relative to the package."""
+    """Return name -> module, relative to the package, for the names that `lazy_exports` exports."""
     calls = [
         node
         for node in ast.walk(tree)

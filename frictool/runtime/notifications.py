@@ -1,8 +1,8 @@
-"""Notifications to the caller: compilation, remarks, and values that were not measured.
+"""Notifications to the user: compilation, remarks, and values that were not measured.
 
-A notification goes to the receiver of the current context (`contextvars`). Without a receiver it is
-dropped, so that frictool is silent as a library. A thread inherits no context: code that starts a
-thread must run its work in a copy of the context.
+A notification goes to the receiver in the current context (`contextvars`). Without a receiver, the
+notification is dropped, so that frictool is silent as a library. A thread does not inherit the
+context: code that starts a thread must run the thread's work in a copy of the context.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TypedDict, Unpack
 
 
 class Receivers(TypedDict, total=False):
-    """One callable for each kind of notification, called as the function of this name."""
+    """Function for each kind of notification, with the arguments of the function of that name."""
 
     compiling: Callable[[], None]
     remark: Callable[[str], None]
@@ -27,7 +27,7 @@ _receivers: ContextVar[Receivers] = ContextVar("receivers")
 
 @contextmanager
 def receiving(**receivers: Unpack[Receivers]) -> Iterator[None]:
-    """Send notifications of these kinds to `receivers` within the context."""
+    """Send notifications to `receivers` within the with-block."""
     token = _receivers.set(_current() | receivers)
     try:
         yield
@@ -42,7 +42,7 @@ def compiling() -> None:
 
 
 def remark(text: str) -> None:
-    """Report an event that changes no result, such as the replacement of a worker process."""
+    """Notify of an event that changes no result, such as the replacement of a worker process."""
     if receiver := _current().get("remark"):
         receiver(text)
 
@@ -54,7 +54,7 @@ def example_values(path: str, keys: tuple[str, ...]) -> None:
 
 
 def bench_values(path: str, reason: str) -> None:
-    """Notify that the model at `path` contains values of the bench only, for this reason."""
+    """Notify that, for this reason, the model at `path` contains only values of the bench."""
     if receiver := _current().get("bench_values"):
         receiver(path, reason)
 

@@ -24,7 +24,7 @@ class ObjectView:
     __slots__ = ()
 
     def __repr__(self) -> str:
-        """Return one line: the class, and the fields as far as the line reaches."""
+        """Return one line with the class and as many fields as fit into the line."""
         parts: list[str] = []
         room = LONGEST
         for name, value in _fields(self):
@@ -48,7 +48,7 @@ class ObjectView:
 class ResultView(ObjectView):
     """Text, HTML and comparison of a result.
 
-    A subclass is a dataclass with `eq=False, repr=False`, so that it keeps these methods.
+    A subclass must be a dataclass with `eq=False, repr=False`, so that it keeps these methods.
     """
 
     __slots__ = ()
@@ -110,7 +110,7 @@ def brief(value: Any) -> str:
 
 
 def _fields(view: Any) -> list[tuple[str, Any]]:
-    """Return names and values of the fields that are not None or empty, without `format`."""
+    """Return names and values of the fields except `format` and fields that are None or empty."""
     names = (
         view.__struct_fields__
         if isinstance(view, msgspec.Struct)
@@ -145,7 +145,7 @@ def _quantity(value: Any) -> str:
 
 
 def _cell(value: Any, nested: bool = True) -> str:
-    """Return a value as HTML; records become a table, one level deep."""
+    """Return a value as HTML; a value with fields becomes a table if `nested` is True."""
     if nested and not _is_quantity(value):
         if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
             return _table([(key, entry) for key, entry in value.items()])
@@ -165,7 +165,7 @@ def _table(rows: list[tuple[str, Any]]) -> str:
 
 
 def _records(records: Sequence[Any]) -> str:
-    """Return records of one kind as a table with a column for each field that occurs."""
+    """Return records as a table with a column for each field of any record."""
     rows = [dict(_fields(one)) for one in records[:MOST_ROWS]]
     columns = list(dict.fromkeys(name for row in rows for name in row))
     head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)

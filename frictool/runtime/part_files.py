@@ -1,8 +1,8 @@
-"""Output files that appear whole or not at all.
+"""Output files that appear complete or not at all.
 
-An output is written next to its target under a name that ends in `.part`, then renamed. The writer
-holds a lock on this part file until it exits. A process killed with SIGKILL leaves an unlocked part
-file; the next writer in that folder removes it.
+An output is written next to its target under a name that ends in `.part`, then renamed. The writing
+process locks this part file until it exits. A process killed with SIGKILL leaves an unlocked part
+file; the next process that writes in the folder removes this file.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _cleaned: set[Path] = set()
 
 @contextmanager
 def part_file(target: Path) -> Iterator[BinaryIO]:
-    """Yield a binary stream that becomes `target` if the block ends without an exception.
+    """Yield a binary stream that becomes `target` if the with-block ends without an exception.
 
     After an exception the part file is removed. Raises OSError if the folder is missing or the file
     cannot be written.
@@ -56,7 +56,7 @@ def part_file(target: Path) -> Iterator[BinaryIO]:
 
 @contextmanager
 def part_folder(target: Path) -> Iterator[Path]:
-    """Yield an empty folder next to `target` that is removed with its content after the block."""
+    """Yield an empty folder next to `target`; remove it with its content after the with-block."""
     _clean_once(target.parent)
     handle, part = _locked_folder(target)
     try:
@@ -68,7 +68,7 @@ def part_folder(target: Path) -> Iterator[Path]:
 
 
 def stale_parts(folder: Path) -> list[Path]:
-    """Return this user's part files and folders in `folder` that no process is writing."""
+    """Return this user's part files and part folders in `folder` that no process is writing."""
     with suppress(OSError), os.scandir(folder) as entries:
         return sorted(
             Path(entry.path)
@@ -79,7 +79,7 @@ def stale_parts(folder: Path) -> list[Path]:
 
 
 def remove_stale_parts(folder: Path) -> list[Path]:
-    """Remove the `stale_parts` of a folder; return those removed."""
+    """Remove the `stale_parts` of a folder; return the removed paths."""
     gone = []
     for part in stale_parts(folder):
         handle = _lock(part)
@@ -100,7 +100,7 @@ def remove_stale_parts(folder: Path) -> list[Path]:
 
 
 def _clean_once(folder: Path) -> None:
-    """Remove stale parts, once per folder and process."""
+    """Remove stale parts of `folder`, once in each process."""
     if folder not in _cleaned:
         _cleaned.add(folder)
         remove_stale_parts(folder)
@@ -136,7 +136,7 @@ def _locked_folder(target: Path) -> tuple[int | None, Path]:
 
 
 def _lock(part: Path, wait: bool = False) -> int | None:
-    """Return a handle that holds the lock; None if the lock is taken or the system has no locks."""
+    """Return a handle that locks the part; None if the lock is taken or there are no locks."""
     if fcntl is None:
         return None
     try:
@@ -152,7 +152,7 @@ def _lock(part: Path, wait: bool = False) -> int | None:
 
 
 def _is_stale(part: Path) -> bool:
-    """Return True if a part belongs to this user and no process is writing it."""
+    """Return True if `part` belongs to this user and no process is writing it."""
     try:
         status = part.lstat()
     except OSError:

@@ -1,1 +1,1 @@
-"""Sharing of jobs, of any content, among processes or the workers of a Dask cluster."""
+"""Sharing of jobs of any kind among processes or the workers of a Dask cluster."""

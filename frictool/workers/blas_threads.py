@@ -1,7 +1,7 @@
-"""Limit linear algebra to one thread, because the order of sums changes the last digits.
+"""Limit linear algebra to one thread, because with several threads the last digits may vary.
 
-A library reads the environment when it is loaded; afterwards only a call changes the limit. A
-worker of a cluster has already loaded numpy before its first task.
+A library reads the limit from the environment when it is loaded; afterwards only a call changes the
+limit. A worker of a cluster has loaded numpy before its first task.
 """
 
 from __future__ import annotations

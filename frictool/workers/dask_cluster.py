@@ -4,10 +4,10 @@
     task ──submit──▶ future ──▶  queue  ──────────────▶ dask_worker.py
          ◀── results, or "its workers died" ◀─────────┘
 
-If a worker dies, the scheduler gives its task to another worker. After several workers have died
-during a task (setting `allowed-failures`), the scheduler gives the task up, although another task
-may have caused the deaths. Tasks that were given up are repeated at the end, one job at a time with
-no other job running. A job is lost only if it also ends its workers then.
+A task is a batch of jobs. If a worker dies, the scheduler gives the worker's task to another
+worker. After several workers have died during a task (setting `allowed-failures`), the scheduler
+gives the task up, although another task may have caused the deaths. The jobs of these tasks are
+repeated at the end, one at a time. A job is lost only if workers die again during this job.
 """
 
 from __future__ import annotations
@@ -50,11 +50,11 @@ Instead = Callable[[Any, str], Any] | None
 def run_on_cluster(
     function: Callable[[Any], Any], source: Iterator[Task], address: str, instead: Instead
 ) -> Iterator[tuple[Task, list[Any]]]:
-    """Yield tasks with their results, in the order of completion.
+    """Yield each task with the results of its jobs, in the order of completion.
 
     Raises ClusterError if the scheduler cannot be reached, if it has no workers, or if the
-    installation of a worker differs from the one here. Raises WorkerLost if a job ends every worker
-    and `instead` is None.
+    installation of a worker differs from the one here. Raises WorkerLost if every worker dies that
+    runs a job, and `instead` is None.
     """
     with connect(address) as client:
         _check(client, address)
@@ -100,9 +100,9 @@ def _check(client: Any, address: str) -> None:
 
 
 def _answers(client: Any, address: str) -> Any:
-    """Return the installation or the exception of each worker.
+    """Return the installation of each worker, or the exception that the worker raised.
 
-    The function waits for a silent worker until the scheduler removes that worker.
+    The function waits for a worker that does not answer until the scheduler removes the worker.
     """
     text = (
         f"{address}: a worker does not answer; frictool waits until the scheduler removes this "
@@ -122,7 +122,7 @@ def _answers(client: Any, address: str) -> Any:
 
 
 def _unlike(here: Installation, there: Any) -> str:
-    """Return the differences of a worker's installation `there` as text; "" if there are none."""
+    """Return a text on how the installation `there` differs from this one; "" if it does not."""
     if isinstance(there, Exception):
         # for some errors, Dask transfers only the text
         missing = isinstance(there, ImportError | AttributeError) or MODULE in str(there)
@@ -131,7 +131,7 @@ def _unlike(here: Installation, there: Any) -> str:
 
 
 class ClusterRun:
-    """Tasks in progress on a cluster."""
+    """Run of tasks on a cluster."""
 
     def __init__(self, client: Any, address: str, function: bytes, instead: Instead) -> None:
         self._client = client
@@ -154,7 +154,7 @@ class ClusterRun:
         client.subscribe_topic(self._topic, self._hear)
 
     def answers(self, source: Iterator[Task]) -> Iterator[tuple[Task, list[Any]]]:
-        """Yield each task with its results; tasks that were given up come last."""
+        """Yield each task with its results; the tasks that were given up come last."""
         while True:
             self._look()
             self._submit(source)
@@ -215,7 +215,7 @@ class ClusterRun:
             )
 
     def _paused(self) -> bool:
-        """Return True if all workers are paused due to low memory."""
+        """Return True if all workers are paused because of low memory."""
         try:
             workers = self._client.scheduler_info(n_workers=-1)["workers"].values()
         except Exception as error:
@@ -233,7 +233,7 @@ class ClusterRun:
         return list(self._completed.next_batch(block=False))
 
     def _answer(self, future: Any) -> Iterator[tuple[Task, list[Any]]]:
-        """Yield a task with its results; keep the jobs of a given-up task for repetition."""
+        """Yield a task with its results; if the task was given up, keep its jobs for repetition."""
         results = self._results(future)
         task = self._under_way.pop(future.key)[1]
         if results is None:
@@ -262,7 +262,7 @@ class ClusterRun:
     def _give_up(self, most: int) -> None:
         """Count a task that was given up.
 
-        Raises ClusterError if `most` tasks were given up and no task has had a result.
+        Raises ClusterError if `most` tasks have been given up and no task has returned results.
         """
         self._given_up += 1
         if self._given_up >= most and not self._answered:
@@ -274,7 +274,7 @@ class ClusterRun:
     def _results(self, future: Any) -> list[Any] | None:
         """Return the results of a task; None if the scheduler gave the task up.
 
-        Raises ClusterError if the worker has another installation.
+        Raises ClusterError if the installation of the worker differs.
         """
         packed = self._fetched(future)
         if packed is None:
@@ -294,8 +294,8 @@ class ClusterRun:
     def _fetched(self, future: Any) -> bytes | None:
         """Return the worker's pickled results; None if the scheduler gave the task up.
 
-        If the worker ends during the wait, the scheduler repeats the task. Raises ClusterError if
-        the worker cannot run the task or the scheduler is lost.
+        Raises ClusterError if the worker cannot run the task or the connection to the scheduler is
+        lost.
         """
         while True:
             self._look()
@@ -323,7 +323,7 @@ class ClusterRun:
         )
 
     def _hear(self, event: tuple[float, str]) -> None:
-        """Notify the user, once per machine, that the machine compiles its kernels."""
+        """Notify the user, once per machine, that the machine compiles kernels."""
         host = event[1]
         if host not in self._told:
             self._told.add(host)

@@ -4,8 +4,8 @@
                 certificates missing         refused, other certificates, no answer,
                 or not for the key           or no scheduler
 
-The greeting comes before the creation of a client, because a refused greeting fails immediately and
-gives the reason. On TLS, see https://distributed.dask.org/en/latest/tls.html.
+The greeting precedes the creation of a client, because a refused greeting fails at once, with the
+reason. On TLS, see https://distributed.dask.org/en/latest/tls.html.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ DEPTH = 10  # nested causes of an exception that are examined
 
 @contextlib.contextmanager
 def connect(address: str) -> Iterator[Any]:
-    """Yield a client of the scheduler, with Dask's log messages off.
+    """Yield a client of the scheduler; suppress Dask's log messages.
 
     Raises ClusterError if the scheduler cannot be used.
     """
@@ -88,7 +88,7 @@ def _client(dask: Any, distributed: Any, address: str) -> Any:
 
 
 def _certified(distributed: Any, address: str) -> dict[str, Any]:
-    """Return the connection arguments of Dask's configuration for the address.
+    """Return the arguments from Dask's configuration for a connection to the address.
 
     Raises ClusterError if certificates are missing or unusable.
     """
@@ -130,7 +130,7 @@ def _certified(distributed: Any, address: str) -> dict[str, Any]:
 
 
 def _greet(distributed: Any, address: str, certificates: dict[str, Any]) -> None:
-    """Connect as Dask does, and disconnect; raise ClusterError with the reason of a failure."""
+    """Connect as Dask does, then disconnect; raise ClusterError with the reason of a failure."""
 
     async def greeting() -> None:
         comm = await asyncio.wait_for(
@@ -145,7 +145,7 @@ def _greet(distributed: Any, address: str, certificates: dict[str, Any]) -> None
 
 
 def _finish(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    """Run `work` to its end; use another thread if this thread has an event loop (notebook)."""
+    """Run `work` to its end, in another thread if this thread has an event loop (notebook)."""
     try:
         asyncio.get_running_loop()
     except RuntimeError:
@@ -214,7 +214,7 @@ def _nobody(address: str) -> str:
 
 
 def _words(reason: str) -> str:
-    """Return OpenSSL's reason (KEY_VALUES_MISMATCH) as words, without its source line."""
+    """Return a reason of OpenSSL, such as KEY_VALUES_MISMATCH, as words."""
     return re.sub(
         r" *\(_ssl\.c:\d+\)", "", reason.replace("_", " ").lower() if reason.isupper() else reason
     )

@@ -23,7 +23,10 @@ _TURN = threading.Lock()
 
 @dataclass(frozen=True)
 class DifferentInstallation:
-    """Answer of a worker with another installation, instead of results."""
+    """Answer, instead of results, of a worker with another installation.
+
+    there: installation of the worker.
+    """
 
     there: Installation
     host: str
@@ -31,7 +34,7 @@ class DifferentInstallation:
 
 @dataclass(frozen=True)
 class TransferFailure:
-    """Answer instead of results if a function, a job or a result cannot be pickled."""
+    """Answer, instead of results, if a function, a job or a result cannot be pickled."""
 
     error: Exception
 
@@ -44,7 +47,9 @@ def worker_installation() -> Installation:
 def run(topic: str, expected: Installation, function: bytes, task: bytes) -> bytes:
     """Run a task and return its results, pickled.
 
-    topic: Dask topic of messages about the compilation of kernels.
+    topic: Dask topic for messages that kernels are being compiled.
+    expected: installation that the worker must have.
+    function, task: pickled function of a job, and pickled task.
     """
     with _TURN:
         return pickle.dumps(_run(topic, expected, function, task))
@@ -66,7 +71,7 @@ def _run(topic: str, expected: Installation, function: bytes, task: bytes) -> An
 
 @functools.lru_cache(maxsize=4)
 def _loaded(function: bytes) -> Callable[[Any], Any]:
-    """Return the unpickled function, which every task carries, since workers may join late."""
+    """Return the unpickled function; every task contains it, because workers may join late."""
     loaded: Callable[[Any], Any] = pickle.loads(function)
     return loaded
 

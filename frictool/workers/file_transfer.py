@@ -3,7 +3,7 @@
     (paths, job) ──▶ worker: same size and SHA-256 at the paths? ──yes──▶ function(paths, job)
                          └─no──▶ bytes are requested and sent ──▶ function(copies, job)
 
-A shared file system is used if there is one, but is not required. Copies are deleted after the job.
+A shared file system is used if there is one. Copies are deleted after the job.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ JOURNAL = "-wal"  # ending of a database's journal, a file of the same folder
 class FileDescription:
     """File, or folder of files, on this machine.
 
-    path: absolute path.
-    parts: relative name and SHA-256 of each file.
+    path: absolute path of the file or folder.
+    parts: name, relative to the folder, and SHA-256 of each file.
     size: total size of the files in bytes.
-    content: bytes of each file if they are sent, else empty.
+    content: bytes of each file if they are sent; else empty.
     """
 
     path: Path
@@ -44,12 +44,12 @@ class FileDescription:
 
 @dataclass(frozen=True)
 class FilesMissing:
-    """Answer of a worker without the same files, instead of a result."""
+    """Answer, instead of a result, of a worker that lacks the files."""
 
 
 @dataclass(frozen=True)
 class _RemoteFunction(Generic[Job, Result]):
-    """Function that uses the files at their paths on the worker, or copies of the sent bytes."""
+    """Function that runs on a worker, with the files at their paths or with copies."""
 
     function: Callable[[Paths, Job], Result]
 
@@ -65,7 +65,7 @@ class _RemoteFunction(Generic[Job, Result]):
 
 @dataclass(frozen=True)
 class _LocalFunction(Generic[Job, Result]):
-    """Function that uses the files at their paths on this machine."""
+    """Function that runs on this machine, with the files at their paths."""
 
     function: Callable[[Paths, Job], Result]
 
@@ -81,13 +81,12 @@ def share_files(
     cores: int | None = None,
     cluster: str | None = None,
 ) -> Iterator[tuple[int, Result]]:
-    """Yield results as `share` does, for jobs that read files.
+    """Yield the index and result of each job, for jobs that read files.
 
-    function: function of the paths of a job's files and of the job.
-    jobs: (paths, job).
-    instead: function of a job and the reason of its failure. It returns the result of a job during
-        which several processes died, or whose files are neither readable for the workers nor small
-        enough to send.
+    function: function of the paths of a job's files and of the job; returns the result.
+    jobs: pairs (paths, job).
+    instead: function of a job and a reason. It returns the result of a job that could not be run,
+        because several processes died or its files could not be transferred to the workers.
 
     Raises ClusterError if the cluster cannot be used. Raises OSError if a file cannot be read.
     """
@@ -108,7 +107,7 @@ def _by_description(
     instead: Callable[[Job, str], Result],
     cluster: str,
 ) -> Iterator[tuple[int, Result]]:
-    """Send descriptions of the files first, then the bytes of files that a worker lacks."""
+    """Send descriptions of the files first, then the bytes of the files that a worker lacks."""
     indices: list[int] = []
     described: list[tuple[FileDescription, ...]] = []
 
@@ -169,7 +168,7 @@ def described_file(path: Path) -> FileDescription:
 
 
 def with_content(sent: FileDescription) -> FileDescription:
-    """Return the description with the present bytes of its files."""
+    """Return the description with the bytes of the files."""
     return FileDescription(
         sent.path,
         sent.parts,
@@ -187,7 +186,7 @@ def is_here(sent: FileDescription) -> bool:
 
 
 def _names(path: Path) -> list[str]:
-    """Return the names of a file and its journal, or of a folder's files with the folder's name."""
+    """Return the names of a file and its journal, or of the files in a folder."""
     if path.is_dir():
         return sorted(
             one.relative_to(path.parent).as_posix() for one in path.rglob("*") if one.is_file()
@@ -202,7 +201,7 @@ def _digest(path: Path) -> str:
 
 @contextmanager
 def _copies(sent: tuple[FileDescription, ...]) -> Iterator[Paths]:
-    """Write temporary copies with the same names; yield their paths."""
+    """Write temporary copies with the same names; yield the paths of the copies."""
     with tempfile.TemporaryDirectory(prefix="frictool-") as folder:
         for number, one in enumerate(sent):
             for (name, _), content in zip(one.parts, one.content, strict=True):

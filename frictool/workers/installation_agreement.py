@@ -1,4 +1,4 @@
-"""Installation data that must agree for equal results: sources and numerical libraries."""
+"""Facts on which results depend, and which must agree: sources and numerical libraries."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "clarabel")
 
 @dataclass(frozen=True)
 class Installation:
-    """Versions of frictool, Python and the numerical libraries by name, and the processor.
+    """Facts on which results depend.
 
+    versions: (name, version) of frictool, Python and the numerical libraries.
     processor: CPU for which code is compiled; the last digits of results may depend on the CPU.
     """
 
@@ -40,7 +41,7 @@ def installation() -> Installation:
 
 
 def differences(here: Installation, there: Installation) -> str:
-    """Return the differing versions as text, with both values; "" if there are none."""
+    """Return the versions that differ, with both values, as text; "" if all are equal."""
     local, remote = dict(here.versions), dict(there.versions)
     names = [name for name in {**local, **remote} if local.get(name) != remote.get(name)]
     return ", ".join(

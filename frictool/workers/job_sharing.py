@@ -5,8 +5,8 @@
                                     └── dask_cluster.py   workers of a Dask scheduler
          (index, result), ... ◀─────┘   in the order of completion
 
-If the result of a function depends only on the job, it is the same in all three cases, for any
-number of processes. If a worker ends, another worker repeats its jobs.
+If the result of a function depends only on the job, the results are the same in all three cases and
+for any number of processes. If a worker dies, another worker repeats the jobs of its task.
 """
 
 from __future__ import annotations
@@ -33,20 +33,20 @@ def share(
 ) -> Iterator[tuple[int, Result]]:
     """Yield the index and result of each job, in the order of completion.
 
-    A caller who leaves early, by an exception or by closing the iterator, ends the running jobs.
+    The running jobs are ended if the caller closes the iterator early, also by an exception.
 
     Parameters
     ----------
     function : Callable
-        function of a job, defined in a module; function, jobs and results are pickled
+        function of a job, defined in a module; function, jobs and results must be picklable
     jobs : Iterable
-        jobs; each is taken when it is needed
+        jobs; a job is taken from the iterable when it is needed
     cores : int, optional
         number of processes; 1: this process; None: all cores of this machine
     cluster : str, optional
-        address of a Dask scheduler, whose workers are used instead
+        address of a Dask scheduler; its workers are used instead of processes
     batch : int, optional
-        number of jobs that are sent together; they should take some tenths of a second
+        number of jobs that are sent together; together they should take some tenths of a second
     instead : Callable, optional
         function that returns the result of a job during which several processes died; its
         arguments are the job and the reason

@@ -4,9 +4,9 @@
     task ──pipe──▶ jobs in turn
          ◀──pipe── results, or "compiling"; the pipe closes if the process ends
 
-If a process ends, another process repeats its jobs. Each process has one task and one pipe, so that
-only the jobs of this task are lost. A process ends when its pipe closes, so that no process
-outlives its parent.
+A task is a batch of jobs. If a process ends, another process repeats the jobs of its task. Each
+process has one task and one pipe, so that the results of only one task are lost. A process ends
+when its pipe closes, so that no process outlives its parent.
 """
 
 from __future__ import annotations
@@ -40,8 +40,7 @@ FallbackResult = Callable[[Any, str], Any] | None
 class PendingTask:
     """Task that is to be run or is running.
 
-    deaths: number of processes that ended while they ran the task; counted only for a task with one
-    job.
+    deaths: number of processes that ended while they ran the task; 0 for a task with several jobs.
     """
 
     task: Task
@@ -51,7 +50,7 @@ class PendingTask:
 def start_method() -> str:
     """Return the start method of worker processes.
 
-    "fork" would copy the locks that other threads hold. Windows has no fork server.
+    "fork" would copy locks of other threads. Windows has no fork server.
     """
     return "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 
@@ -79,9 +78,9 @@ class WorkerProcess:
         return True
 
     def hear(self) -> list[Any] | None:
-        """Return the results; None if the message has another kind.
+        """Return the results of the task; None if the message is not about results.
 
-        Raises EOFError if the process has ended. Raises the error that the process has sent.
+        Raises EOFError if the process has ended, and the error that the process has sent.
         """
         try:
             kind, content = self.connection.recv()
@@ -140,7 +139,7 @@ class ProcessPool:
         return any(one.pending is not None for one in self._members)
 
     def feed(self, source: Iterator[Task]) -> None:
-        """Give each idle process a task; lost tasks come before new ones."""
+        """Give each idle process a task; tasks that must be repeated come before new tasks."""
         for index in range(len(self._members)):
             while self._members[index].pending is None:
                 pending = self._next(source)
@@ -157,9 +156,9 @@ class ProcessPool:
         return None if task is None else PendingTask(task)
 
     def heard(self) -> list[Answer]:
-        """Wait for a message of at least one process; return the answers.
+        """Wait for a message of at least one process; return the ended tasks with results.
 
-        Raises WorkerLost if a job ends every process that runs it and `instead` is None.
+        Raises WorkerLost if ATTEMPTS processes have died during a job, and `instead` is None.
         """
         ready = connection.wait([one.connection for one in self._members])
         answers: list[Answer] = []
@@ -177,9 +176,9 @@ class ProcessPool:
         return answers
 
     def _lost(self, index: int) -> list[Answer]:
-        """Replace an ended process and put its jobs back as tasks of one job each.
+        """Replace a process that has ended, and put back each of its jobs as a task of its own.
 
-        Only a job that itself ends processes is therefore given up.
+        Therefore a job is given up only if processes end while they run this job alone.
         """
         dead = self._members[index]
         cause = dead.cause()
@@ -216,7 +215,7 @@ class ProcessPool:
 
 
 def _end(members: list[WorkerProcess]) -> None:
-    """End the processes: close the pipes of idle ones, terminate the others."""
+    """End the processes: close the pipes of idle processes, terminate busy processes."""
     for one in members:
         if one.pending is not None or not one.ready:
             one.process.terminate()
@@ -229,7 +228,7 @@ def _end(members: list[WorkerProcess]) -> None:
 def _serve(theirs: Connection, function: bytes) -> None:
     """Run tasks until the pipe is closed.
 
-    Ctrl-C is ignored, because the parent process handles it and ends this process.
+    Ctrl-C is ignored, because the parent process handles Ctrl-C and ends this process.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # before numpy is loaded: another order of sums gives other bytes

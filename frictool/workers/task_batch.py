@@ -2,7 +2,7 @@
 
     (index, job), (index, job), ... ──run_task──▶ result | JobFailure, ...
 
-An error of one job therefore does not lose the results of the others.
+Therefore an error of one job does not lose the results of the other jobs.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ class JobFailure:
 
 
 def split_tasks(jobs: Iterable[Any], batch: int) -> Iterator[Task]:
-    """Yield tasks of `batch` jobs in order; take jobs only when the next task is requested."""
+    """Yield tasks of `batch` jobs in order; jobs are taken only when the next task is requested."""
     numbered = enumerate(jobs)
     while task := tuple(islice(numbered, batch)):
         yield task
 
 
 def run_task(function: Callable[[Any], Any], task: Task) -> list[Any]:
-    """Return the results of a task's jobs, in order; a failed job has a JobFailure."""
+    """Return the results of a task's jobs in order; the result of a failed job is a JobFailure."""
     return [_one(function, job) for _, job in task]
 
 
 def task_results(task: Task, results: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-    """Yield each index with its result; raise a job's error after the earlier results."""
+    """Yield the index of each job with its result; raise the error when a failed job comes up."""
     for (index, _), result in zip(task, results, strict=True):
         if isinstance(result, JobFailure):
             raise result.error
@@ -54,7 +54,7 @@ def _one(function: Callable[[Any], Any], job: Any) -> Any:
 def picklable_error(error: Exception) -> Exception:
     """Return the error with its traceback as a note.
 
-    If the error cannot be pickled, the result is a RuntimeError with its text.
+    If the error cannot be pickled, a RuntimeError with the same text is returned.
     """
     error.add_note("".join(traceback.format_exception(error)))
     try:
