@@ -27,12 +27,14 @@ SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 class AxisLogs:
     """Logs of one axis, its bench, and the requested method.
 
-    - sliding: records of sliding motion without intervals of constant effort; empty if `unmeasured`
+    - sliding: records of sliding motion, without intervals of constant effort; empty if
+      `unmeasured` is not None
     - ramps: records of breakaway ramps
     - rows: slipping samples of the sliding records
     - kinds: log name -> `sliding` or `ramp`
     - warnings: doubts about the logs
-    - unmeasured: None, or why the effort or the position of a sliding record is no measurement
+    - unmeasured: reason why the effort or the position of a sliding record is no measurement; None
+      if both are measurements
     - drive_off: True if the sliding records are motion with the drive off (`coast_down.py`)
     """
 
@@ -48,7 +50,7 @@ class AxisLogs:
     drive_off: bool
 
     def without_load(self, laws: Laws | None) -> AxisLogs:
-        """Return the logs with the load law subtracted from the effort of the ramps."""
+        """Return the logs with the effort of the load subtracted from the effort of the ramps."""
         if laws is None:
             return self
         return replace(self, ramps=[without_load(record, laws) for record in self.ramps])
@@ -90,7 +92,7 @@ def sort_logs(
 
 
 def without_load(record: MotionRecord, laws: Laws) -> MotionRecord:
-    """Return the record with the load law subtracted from its effort."""
+    """Return the record with the effort of the load subtracted from its effort."""
     if laws.load is None or record.velocity is not None:
         return record
     return replace(record, effort=record.effort - load_law(laws.load).at(record.position))

@@ -73,6 +73,7 @@ class BatchModel:
 class BatchResult:
     """Model of a group, or the reason why the group has none.
 
+    - reason: reason why the group has no model; empty if it has one
     - code: exit code for the reason; 0 if the group has a model
     """
 
@@ -84,7 +85,7 @@ class BatchResult:
 
     @property
     def lost(self) -> bool:
-        """Return whether a log could not be used."""
+        """Return True if a log of the group could not be used."""
         return self.code == EXIT_INPUT
 
 

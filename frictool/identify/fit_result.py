@@ -84,12 +84,13 @@ class TriedModel:
 class Explanation:
     """Part of the effort in addition to inertia, viscous friction, Coulomb friction and offset.
 
-    - name, what: name in `load.terms`, and physical name as text
+    - name: name in `load.terms`
+    - what: physical name as text
     - state: `used` in the fit, or `left` in its residual
     - effort: rms effort, N m | N
     - probability: p-value of the test that this part of the effort is 0
     - held_out: held-out error with this part, relative to the error without it
-    - settle: change of the bench or test that decides if this part exists, as text
+    - settle: change of the bench or test that decides whether this part exists, as text
     - rivals: physical names of hypotheses that predict unseen strokes equally well
     """
 

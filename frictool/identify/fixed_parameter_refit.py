@@ -98,7 +98,7 @@ def with_held(
 
 
 def bench_with_inertia(bench: Bench, inertia: Interval) -> Bench:
-    """Return the bench with its inertia replaced by an identified one."""
+    """Return the bench with `inertia` in place of its inertia."""
     known = Quantity(inertia.value, inertia.low, inertia.high, bench.mechanics.inertia.unit)
     mechanics = msgspec.structs.replace(bench.mechanics, inertia=known)
     return msgspec.structs.replace(bench, mechanics=mechanics)

@@ -4,9 +4,9 @@
     model = inertia (g * ddx) + friction(g * dx, g * x) + offset + g * load(x)
 
 Here u is the effort, x the position, dx the velocity and ddx the acceleration; g * is smoothing by
-a zero-phase kernel (`rows/smoothing.py`). All signals are smoothed alike,
-so that errors outside the frequency band of the motion have no influence. The rms is taken over the
-samples that certainly slip (`rows/slip_mask.py`).
+a zero-phase kernel (`rows/smoothing.py`). All signals are smoothed alike, so that errors outside
+the frequency band of the motion have no influence. The rms is taken over the samples that certainly
+slip (`rows/slip_mask.py`).
 
 The smoothing window reduces the encoder's noise to 0.75 % of the acceleration, but is at most a
 sixth of a stroke. It is shortened until the axis slips over a whole window at least once. The

@@ -52,7 +52,7 @@ ORDER = (*PARAMETERS, *CURVE)  # order of parameters in a model and its views
 
 @dataclass(frozen=True, kw_only=True)
 class Identification(Outcome):
-    """Outcome of the logs of one axis, with data for the model and for its views.
+    """Outcome of the identification of one axis, with data for the model and its views.
 
     - method: method of the fit
     - confidence: confidence of every interval, 0 to 1
@@ -83,7 +83,7 @@ class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
     The message states the most frequent reason. If there are several reasons, the message also
-    names the parameters with this reason, and the number of parameters with other reasons.
+    names the parameters with the stated reason, and the number of parameters with other reasons.
 
     `exit_code` is 1 if no fit was possible. It is 4 if a fit gave neither inertia nor friction, or
     if position and drive have opposite signs.

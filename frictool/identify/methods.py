@@ -324,7 +324,7 @@ class IdentificationSettings:
 
 @dataclass(frozen=True)
 class IdentificationRequest:
-    """Choices of an identification.
+    """Options of an identification.
 
     Attributes
     ----------

@@ -44,11 +44,10 @@ class ParameterAssessment:
     - wanted: requested precision
     - known: precision of the a-priori interval; None without an interval
     - target: the smaller of `wanted` and `known`
-    - least: Cramér-Rao bound of the proposed test; None except for inertia, viscous friction,
-      Coulomb friction and offset
+    - least: Cramér-Rao bound of the proposed test; None for breakaway and presliding
     - doubled: precision with an encoder of twice the resolution; None if none can be computed
     - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if no
-      step down to FINEST suffices
+      step down to FINEST times the bench's step suffices
     - counts: counts per revolution of an encoder with this step; None for a linear axis
     """
 

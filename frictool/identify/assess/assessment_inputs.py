@@ -69,7 +69,7 @@ class AssessmentInputs:
 
 @dataclass(frozen=True)
 class AssessmentRequest:
-    """Choices of an assessment.
+    """Options of an assessment.
 
     Attributes
     ----------
@@ -78,11 +78,11 @@ class AssessmentRequest:
     duration : float
         Duration of the proposed sines, s.
     noise : float or None
-        Standard deviation of the measured drive, A | V; None for the default.
+        Standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit.
     effort : float or None
         Largest effort of the test, N m | N; None for the largest effort of the bench.
     presliding : float or None
-        Expected presliding distance z_max, rad | m; None for the default.
+        Expected presliding distance z_max, rad | m; None for 1e-3 rad or 1e-5 m.
     step : float or None
         Length of the step whose shortest response is computed, rad | m; None for the travel.
     """

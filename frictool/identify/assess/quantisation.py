@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 def acceleration_error(step: float, response: NDArray[np.float64]) -> float:
     """Return the largest error of an acceleration due to the encoder's rounding to `step`.
 
-    Each sample has an error of half a step with the worst sign. response (n,): impulse response
-    from the position to the acceleration, such as (1, -2, 1)/T^2 for the second difference.
+    Each sample is assumed to have an error of half a step with the worst sign. `response` (n,) is
+    the impulse response from the position to the acceleration, such as (1, -2, 1)/T^2 for the
+    second difference with the sample period T.
     """
     return 0.5 * step * float(np.sum(np.abs(response)))
 

@@ -16,9 +16,9 @@ slip is assumed to be proportional to the breakaway (thesis 4.42).
   immediate fall if the encoder's changes allow one. The interval includes the breakaways that are
   computed with all allowed falls.
 - interval: spread between onsets (jackknife), and the ranges of the axis's parameters
-  (`combined_interval`). For a sampled ramp, two errors of half a step are added, because they do
-  not average out: the breakaway lies within a step of the ramp, and the encoder's changes are late
-  by up to half a sample.
+  (`combined_interval`). A step of a sampled ramp is its increase in one sample. Two errors of half
+  a step are added, because they do not average out: the breakaway lies anywhere within a step, and
+  the encoder's changes are late by up to half a sample.
 """
 
 from __future__ import annotations
@@ -245,7 +245,7 @@ class BreakawayErrors:
     - ranges: changes of the coefficients if an axis parameter, or the rest position, is at either
       end of its range
     - falls: changes of the coefficients with each allowed fall of friction
-    - half_step: half a step of a sampled ramp, N m | N
+    - half_step: half of the increase of a sampled ramp in one sample, N m | N
     """
 
     solution: LeastSquaresSolution

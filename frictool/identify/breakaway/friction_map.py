@@ -7,10 +7,11 @@ have the same shape:
     C_r(x, direction) = level(direction) C_s(x, direction)/mean C_s
     beta = mean C_s/mean C_r
 
-The levels and the viscous friction come from means over strokes (`sines`). In the equation of a
-stroke, the shape is averaged over the positions of that stroke, so that strokes may cover different
-positions. If the directions have separate polynomials, an offset of the effort cannot be
-distinguished from half their difference. The offset is then the bench's; without one, it is 0.
+A level is the mean friction in slip of one direction. The levels and the viscous friction come from
+means over strokes (`sines`). In the equation of a stroke, the shape is averaged over the positions
+of that stroke, so that strokes may cover different positions. If the directions have separate
+polynomials, an offset of the effort cannot be distinguished from half their difference. The bench's
+offset is then used; it is 0 if the bench has none.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ falls immediately to Coulomb friction. In the time t after t0, the axis moves by
 
 Half a sample before the log shows a change, the travel is s = start + (distance between the first
 and this change). `start` is the unknown distance, at most one count, from the rest position to the
-first change. t0 minimises the squared differences in s, with `start` eliminated. The ramp gives the
-excess at t0.
+first change. t0 minimises the sum of the squared differences between these two values of s, with
+`start` eliminated. The ramp gives the excess at t0.
 
 If the changes do not determine `start`, a prior decides: a term with the weight `timing` prefers
 the `expected` start. `timing` is the variance of s at a change due to sampling, divided by the
@@ -82,6 +82,8 @@ def travel_table(
     are its begin [s], 1/length [1/s], and the four coefficients, the constant first, of a cubic in
     (t - begin)/length.
 
+    `axis` is inertia, viscous, coulomb.
+
     Friction falls by `excess`, from the breakaway to Coulomb friction, with the Stribeck velocity
     `velocity`; if `velocity` is inf, friction does not fall. The integration is a fourth-order
     Runge-Kutta method, with short steps just after the onset, where friction falls fast.
@@ -148,12 +150,13 @@ def misfit(
     table_duration: float,
     table: Table,
 ) -> tuple[float, float]:
-    """Return the smallest weighted sum of squares for the onset `t0`, and its start [rad | m].
+    """Return the smallest weighted sum of squares for the onset `t0`, and the best start [rad | m].
 
     The sum is that of (travel - start - `seen`)^2 of all changes, plus `timing`
     (start - `expected`)^2. The start is the distance from the rest position to the first change.
 
-    - time, seen: times [s] of the encoder's changes, and distances [rad | m] at them, (n,)
+    - time: times of the encoder's changes, (n,), s
+    - seen: distance between the first and each change, (n,), rad | m
     - ramp: |effort| at time 0, and its rate per s
     - axis: inertia, viscous, coulomb
     - expected: preferred start, rad | m

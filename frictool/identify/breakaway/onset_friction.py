@@ -145,10 +145,10 @@ class OnsetData:
     def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
-        The position fitted to an onset depends linearly on the expected position: fitted = a + lean
-        expected. At expected = fitted = a/(1 - lean), only the timing of the changes determines the
-        position. This value and a uniform position within the count are averaged with weights
-        1/variance.
+        The position fitted to an onset depends linearly on the expected position, with constants a
+        and b: fitted = a + b expected. At expected = fitted = a/(1 - b), only the timing of the
+        changes determines the position. This value and a uniform position within the count are
+        averaged with weights 1/variance.
         """
         low, high = (
             efforts(self.onsets, axis, self.resolution, expected, shape, self.fall)[1]

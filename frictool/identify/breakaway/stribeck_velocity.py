@@ -86,9 +86,9 @@ def allowed_fall(
     Parameters
     ----------
     nominal
-        Misfit with the axis's most likely parameters.
+        Misfit function with the axis's most likely parameters.
     ends
-        Misfits, in each of which one parameter of the axis is at an end of its interval.
+        Misfit functions, each with one parameter of the axis at an end of its interval.
     scale
         Speed after one count if only the ramp accelerates the axis, rad/s | m/s.
     confidence

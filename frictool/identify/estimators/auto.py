@@ -60,7 +60,7 @@ DROPPABLE = ("viscous", "offset")
 def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSettings) -> SlidingFit:
     """Return inertia, viscous, Coulomb and offset by the method that suits the records.
 
-    Raises UnusableLogs if nothing moves enough.
+    Raises UnusableLogs if the motion is too small.
     """
     measured = any(record.velocity is not None for record in records)
     undeclared = bench.load in (None, ONLY_OFFSET)

@@ -41,7 +41,7 @@ def conditioned(
 ) -> SlidingFit:
     """Return inertia, viscous, Coulomb and offset of sliding records.
 
-    Raises UnusableLogs if nothing moves enough.
+    Raises UnusableLogs if the motion is too small.
     """
     return slipping_fit(
         records, bench, settings, lambda rows, used: _fit(rows, used, settings.confidence)

@@ -2,10 +2,10 @@
 
     0 = sum z (u - inertia a - viscous v - coulomb s - offset)
 
-The instruments z are acceleration a, velocity v, its sign s, and 1, computed from the reference of
-the position. The reference is smoothed by the same filter as the position. The instruments
-correlate with the motion but not with the encoder's noise, so that noisy regressors cause no bias.
-u is the effort.
+u is the measured effort, a the measured acceleration, v the measured velocity and s its sign. The
+instruments z are the acceleration, velocity and sign of the reference of the position, and 1. The
+reference is smoothed by the same filter as the position. The instruments correlate with the motion
+but not with the encoder's noise, so that noisy regressors cause no bias.
 """
 
 from __future__ import annotations

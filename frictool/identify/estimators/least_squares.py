@@ -22,6 +22,6 @@ def least_squares(
 ) -> SlidingFit:
     """Return inertia, viscous, Coulomb and offset of sliding records.
 
-    Raises UnusableLogs if nothing moves enough.
+    Raises UnusableLogs if the motion is too small.
     """
     return weighted_fit(records, bench, settings, lambda rows: np.ones(rows.velocity.size))

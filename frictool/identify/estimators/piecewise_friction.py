@@ -5,15 +5,14 @@
 
 A knee is a speed at which the slope changes. A row is a mean over a part of a stroke. Each straight
 piece is averaged over the speeds in that part, so that a knee within the part stays sharp. For
-fixed knees the model is linear in the parameters. Knees are
-added one at a time; after each addition, all knees are optimised in turn. Schwarz's criterion
-(BIC), with the independent strokes as data, decides when to stop; a knee costs two parameters, its
-speed and its slope. With n strokes and p parameters, the penalty p log n is multiplied by
-n/(n - p - 2) (McQuarrie, 1999).
+fixed knees the model is linear in the parameters. Knees are added one at a time; after each
+addition, all knees are optimised in turn. Schwarz's criterion (BIC), with the independent strokes
+as data, decides when to stop; a knee costs two parameters, its speed and its slope. With n strokes
+and p parameters, the penalty p log n is multiplied by n/(n - p - 2) (McQuarrie, 1999).
 
 The search for knees has an additional regressor, the mean acceleration, because an error of the
-bench's inertia can also look like a knee. The intervals of all parameters come from a
-jackknife; for a knee, the derivative with respect to its speed is one more regressor.
+bench's inertia can also look like a knee. The intervals of all parameters come from a jackknife;
+for a knee, the derivative with respect to its speed is one more regressor.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ def power_balance(
 ) -> SlidingFit:
     """Return inertia, viscous, Coulomb and offset of sliding records.
 
-    Raises UnusableLogs if nothing moves enough.
+    Raises UnusableLogs if the motion is too small.
     """
     if settings.time_constant is None:
         return weighted_fit(records, bench, settings, by_speed)

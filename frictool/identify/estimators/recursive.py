@@ -31,7 +31,7 @@ def recursive(
 ) -> SlidingFit:
     """Return inertia, viscous, Coulomb and offset at the end of the last record.
 
-    Raises UnusableLogs if nothing moves enough.
+    Raises UnusableLogs if the motion is too small.
     """
     forgetting = STROKE_FORGETTING if settings.forgetting is None else settings.forgetting
     return slipping_fit(

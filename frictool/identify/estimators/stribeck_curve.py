@@ -225,7 +225,7 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
 
 
 def runs_prevail(records: list[MotionRecord]) -> bool:
-    """Return True if more than SPEEDS_SHARE of the moving samples have constant speed."""
+    """Return True if runs at constant speed have more than SPEEDS_SHARE of the moving samples."""
     rows = _rows(records)
     moving = sum(np.count_nonzero(find_strokes(record).sign) for record in records)
     return sum(row[3] + 2.0 * BLOCK for row in rows) > SPEEDS_SHARE * moving

@@ -46,7 +46,7 @@ def total_least_squares(
 ) -> SlidingFit:
     """Return inertia, viscous, Coulomb and offset of sliding records.
 
-    Raises UnusableLogs if nothing moves enough.
+    Raises UnusableLogs if the motion is too small.
     """
     return slipping_fit(
         records,

@@ -27,7 +27,7 @@ def weighted(
 ) -> SlidingFit:
     """Return inertia, viscous, Coulomb and offset of sliding records.
 
-    Raises UnusableLogs if nothing moves enough.
+    Raises UnusableLogs if the motion is too small.
     """
     return weighted_fit(records, bench, settings, inverse_deviation)
 

@@ -84,7 +84,7 @@ class SimulatedRamps(NamedTuple):
 def breakaway_range(bench: Bench) -> tuple[float, float, float]:
     """Return the least, expected and largest breakaway, N m | N.
 
-    Without a breakaway in the bench, they are computed from its Coulomb friction.
+    If the bench has no breakaway, the three values are computed from its Coulomb friction.
     """
     known, coulomb = bench.mechanics.breakaway, bench.mechanics.coulomb
     if known is not None:

@@ -67,7 +67,9 @@ def constant_speeds(
 ) -> Motion:
     """Return the motion of runs forward and backward at each speed, from the low end of the travel.
 
-    period: s. duration: total duration of all runs at their constant speeds, s.
+    - period: sample period, s
+    - speeds: constant speeds of the runs, rad/s | m/s
+    - duration: total duration of all runs at their constant speeds, s
     """
     start = limits.low if math.isfinite(limits.low) else 0.0
     parts: list[Motion] = []

@@ -7,9 +7,9 @@ e_x and e_u:
     r = e_u + (inertia D2 + viscous D1) e_x
 
 D1 and D2 are the first and the second central difference. e_u is white noise, and e_x is white
-noise with the variance step^2/12.
-r depends on e_x at up to two samples on either side, so that its covariance V over a stroke has
-five diagonals. With the regressors G (n, 4) of the trajectory, a stroke has the information
+noise with the variance step^2/12. r depends on e_x at up to two samples on either side, so that the
+covariance V of r over a stroke has five diagonals. With the regressors G (n, 4) of the trajectory,
+a stroke has the information
 
     M = G' V^-1 G
 
@@ -84,7 +84,7 @@ class PlannedStroke:
     """Stroke between two reversals, with a speed that is a half sine in time.
 
     - speed: top speed V, rad/s | m/s
-    - distance: > 0, rad | m
+    - distance: distance between the reversals, rad | m
     - times: number of repetitions in each direction
     """
 

@@ -80,7 +80,7 @@ class PreciseTest:
 
 
 def bench_value(bench: Bench, name: str) -> float:
-    """Return the bench's value of a parameter; precisions are relative to it.
+    """Return the bench's value of a parameter, to which its precision is relative.
 
     Raises
     ------
@@ -102,10 +102,10 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     Parameters
     ----------
     bench
-        Bench whose limits the test respects on every axis of the a-priori intervals.
+        Bench whose limits the test respects on every axis within the a-priori intervals.
     request
-        Requested precisions of inertia, viscous and Coulomb friction and offset; others are
-        ignored.
+        Requested precisions of inertia, viscous friction, Coulomb friction and offset; precisions
+        of other parameters are ignored.
 
     Returns
     -------
@@ -217,9 +217,8 @@ def stroke_motion(
     """Return the motion in which each of the k candidates is repeated.
 
     `times` (k + 1,) are the numbers of repetitions; the last one is that of pauses, which are
-    spread evenly. The positions of
-    the reversals are random within the share SPREAD of the candidate's reach at both ends, so that
-    encoder errors differ between strokes.
+    spread evenly. The positions of the reversals are random within the share SPREAD of the
+    candidate's reach at both ends, so that encoder errors differ between strokes.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0

@@ -20,7 +20,7 @@ FACTORS = (2.0, 4.0, 16.0)
 def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> list[str]:
     """Return a text for each single change with which the precision is reached.
 
-    `needed`: shortest duration on the unchanged bench, s.
+    `needed`: shortest duration on the unchanged bench, s; None if no duration suffices.
     """
     shown = [] if needed is None else [f"{needed:.3g} s of time"]
     for change in REMEDIES:

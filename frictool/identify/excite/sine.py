@@ -28,8 +28,8 @@ CHOICES = 24  # number of distances tried
 def condition(speed: float) -> float:
     """Return the condition number of the regression of friction on a sine (thesis 4.30).
 
-    The regressors are those of viscous and Coulomb friction.
-    `speed` is the sine's top speed, rad/s | m/s.
+    The regressors are those of viscous and Coulomb friction. `speed` is the sine's top speed,
+    rad/s | m/s.
     """
     half = 0.5 * speed**2 + 1.0
     product = speed**2 * (0.5 - 4.0 / math.pi**2)
@@ -75,9 +75,9 @@ def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> f
 
 
 def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
-    """Return a sine in the middle of the travel that starts at its lowest position.
+    """Return a sine around the middle of the travel; the motion starts at its lowest position.
 
-    The sine has round(times) periods of `stroke`, at least one.
+    The number of periods is `stroke.times`, rounded, but at least one.
     """
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     low = middle - 0.5 * stroke.distance

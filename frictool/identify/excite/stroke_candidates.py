@@ -7,8 +7,8 @@ those of the worst axis within the a-priori intervals:
   step^2/12 T T' with T = inertia D2 + viscous D1, grows with both, so that every other axis gives
   more information.
 - the largest drive constant for the noise of the effort, the smallest for the drive
-- backlash at its upper end. Samples inside it, and samples slower than 2 % of the stroke's top
-  speed, where the axis may stick, are excluded.
+- backlash at its upper end. Samples inside the backlash, and samples slower than 2 % of the
+  stroke's top speed, where the axis may stick, are excluded.
 """
 
 from __future__ import annotations

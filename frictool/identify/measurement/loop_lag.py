@@ -4,9 +4,8 @@
     i[k+1] = a i[k] + (1 - a) command[k],    a = e^(-period/lag)
 
 i is the current, and k the number of the row. The command of a row is held until the next row. The
-measured current is gain i + offset + noise.
-The noise need not be white, since i is simulated from the command (output error). The interval
-comes from a jackknife over parts of the record.
+measured current is gain i + offset + noise. The noise need not be white, since i is simulated from
+the command (output error). The interval comes from a jackknife over parts of the record.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ at two successive samples satisfy, with resistance R, constant K, inductance L a
     u = R i[k] + c (i[k+1] - i[k]) + K (x[k+1] - x[k])/T + u0,    c = R/(1 - e^(-R T/L))
 
 The equation is summed with test functions (1 - s^2)^3 (`plant/weak_form.py`), which average the
-noise. It does not contain friction, inertia or load.
+noise. The equation does not contain friction, inertia or load.
 
 The voltage between two rows may be that of the first row (held), that of the previous row (held and
 logged late), or the mean of both rows (measured). All three timings are fitted. The intervals

@@ -45,7 +45,7 @@ HIGHEST_CUTOFF = 0.4  # highest cut-off relative to the sampling rate
 
 @dataclass(frozen=True)
 class ValidationRequest:
-    """Choices of a validation.
+    """Options of a validation.
 
     Attributes
     ----------
