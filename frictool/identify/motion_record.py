@@ -50,7 +50,7 @@ class MotionRecord:
 
     - position: measured or integrated position, (n,), rad | m
     - effort: measured effort, (n,), N m | N
-    - piece: number, from 0, of the part without gaps that contains the sample, (n,)
+    - piece: number, from 0, of the gap-free part of the log that contains the sample, (n,)
     - period: sample period, s
     - resolution: one encoder count, rad | m; for a measured velocity, one velocity count times the
       period

@@ -35,7 +35,7 @@ class Outcome:
     laws: Laws | None = None
 
     def merge(self, later: Outcome) -> Outcome:
-        """Return this outcome, with its entries replaced by those of `later`."""
+        """Return this outcome joined with `later`, whose entries take precedence."""
         kept = _without(self.identified, later.refused)
         refused = _without(self.refused, later.identified)
         return Outcome(
@@ -59,7 +59,7 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return an outcome that accepts the informative intervals of `offered`, refusing the others.
+    """Return an outcome that accepts the informative intervals of `offered` and refuses the others.
 
     `reasons`: reasons for the parameters that the method itself has refused.
     """

@@ -116,8 +116,8 @@ def populations(
 ) -> dict[str, Population]:
     """Return the population of each parameter with at least two values.
 
-    `confidence`: confidence of the intervals. It is also the probability that no test of any
-    parameter rejects if all true values are equal (Bonferroni).
+    `confidence` is the confidence of the intervals. The same number is the probability that no test
+    of any parameter rejects if all true values are equal (Bonferroni).
     """
     repeated = {name: estimates for name, estimates in values.items() if len(estimates) >= 2}
     return {

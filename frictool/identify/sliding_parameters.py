@@ -116,7 +116,8 @@ def with_force_error(
 def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | None:
     """Return the force error if no value in the bench's ranges explains the effort, else None.
 
-    A parameter that was refused is set to the value in the bench's range nearest to the free fit.
+    A refused parameter is set to the value in the bench's range that is nearest to its value in
+    `free`.
     """
     assert outcome.fit is not None
     nearest = dict(outcome.identified)

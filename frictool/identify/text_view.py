@@ -149,7 +149,7 @@ def force_line(error: float | None) -> str:
 
 
 def explanation_place(one: Explanation) -> str:
-    """Return as text where this effort went: model, removed from the effort, or residual."""
+    """Return as text whether the part is in the model, removed, or left in the residual."""
     if one.state == "left":
         return "left in the residual"
     return (
@@ -197,8 +197,8 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
 def parameter_lines(model: Model) -> list[str]:
     """Return the table of the parameters.
 
-    Their intervals hold for the value of the drive constant. If the constant has an interval, a
-    further column has the intervals that include it.
+    The intervals are computed with the nominal drive constant. If the constant has an interval, a
+    further column has the intervals that include its error.
     """
     rows = parameter_intervals(model)
     constant = model.bench.actuator.constant

@@ -293,7 +293,7 @@ class _EffectRegression:
         return np.asarray(noise**2 * strokes * np.sum(influence, axis=1))
 
     def intervals(self) -> dict[str, Interval]:
-        """Return the intervals of all parameters of the model, over clusters."""
+        """Return the intervals of all parameters of the model from the scatter of the clusters."""
         columns = self.rows.columns(self.used)
         try:
             solution = solve_triangles(self.rows.plain[:, :, [*columns, -1]], self.rows.cluster)

@@ -43,7 +43,7 @@ def rehearsed_strokes(
     Parameters
     ----------
     bench
-        Bench whose limits the test respects for every axis of the a-priori intervals.
+        Bench whose limits the test respects on every axis within the a-priori intervals.
     request
         Requested precision of each sliding parameter; other parameters are ignored.
     progress

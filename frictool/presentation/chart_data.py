@@ -38,7 +38,7 @@ def with_detail(line: Line2D, abscissa: Vector, ordinate: Vector) -> None:
 
 
 def chart_json(figure: Figure) -> str | None:
-    """Return the data of a figure as JSON; None if no chart can show a part of the figure."""
+    """Return the data of a figure as JSON; None if a part of the figure cannot be in a chart."""
     panels = []
     for axes in figure.axes:
         panel = _panel(axes)

@@ -73,9 +73,10 @@ def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -
 
 
 def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
-    """Return increasing indices at which a static figure draws a curve (n,); rising `abscissa`.
+    """Return increasing indices at which a static figure draws a curve (n,).
 
-    Peaks are kept (`decimated_indices`); samples on straight parts are left out.
+    `abscissa` must increase. Peaks are kept (`decimated_indices`); samples on straight parts are
+    left out.
     """
     kept = decimated_indices(ordinate)
     finite = ordinate[np.isfinite(ordinate)]
@@ -86,8 +87,8 @@ def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
 def decimated_path_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
     """Return increasing indices at which the path of two signals (n,) is plotted.
 
-    Each signal is divided by its range; the samples are then about 1/500 of path length apart. The
-    last sample is always kept.
+    Each signal is divided by its range. Along this path, successive indices are about 1/500 apart.
+    The last sample is always kept.
     """
     width, height = float(np.ptp(abscissa)) or 1.0, float(np.ptp(ordinate)) or 1.0
     length = np.concatenate(

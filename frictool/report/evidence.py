@@ -74,7 +74,7 @@ class StreamEvidence:
     worst: bool = False
 
     def has(self, signal: str) -> bool:
-        """Return True if the stream has this signal, finite or not."""
+        """Return True if the stream has this signal, even if its values are not finite."""
         return signal in self.stream.signals
 
     def plotted(self, signal: str) -> Vector:
@@ -146,9 +146,11 @@ def gather_evidence(
 ) -> list[StreamEvidence]:
     """Return the evidence of every axis of every log, in the order of the logs.
 
-    `rig`: facts of the bench, such as backlash and sensor step. `loop`: loop of the controller, for
-    the margins. Raises LogError if a log has no stream or an empty one, or if a position is not in
-    the unit of the specification's kind of axis.
+    - rig: facts of the bench, such as backlash and sensor step
+    - loop: loop of the controller, for the margins; None without a controller
+
+    Raises LogError if a log has no stream or an empty one, or if a position is not in the unit of
+    the specification's kind of axis.
     """
     gathered: list[StreamEvidence] = []
     for log, label in zip(logs, log_labels(logs), strict=True):

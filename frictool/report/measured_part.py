@@ -146,7 +146,7 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
 
 
 def measure(metric: Metric, part: MeasuredPart) -> MetricResult:
-    """Return a metric's value in SI (a ratio in %), or its two bounds, or a reason as text."""
+    """Return a metric's value in SI (a ratio in %), or two bounds of it, or why it is missing."""
     needs, function, arguments = _parts_of(metric)
     for reason_of in needs:
         if reason := reason_of(part):

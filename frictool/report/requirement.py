@@ -53,6 +53,8 @@ class ValueLocation:
 class Requirement:
     """Requirement: one key of the specification with its outcome.
 
+    - name: name of the metric
+    - key: key of the specification
     - value: worst value, in `unit`; None if there is no finite value
     - met: True or False; None if the requirement is undecided
     - relation: relation of value and limit that the requirement demands

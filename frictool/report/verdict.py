@@ -74,7 +74,7 @@ def judge(
 
 
 def verdict_of(request: ReportRequest) -> Verdict:
-    """Return the verdict that `judge` returns; raise its errors."""
+    """Return the verdict of `judge` for a request; the errors are those of `judge`."""
     spec, logs, controller, bench = request.spec, request.logs, request.controller, request.bench
     if not logs:
         raise FrictoolError("there is no log to judge; give at least one")

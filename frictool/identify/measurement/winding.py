@@ -55,7 +55,7 @@ LONGEST_STEP = 1.5  # periods, longest interval of one piece
 class WindingLog:
     """Voltage [V], current [A] and position [rad | m] (n,) of one log.
 
-    - piece: number of the part without gaps that contains the sample, (n,)
+    - piece: number of the gap-free part of the log that contains the sample, (n,)
     - period: sample period, s
     - window: length of the test function in samples
     - noise: noise of the position, rad | m

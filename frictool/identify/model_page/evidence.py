@@ -142,7 +142,7 @@ class HeldOutPositions:
 
     - held_out: False if the logs are too short for halves; the model then simulates the logs of its
       fit
-    - segments: one for each part of the records without gaps, placed one after the other in time
+    - segments: one for each gap-free part of the records, placed one after the other in time
     """
 
     held_out: bool
@@ -206,7 +206,7 @@ def _half_model(
 
 
 def _predicted(model: Model, records: Sequence[MotionRecord]) -> list[PositionPrediction]:
-    """Return the measured and simulated positions of every part of the records without gaps."""
+    """Return the measured and simulated positions of every gap-free part of the records."""
     return [
         PositionPrediction(
             segment.record.name,

@@ -4,8 +4,8 @@
 
 The sum is over the rows whose samples are in one branch (`loops`). Parameters are positive; the
 search variables are their logarithms. The intervals come from a jackknife over branches
-(`regression`). They include the range of the breakaway, and half a count at the ends of the path
-(`combined_interval`).
+(`regression`). The intervals include the range of the breakaway, and half a count at the ends of
+the path (`combined_interval`).
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ class PreslidingFit:
     - parameters: intervals of the parameters, in the order of the law
     - force_error: rms residual on the branches of the fit, relative to the breakaway
     - held_out: rms residual on unseen branches, relative to the breakaway
+    - limit: None, because z_max follows from the breakaway
     """
 
     parameters: tuple[Interval, ...]

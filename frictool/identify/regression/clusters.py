@@ -19,9 +19,10 @@ SAME_ROWS = 2  # largest difference of rows between strokes that repeat each oth
 def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> IntVector:
     """Return the cluster number (n,) of each row, from 0.
 
-    - stroke: ascending number of the stroke, (n,)
+    - stroke: ascending number of the stroke of each row, (n,)
+    - sign: direction of each row, (n,)
     - counts: encoder counts per row, (n,)
-    - shortest: rows over which residuals are correlated, the least length of a part of a stroke
+    - shortest: number of rows over which residuals are correlated; no part of a stroke is shorter
     """
     starts = np.flatnonzero(np.concatenate(([True], np.diff(stroke) != 0)))
     lengths = np.diff(np.append(starts, stroke.size))

@@ -7,8 +7,8 @@ Gelbach and Miller, 2011):
 
     V = V_strokes + (V_bins - V_both),    V_groups = sum over groups (sum over rows psi)^2
 
-V_both is over the groups of rows in the same stroke and the same bin. psi = (X^T X)^-1 x r is the
-influence of a row x with the residual r. If the model is complete, the residual is independent
+In V_both, a group consists of the rows in the same stroke and the same bin. psi = (X^T X)^-1 x r is
+the influence of a row x with the residual r. If the model is complete, the residual is independent
 between these groups, and the two terms in brackets are equal on average. The first term has a
 relative standard deviation of sqrt(2/bins); only the part beyond this deviation is added.
 """

@@ -29,8 +29,8 @@ class LeastSquaresSolution:
     """Solution of a least-squares problem with p parameters.
 
     - value, deviation, freedom: estimates, standard deviations and degrees of freedom, (p,)
-    - condition: condition number of the weighted regressors with columns of unit length, the square
-      root of the ratio of the extreme eigenvalues
+    - condition: condition number (ratio of the extreme singular values) of the weighted regressors
+      with columns of unit length
     """
 
     value: Vector

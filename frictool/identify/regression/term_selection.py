@@ -1,9 +1,9 @@
 """Selection of parameters by the prediction of unseen strokes.
 
 A sliding parameter is dropped if its interval contains 0 and the held-out error is not larger
-without it. The dropped parameter has the value 0, and the other parameters are fitted again without
-its column. Its interval is kept, since the data do not show that the parameter is exactly 0. Load
-terms are never dropped: the bench declares them, or a search has shown that they improve the
+without it. The dropped parameter has the value 0 but keeps its interval, since the data do not show
+that it is exactly 0. The other parameters are fitted again without the dropped column. Load terms
+are never dropped: the bench declares them, or a search has shown that they improve the
 prediction (`explanation_search`, `structure_selection`).
 """
 

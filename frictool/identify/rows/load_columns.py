@@ -112,7 +112,7 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
 def by_direction(
     names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """Return the columns for separate parameters of the forward and the backward direction.
+    """Return names and triangles with separate forward and backward parameters.
 
     Viscous friction is split if it differs by direction. If `coulomb` is True, Coulomb friction and
     offset become one Coulomb friction per direction.

@@ -1,6 +1,6 @@
 """Savitzky-Golay weights, equal to those of `scipy.signal.savgol_coeffs`.
 
-They are computed here because the import of `scipy.signal` takes 0.7 s, as long as the
+The weights are computed here because the import of `scipy.signal` takes 0.7 s, as long as the
 identification of a log.
 """
 

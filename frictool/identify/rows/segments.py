@@ -23,7 +23,7 @@ START_SHARE = 0.1  # share of the top speed; a slower axis starts from rest
 
 @dataclass(frozen=True)
 class RecordSegment:
-    """Samples [first, last) of a record without a gap."""
+    """Samples [first, last) of a record, with no gap between them."""
 
     record: MotionRecord
     first: int
@@ -68,7 +68,7 @@ class RecordSegment:
 
 
 def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return every part of the records without gaps that is long enough."""
+    """Return every gap-free part of the records that is long enough."""
     segments = []
     for record in records:
         edges = np.concatenate(

@@ -50,7 +50,7 @@ class ValidationRequest:
     Attributes
     ----------
     skip : int
-        Number of samples left out at the start of each part of the log without gaps.
+        Number of samples left out at the start of each gap-free part of the log.
     cutoff_hz : float
         Cut-off of the low-pass for velocity and acceleration, Hz.
     servo : PositionServo or None
@@ -75,7 +75,7 @@ class Validation(ResultView):
 
     - axis: kind of the axis
     - loop: `open` or `closed`
-    - skip: number of samples left out at the start of each part without gaps
+    - skip: number of samples left out at the start of each gap-free part of the log
     - time: time of each sample, (n,), s
     - measured, simulated: name -> signal (n,), SI units; the force is NaN where it is unknown
     - position_rmse: rms position error, rad | m
@@ -151,8 +151,8 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
     Raises
     ------
     LogError
-        If the log has no motion, no part without gaps that is longer than the skipped samples, or
-        no reference for a closed loop, or if the log does not fit the bench of the model.
+        If the log has no motion, no gap-free part longer than the skipped samples, or no reference
+        for a closed loop, or if the log does not fit the bench of the model.
     NoSolutionError
         If the simulation fails.
     """
@@ -200,14 +200,14 @@ def _check(record: MotionRecord, request: ValidationRequest) -> None:
 
 
 def _pieces(record: MotionRecord, skip: int) -> list[RecordSegment]:
-    """Return the parts without gaps that are long enough; raise LogError if there are none."""
+    """Return the gap-free parts that are long enough; raise LogError if there are none."""
     pieces = [
         piece for piece in whole([record]) if piece.last - piece.first > skip + 3 * FILTER_ORDER
     ]
     if not pieces:
         raise LogError(
             record.name,
-            f"has no part without gaps that exceeds the {skip} samples to skip; skip fewer",
+            f"has no gap-free part longer than the {skip} samples to skip; skip fewer",
         )
     return pieces
 
