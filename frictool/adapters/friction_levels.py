@@ -47,7 +47,7 @@ def coulomb_factor(model: Model, wanted: float) -> float:
     )
     if mean > 0.0:
         return wanted / mean
-    raise ValueError("coulomb is 0 in both directions; allowed: > 0 if plants differ in it")
+    raise ValueError("coulomb is 0 in both directions; allowed: > 0, to vary coulomb")
 
 
 def viscous_level(model: Model) -> Ends:

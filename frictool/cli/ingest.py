@@ -239,7 +239,7 @@ def _refuse_loss(made: LogAssembly, output: Path) -> None:
             made.flows[0].source,
             (
                 f"data were lost while reading: {loss_count_text(made.losses)}; {where} "
-                "contains the rest and lists the losses"
+                "contains the readable data and lists the losses"
             ),
         )
 

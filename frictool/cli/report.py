@@ -100,7 +100,7 @@ def command(
     as_json: bool,
 ) -> None:
     if proof is not None and controller is None:
-        raise click.UsageError("--proof needs --controller, the controller that it was made for.")
+        raise click.UsageError("--proof needs --controller, the controller of the proof.")
     inputs = [*logs, spec, *(path for path in (controller, bench, proof) if path is not None)]
     targets = {"-o": output, "--junit": junit, "--markdown": markdown}
     check_targets(targets, inputs)

@@ -167,9 +167,7 @@ def command(
     if excitation is not None:
         if any(option is not None for option in (controller, scenario, observer, target, number)):
             names = "--controller, --scenario, --observer, --target and --number"
-            raise click.UsageError(
-                f"--excitation runs as on the bench, without {names}; leave them out."
-            )
+            raise click.UsageError(f"--excitation works without {names}; leave these options out.")
         if as_bench:
             if gains.closed:
                 raise click.UsageError(

@@ -354,7 +354,7 @@ class Bench(
             )
         if self.axis == "linear" and self.load is not None and "gravity" in self.load.terms:
             raise ValueError(
-                "load.terms: gravity belongs to a rotary axis; on a linear axis it is an offset"
+                "load.terms: gravity belongs to a rotary axis; for a linear axis write offset"
             )
         if self.axis == "linear" and self.load is not None and "eccentricity" in self.load.terms:
             raise ValueError(

@@ -77,7 +77,7 @@ def check_course(kind: str, lasts: bool, swings: bool) -> None:
     if kind == "pulse" and not lasts:
         raise ValueError("a pulse needs duration_s; for an effort without an end write kind: step")
     if kind == "ramp" and not lasts:
-        raise ValueError("a ramp needs duration_s, in which it reaches its level")
+        raise ValueError("a ramp needs duration_s, the time from 0 to `level`")
     if (kind == "sine") != swings:
         raise ValueError("frequency_hz: required with kind sine, and allowed with no other kind")
 

@@ -161,7 +161,9 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     def __post_init__(self) -> None:
         if (self.source == "observer") != (self.observer is not None):
-            raise ValueError("`source: observer` needs an observer, and no other source has one")
+            raise ValueError(
+                "`observer`: required with `source: observer`, allowed with no other source"
+            )
 
 
 class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -163,7 +163,7 @@ class FrictionCompensationDesign(
     def __post_init__(self) -> None:
         if (self.source == "observer") != (self.observer_rad_s is not None):
             raise ValueError(
-                "`source: observer` needs observer_rad_s, and `source: model` has none"
+                "`source: observer` needs observer_rad_s; with `source: model` remove it"
             )
         if self.source == "observer" and (
             self.velocity is not None or self.smoothing_speed is not None
@@ -243,5 +243,5 @@ def refuse_overflowing_prefilter(natural_frequency: float, damping: float) -> No
     if not isfinite(natural_frequency * (2.0 * damping + natural_frequency)):
         raise ValueError(
             f"natural_frequency_rad_s, damping: found {natural_frequency:g}, "
-            f"{damping:g}; too large to be sampled"
+            f"{damping:g}; too large to be sampled: lower them"
         )

@@ -323,7 +323,7 @@ class Spring(
                 "spring does nothing"
             )
         if self.force is not None and (self.free is not None or self.preload is not None):
-            raise ValueError("`free` and `preload` belong to `stiffness`; a force curve has both")
+            raise ValueError("`free` and `preload` belong to `stiffness`; `force` contains both")
 
 
 class Cam(

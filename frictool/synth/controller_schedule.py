@@ -28,7 +28,7 @@ def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate)
     """
     if candidate.over is None:
         raise NoSolutionError(
-            f"method {problem.design.method} computed no controllers to be scheduled"
+            f"method {problem.design.method} gives no scheduled controller; remove `scheduled`"
         )
     corners, names = candidate.over.vertices, candidate.over.scheduled
     for corner, k in zip(corners, candidate.scheduled, strict=True):

@@ -93,8 +93,8 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     raise NoSolutionError(
         f"response_time_95_s: found {required:.4g} s; for {length:.4g} "
         f"{si_unit('position', model.axis)} the drive needs {slowest.time:.4g} s "
-        f"({_described(slowest.plant, model)}) and the loop {allowance:.4g} s; raise it "
-        "or actuator.limit"
+        f"({_described(slowest.plant, model)}) and the loop {allowance:.4g} s; raise "
+        "response_time_95_s or actuator.limit"
     ).at("spec", "response_time_95_s")
 
 
@@ -123,7 +123,7 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
         raise FrictoolError(
             f"position_law.band: found {law.band.value:.6g} {unit}; allowed: at least the "
             f"encoder's step, {step:.6g} {unit}; write a larger "
-            "band, or leave the key out for one step"
+            "band, or remove the key for a band of one step"
         ).at("design", "position_law.band")
     bands: dict[str, PositiveLength | None] = {} if limiter is None else {"limiter": limiter.band}
     bands |= {} if law is None or law.action == "none" else {"position_law": law.band}
@@ -210,7 +210,7 @@ def _check_time(
         raise NoSolutionError(
             f"{key}: found {required:.4g} s; the drive needs at least {slowest.time:.4g} s for "
             f"{shortest:.4g} {unit}, the shortest step "
-            f"({_described(slowest.plant, model)}); raise it or actuator.limit"
+            f"({_described(slowest.plant, model)}); raise {key} or actuator.limit"
         ).at("spec", key)
     travel = model.bench.mechanics.travel
     if travel is None:

@@ -119,7 +119,7 @@ class _PlacementSearch:
         if self.order < len(self.a) - 1:
             raise NoSolutionError(
                 f"method rst: order {self.order} is below the plant's {len(self.a) - 1} (axis, "
-                "drive, delay); raise order to at least that"
+                "drive, delay); raise order to at least this number"
             )
         self.plants = [
             sensitivity_plant(problem.plant(point.rates)) for point in problem.box.vertices

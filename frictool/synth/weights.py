@@ -178,7 +178,7 @@ class _WeightRules:
             )
         if error is None:
             raise FrictoolError(
-                "weights.static_error: missing in the design; W2 needs it, or static_error in the "
+                "weights.static_error: missing in the design; W2 needs it or static_error in the "
                 "specification with mechanics.travel in the bench"
             ).at("design", "weights.static_error")
         if bandwidth is None and spec.response_time_95_s is not None:

@@ -54,7 +54,7 @@ def prove_document(controller: Controller, certificate: Certificate) -> tuple[Pr
         ):
             raise NoSolutionError(
                 f"{controller.name}: not proved: certificate.bounds has no bound of the "
-                f"{quantity}, and certificate.not_proved no reason; "
+                f"{quantity}, and certificate.not_proved gives no reason; "
                 "run frictool synth again"
             )
     if not certificate.bounds:

@@ -187,7 +187,7 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
             ]
             raise FrictoolError(
                 f"the observer {observer.name} belongs to another rig: its {name} is "
-                f"{shown[0]}, {controller.name} has {shown[1]}; design it from the model of "
+                f"{shown[0]}, {controller.name} has {shown[1]}; design one from the model of "
                 "the controller"
             )
 

@@ -47,7 +47,7 @@ def check_forms(controller: Controller) -> None:
         if not apart <= AGREEMENT:
             raise NoSolutionError(
                 f"{controller.name}: not verified: linear.{name} is not linear.discrete, which "
-                f"was verified (apart by {apart:.3g} of the "
+                f"was verified (they differ by {apart:.3g} of the "
                 "peak of their frequency responses); run frictool synth again"
             )
     radius = limited_radius(linear, period)

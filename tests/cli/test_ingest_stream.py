@@ -54,7 +54,7 @@ def test_a_damaged_log_is_refused_or_salvaged(raw: Path, tmp_path: Path):
     assert done.code == 3
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1
-    assert "saved.mcap contains the rest and lists the losses" in done.stderr
+    assert "saved.mcap contains the readable data and lists the losses" in done.stderr
     lost = json.loads(done.stdout)["lost"]
     assert lost[0]["channels"] == ["/axis.position", "/axis.current", "/axis.effort"]
     facts = run("info", saved, "--json")

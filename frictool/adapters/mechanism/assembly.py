@@ -193,7 +193,7 @@ def _refuse_loose(
         raise ElementError(
             f"blocks.{blocks.names[part[0]]}",
             f"nothing connects {names} to the rest of the mechanism or to the ground; add a link, "
-            "or a spring, friction or stop on the ground, or remove it",
+            "or a spring, friction or stop on the ground, or remove this part",
         )
 
 

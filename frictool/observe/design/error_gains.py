@@ -61,7 +61,7 @@ def _covariance(a: Matrix, b: Matrix) -> Matrix:
     if np.max(np.abs(np.linalg.eigvals(a))) >= 1.0:
         raise NoSolutionError(
             "the error of the tracking observer does not decay with its gains, "
-            "so that the velocity has no interval; design it again: "
+            "so that the velocity has no interval; design the observer again: "
             "frictool observe design MODEL --kind tracking"
         )
     for _ in range(DOUBLINGS):
