@@ -24,7 +24,7 @@ class DriveBound(NamedTuple):
     worst: float
 
     def words(self, bench: Bench) -> str:
-        """Return the worst time with the length of the step as text."""
+        """Return the worst time and the length of the step as text."""
         step = f"a step of {self.length:.4g} {si_unit('position', bench.axis)}"
         if math.isinf(self.worst):
             return f"the drive alone cannot make {step} on the worst plant"

@@ -149,13 +149,13 @@ class ControllerCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
 class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Sensor fault that begins at `at_s`.
 
-    - `kind`: `lost_counts`: the encoder reports `counts` too few. `encoder_stuck`: the encoder
-      repeats its last count. `encoder_invalid`: the encoder reports NaN, as after a lost telegram.
-      `drive_offset`, `drive_gain`: the drive's sensor shows (1 + gain_error) drive + offset. A
-      current drive feeds this value back, so that the true current changes; with a voltage drive,
-      only the record is wrong.
+    - `kind`: `lost_counts`: the encoder's reading is too low by `counts` counts. `encoder_stuck`:
+      the encoder repeats its last count. `encoder_invalid`: the encoder reports NaN, as after a
+      lost telegram. `drive_offset`, `drive_gain`: the drive's sensor shows (1 + gain_error) drive +
+      offset. A current drive feeds this value back, so that the true current changes; with a
+      voltage drive, only the record is wrong.
     - `until_s`: End of the fault. By default the end of the scenario.
-    - `counts`: Number of lost counts; negative: too many are reported.
+    - `counts`: Number of lost counts; negative if the reading is too high.
     - `offset`: Offset of the drive's sensor.
     - `gain_error`: Gain error of the drive's sensor.
     """

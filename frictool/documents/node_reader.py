@@ -63,7 +63,7 @@ class NodeReader:
                 )
 
     def items(self, node: yaml.Node, meta: list[msgspec.Meta], key: str) -> list[yaml.Node]:
-        """Return the nodes of a list; raise DocumentError if it is too long or too short."""
+        """Return the nodes of a list; raise DocumentError if the list is too long or too short."""
         if not isinstance(node, yaml.SequenceNode):
             self.fail(node, key, f"found {shown(node)}; allowed: a list")
         for item in meta:

@@ -221,7 +221,7 @@ def drive_dimension(drive: Literal["current", "voltage"], *, constant: bool) -> 
 
 
 def chosen_dimension(unit: str, dimension: str) -> tuple[str, Axis]:
-    """Return the dimension of CHOICES[dimension] that the unit measures, and its kind of axis.
+    """Return the dimension of CHOICES[dimension] that the unit measures, and the kind of axis.
 
     Raises ValueError if the unit measures none of them.
     """

@@ -36,9 +36,9 @@ class Resonances(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `poles`: Pairs of poles.
     - `links`: Names of the compliant links.
     - `zeros`: Pairs of zeros.
-    - `real_poles_rad_s`: w of real poles, the factors 1 + s/w.
-    - `real_zeros_rad_s`: w of real zeros, the factors 1 + s/w; w < 0 is a zero in the right
-      half-plane.
+    - `real_poles_rad_s`: w of each real pole, which has the factor 1 + s/w.
+    - `real_zeros_rad_s`: w of each real zero, which has the factor 1 + s/w; w < 0 for a zero in the
+      right half-plane.
     """
 
     poles: tuple[Oscillation, ...]

@@ -121,8 +121,8 @@ class Scenario(
     - `steps`: Parts of the reference, one after another.
     - `reference`: Logged channel as the reference.
     - `variants`: `nominal`: the model's values. `vertices` adds one run at each vertex of the
-      controller's polytope; `random` one for each of `plants` plants drawn from the bench's ranges.
-      `given`: one plant that differs from the model in the parameters of `given`.
+      controller's polytope; `random` adds one run for each of `plants` plants drawn from the
+      bench's ranges. `given`: one plant that differs from the model in the parameters of `given`.
     - `given`: Parameters of the one plant by name; parameters that are not listed have the model's
       values. A breakaway that is not listed changes in proportion to `coulomb`.
     - `plants`: Number of plants of `variants: random`.

@@ -55,10 +55,10 @@ def rounded_loop(
 ) -> RoundedLoop:
     """Verify a controller with rounded coefficients.
 
-    `biquads`: linear controller with the biquads' coefficients, which replaces that of `controller`
-    and has no anti-windup. Raises NoSolutionError (exit 4) with vertex and value if the loop or the
-    rounded anti-windup is unstable, the modulus margin is below the specified one, or the norm is
-    above the claimed one.
+    `biquads`: linear controller with the biquads' coefficients and without anti-windup; it replaces
+    the linear controller of `controller`. Raises NoSolutionError (exit 4) with vertex and value if
+    the loop or the rounded anti-windup is unstable, the modulus margin is below the specified one,
+    or the norm is above the claimed one.
     """
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer, coefficient_rounder(number))

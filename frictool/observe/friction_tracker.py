@@ -166,8 +166,8 @@ def estimate_starts(
 ) -> list[tuple[int, WearEstimate]]:
     """Return pairs (index of a sample in the block, wear estimate that applies from this sample).
 
-    An estimate applies from the sample after the last one that it uses. If several estimates start
-    at the same sample, the last of them is used.
+    An estimate applies from the sample after the last sample that it uses. If several estimates
+    start at the same sample, the last of them is used.
     """
     starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in estimates)]
     pairs = [

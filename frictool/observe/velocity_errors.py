@@ -3,9 +3,9 @@
     position ──central difference, Butterworth forwards and backwards──▶ zero-phase velocity
              ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)──▶ best low-pass
 
-The reference is the zero-phase velocity. It needs later samples, and is computed in blocks with
-margins as long as the filter's memory. The comparison favours the low-pass, whose best cut-off is
-not known in advance.
+The reference is the zero-phase velocity. This velocity needs later samples, and is computed in
+blocks with margins as long as the filter's memory. The comparison favours the low-pass, whose best
+cut-off is not known in advance.
 """
 
 from __future__ import annotations

@@ -67,7 +67,7 @@ def stored_forms(k: Lti) -> LinearController:
 
 
 def running_in_sections(linear: LinearController, period: float) -> LinearController:
-    """Return the controller in a form that runs as sections, with their anti-windup gains.
+    """Return the controller with `form: sos`, and with anti-windup gains of the sections.
 
     period: sample period [s].
     """

@@ -15,8 +15,8 @@ the specified one; the nominal overshoot is at most the specified one; the margi
 margin is not guaranteed: the poles are placed at the centre of the intervals, and the loop is then
 verified at every vertex.
 
-The polynomial T of the reference equals S, with the prefilter (5.69) on the reference: the target
-runs drive = (S/R)(reference - position), the same code as for every other method.
+The polynomial T of the reference equals S, with the prefilter (thesis 5.69) on the reference: the
+target runs drive = (S/R)(reference - position), the same code as for every other method.
 """
 
 from __future__ import annotations
@@ -228,7 +228,7 @@ class _PlacementSearch:
     def trial(self, rule: PlacementRule) -> PlacementTrial | None:
         """Evaluate one rule; return None if the controller or the loop at a vertex is unstable.
 
-        The controller's integrator is allowed.
+        An integrator of the controller does not count as unstable.
         """
         pair = rule.frequency * complex(-rule.damping, np.sqrt(1.0 - rule.damping**2))
         scale = self.scale

@@ -71,7 +71,8 @@ class OpenLoopResponses:
     def bounds(self, k: ComplexVector) -> Vector:
         """Return the Frobenius norms (k,) of T, which are upper bounds of the gains.
 
-        They are much cheaper and exceed the gains by a factor of at most sqrt(min(z, w)).
+        These bounds are much cheaper than the gains, and exceed them by a factor of at most
+        sqrt(min(z, w)).
         """
         return np.asarray(np.linalg.norm(self._closed(k), "fro", axis=(1, 2)))
 
@@ -107,7 +108,7 @@ class OpenLoopResponses:
 def sensitivity_plant(plant: GeneralisedPlant) -> GeneralisedPlant:
     """Return the generalised plant whose closed loop is S.
 
-    w is added to the measurement, and z is the measurement.
+    The input w is added to the measurement, and the output z is the measurement.
     """
     one = np.ones((1, 1))
     nothing = np.zeros((len(plant.a), 1))

@@ -41,7 +41,7 @@ class WorstPlant:
 def interior_points(box: Box, count: int, seed: int) -> tuple[PlantPoint, ...]:
     """Return `count` points spread evenly inside the box.
 
-    They are a Halton sequence shifted by a random vector (Cranley and Patterson, 1976).
+    The points are a Halton sequence shifted by a random vector (Cranley and Patterson, 1976).
     """
     shift = np.random.default_rng(seed).random(len(NAMES))
     index = np.arange(1, count + 1)

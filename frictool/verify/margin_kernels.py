@@ -65,7 +65,7 @@ def sampled_axis(
 ) -> tuple[Matrix, Vector, Matrix]:
     """Return the matrices a (n, n), b (n,), c (m, n) from the command to the measured signals.
 
-    The system is the result of `feedback_loops.measured_axis`. drive and viscous: rates of
+    `feedback_loops.measured_axis` returns the same system. drive and viscous: rates of
     plant/linear_axis.py. lag and period in s. sees (m,): SEES_ETA, SEES_DIFFERENCE or SEES_SPEED.
     """
     n = 3 if lag > 0.0 else 2

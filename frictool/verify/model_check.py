@@ -87,7 +87,7 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
 def outside_margins(model: Model) -> tuple[str, ...]:
     """Return the names of the nonlinear parts of a model, which no margin takes into account.
 
-    The command `simulate` includes them.
+    The command `simulate` includes these parts.
     """
     mechanics = model.bench.mechanics
     laws = model.laws

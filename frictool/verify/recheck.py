@@ -42,8 +42,8 @@ TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
 class FigureDifference:
     """Difference between a stored figure and the computed one.
 
-    key: path of the figure in the document. stored, computed: values; None if there is no such
-    figure.
+    key: path of the figure in the document. stored, computed: values; None if the figure is
+    missing.
     """
 
     key: str

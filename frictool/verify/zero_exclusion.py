@@ -128,7 +128,7 @@ def prove_bounds(loops: Sequence[CertificateLoop], box: Box, below: float) -> in
 def prove_bound(loop: CertificateLoop, box: Box, below: float) -> int | OpenCell:
     """Prove that the norm of `loop` is below `below`; return the number of cells.
 
-    Without a proof, return the plant and the frequency at which the bound is open. Raises
+    Without a proof, return a plant and a frequency at which the bound is not proved. Raises
     NoSolutionError if the loop of the plant in the middle of the box is unstable, or if
     coefficients are out of the range of doubles.
     """

@@ -62,8 +62,8 @@ class UnsuitableSetting(NoSolutionError):
 def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
     """Return the decay factor lambda per sample.
 
-    For periods up to DECAY_PERIOD the time constant is constant. For longer periods lambda is
-    constant, because a smaller lambda makes gamma larger.
+    Without a setting, lambda follows from a fixed time constant for periods up to DECAY_PERIOD. For
+    longer periods lambda is fixed, because a smaller lambda makes gamma larger.
     """
     return (
         settings.decay

@@ -141,13 +141,13 @@ def friction_along(
     """Fill `out` (3, n) with the friction of consecutive samples: value, low, high [N m | N].
 
     axes: (3, EXTENDED_SIZE), parameters of the axis with nominal, least and largest viscous
-    friction. load: as in plant/position_load.py. gap: (2, 3), with the rows width of the backlash
-    [rad | m] and friction inside it [N m | N]. swing: inertia divided by two counts; swing v^2 is
-    the effort that stops the axis within one count. factors: (3, 3), with the rows wear forward,
-    wear backward and added friction. zones: (k, 5), with the columns start, end [rad | m], then
-    value, low and high of the wear. quantile: quantile of the normal distribution. x [rad | m],
-    effort [N m | N]: (n,). v: (3, n). state: (STATE_SIZE,), updated in place. The three columns of
-    gap and factors, and the three rows of v, are value, low and high.
+    friction. load: array of plant/position_load.py. gap: (2, 3), with the rows width of the
+    backlash [rad | m] and friction inside the backlash [N m | N]. swing: inertia divided by two
+    counts; swing v^2 is the effort that stops the axis within one count. factors: (3, 3), with the
+    rows wear forward, wear backward and added friction. zones: (k, 5), with the columns start, end
+    [rad | m], then value, low and high of the wear. quantile: quantile of the normal distribution.
+    x [rad | m], effort [N m | N]: (n,). v: (3, n). state: (STATE_SIZE,), updated in place. The
+    three columns of gap and factors, and the three rows of v, are value, low and high.
     """
     p = axes[0]
     # at rest: position, largest static friction forward and backward, load

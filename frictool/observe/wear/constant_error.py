@@ -19,7 +19,7 @@ QUANTILE = 1.96  # of a normal distribution: the bench's interval is taken as a 
 
 
 def scale_of(model: Model) -> EstimateRange | None:
-    """Return the common factor of all estimates, 1, with its interval from the bench's range.
+    """Return the common factor of all estimates: 1, with an interval from the bench's range.
 
     None if the bench has no range of the actuator's constant.
     """

@@ -150,10 +150,9 @@ def apart(one: EstimateRange, other: EstimateRange) -> bool:
 
 
 def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
-    """Return the estimate with its kind of wear.
+    """Return the estimate `alike` for uniform wear with the kind of wear of `verdict`.
 
-    alike: estimate for uniform wear. For another kind, mean wear and inertia are taken from the
-    classification.
+    For a kind other than uniform wear, mean wear and inertia are those of `verdict`.
     """
     if verdict.kind not in ALIKE:
         sided = replace(
