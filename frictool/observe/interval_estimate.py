@@ -49,9 +49,9 @@ class WearEstimate:
     """Estimate of the wear after some moves.
 
     time: time [s] of the last sample used. moves: number of moves used. wear: dry friction divided
-    by that of the model (1: no wear), averaged over directions and zones. kind: kind of wear in the
-    data, or `none`. forward, backward: wear of each direction. added: increase of the friction [N m
-    | N], for kind additive. zones: wear by zone, for kind zones.
+    by the model's dry friction (1: no wear), mean of directions and zones. kind: kind of wear in
+    the data, or `none`. forward, backward: wear of each direction. added: increase of the friction
+    [N m | N], for kind additive. zones: wear by zone, for kind zones.
 
     scale: common factor of all wears due to the error of the actuator constant, from the bench's
     range. The intervals do not include this factor; it cancels in a ratio to commissioning. others:

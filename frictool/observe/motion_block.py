@@ -18,9 +18,9 @@ class MotionBlock:
     """Consecutive samples at the bench's period.
 
     time [s], position [rad | m], effort [N m | N]: (n,), finite. The effort is the drive times its
-    constant. follows: True if the first sample is one period after the previous block's last.
-    velocity: (n,) [rad/s | m/s] from a simulation or a sensor, for comparison only; None if the log
-    has no velocity.
+    constant. follows: True if the first sample is one period after the last sample of the previous
+    block. velocity: (n,) [rad/s | m/s] from a simulation or a sensor, for comparison only; None if
+    the log has no velocity.
     """
 
     time: Vector

@@ -44,7 +44,7 @@ def observe(
 ) -> LogObservation:
     """Estimate velocity, friction and wear along a log; no estimate uses later samples.
 
-    The estimates are held in memory; for a log of many hours, use `LogObserver.parts`.
+    The returned estimates are in memory; for a log of many hours, use `LogObserver.parts`.
 
     Parameters
     ----------

@@ -27,8 +27,8 @@ class ObserverOutput:
 
     time [s], position [rad | m], velocity [rad/s | m/s]. friction [N m | N]: has the sign of the
     velocity. wear: factor of the friction, or added friction [N m | N] of an additive observer;
-    None if the observer does not estimate wear. miss: measured minus predicted position outside the
-    dead zone [rad | m], of tracking observers only.
+    None if the observer does not estimate wear. miss: part of (measured minus predicted position)
+    beyond the dead zone [rad | m], of tracking observers only.
     """
 
     time: Vector

@@ -1,4 +1,4 @@
-"""Stream of motion blocks from a log of any format; the log is never held in memory.
+"""Stream of motion blocks from a log of any format, of which only parts are in memory.
 
     file ──logs/log_assembly.py──▶ samples of one stream, SI ──▶ MotionBlock, MotionBlock, ...
 

@@ -83,7 +83,7 @@ def samples_of(output: ObserverOutput) -> SampleBlock:
 
 
 def check_observer(path: Path, observer: Observer, model: Model, period: float) -> None:
-    """Raise DocumentError for `path` unless the observer has the log's axis and period [s]."""
+    """Raise DocumentError for `path` if the observer has another kind of axis or period [s]."""
     if observer.axis != model.axis:
         raise DocumentError(
             path, f"found {observer.axis}; the model's axis is {model.axis}", line=None, key="axis"

@@ -4,8 +4,8 @@
     velocity ──kernels/velocity_interval.py──▶ interval
              ──velocity_errors.py────────────▶ rms error, compared with the low-pass (thesis 5.70)
 
-The observer is that of control/tracking_observer.py. If the drive has a lag, the effort of a period
-is the mean of the samples at both ends of the period. The last sample of a block is therefore
+control/tracking_observer.py defines the observer. If the drive has a lag, the effort of a period is
+the mean of the samples at both ends of the period. The last sample of a block is therefore
 processed with the next block. A drive without a lag holds its value over the period. The estimate
 at a sample uses no later sample.
 """

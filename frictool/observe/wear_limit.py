@@ -4,9 +4,9 @@ Errors of the actuator's constant cancel in the ratio. The first rule that appli
 
     interval                                   exceeded       certain   reason
     no move yet                                undecided      no        only the prior is known
-    all of it at or below 0                    undecided      no        friction is not negative
-    all of it above the limit                  yes            yes
-    all of it at or below the limit            no             yes
+    entirely at or below 0                     undecided      no        friction is not negative
+    entirely above the limit                   yes            yes
+    entirely at or below the limit             no             yes
     fewer than FEWEST_MOVES moves              undecided      no        too few data
     lower end at most 1, limit above 1         undecided      no        the unit may be healthy
     else                                       by the value   no

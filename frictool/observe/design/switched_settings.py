@@ -27,8 +27,8 @@ class SwitchedObserverSettings:
     - weights: weights of the errors of position, speed and alpha, the diagonal of C-bar
     - decay: lambda; each sample multiplies the error by at most this factor
     - inertia: inertia that replaces the model's [kg m2 | kg]
-    - transitions: `neighbours`: an interval is followed by the next one in the direction of motion;
-      `direction`: by any interval of the same direction
+    - transitions: `neighbours`: from an interval, a switch leads to the next interval in the
+      direction of motion; `direction`: to any interval of the same direction
     - stuck_speed: factor of the estimated speed in each sample of mode 0: 1 (held) or 0 (thesis
       6.18)
     - quiet: the bound gamma of the error may be this many times its smallest value; the gains then

@@ -101,8 +101,8 @@ def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None =
 def spread(model: Model) -> tuple[float, float]:
     """Return the relative uncertainty of the inertia and the uncertainty of dry friction [N m | N].
 
-    They are half widths of the model's intervals. A parameter without an interval has the half
-    width of the bench's range over the product's life.
+    Both uncertainties are half widths of the model's intervals. A parameter without an interval has
+    the half width of the bench's range over the product's life.
     """
     known = model.bench.mechanics
     today = model.parameters

@@ -10,9 +10,9 @@ white noise, a constant, and the worst disturbance, which follows from iteration
 and the adjoint recursion.
 
 A rest needs a separate bound, because the observer's error of alpha stays constant at rest
-(eigenvalue 1). The verification computes the largest growth of e' P e over a rest of any length and
-the first sample after it, and over a switch between two moving modes that is not allowed. The
-report states how long a motion must last until e' P e has decayed by the same factor.
+(eigenvalue 1). The verification computes the largest growth of e' P e from the start of a rest of
+any length to the first sample after the rest, and at a switch between two moving modes that is not
+allowed. The report states how long a motion must last until e' P e has decayed by the same factor.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ class ObserverVerification:
 
     gamma: bound of the gain |z|/|Delta| from the disturbance to the weighted error, proved for the
     stored gains. radii: spectral radius of A_i - L_i C_i by mode. switching_radius: largest
-    spectral radius of the product of two modes' matrices, over modes that may alternate.
-    simulated_gain: largest |z|/|Delta| in simulation. rest: largest growth factor of e' P e (e:
-    error) over a rest of any length and the first sample after it. turn: largest growth factor over
+    spectral radius of the product of the matrices of two modes that may alternate. simulated_gain:
+    largest |z|/|Delta| in simulation. rest: largest growth factor of e' P e (e: error) from the
+    start of a rest of any length to the first sample after the rest. turn: largest growth factor at
     a switch between moving modes that is not allowed.
     """
 

@@ -1,4 +1,4 @@
-"""Velocity errors of low-pass filters on the difference quotient of the encoder's position.
+"""Velocity errors of low-pass filters of the difference quotient of the encoder's position.
 
 The bank has m bandwidths (control/speed_filter.py), and 2 m + 1 errors:
 

@@ -9,9 +9,8 @@
                delta_a = unsure a + friction sign(v) is the possible error of the model's
                acceleration. The disturbance estimate compensates a constant delta_a; a change of
                delta_a acts for about 1/w
-    s          observed misfit: rms over about MEMORY samples in motion of the part of
-               (measured - predicted position) that rounding does not explain. It includes noise of
-               the drive
+    s          observed misfit: rms of (measured - predicted position) beyond the error of
+               rounding, over about MEMORY samples in motion. s includes noise of the drive
     r          peak of the observed misfit, which decays with the observer's error. Impacts
                and friction with a delayed onset cause such peaks
 
@@ -69,7 +68,8 @@ def velocity_interval(
     """Fill `half` (n,) with the half widths of the velocity's interval [rad/s | m/s].
 
     velocity: (n,), estimated. position: (n,), measured. acceleration: (n,), from the model. miss:
-    (n,), measured minus predicted position outside the dead zone. state: (6,), kept between blocks.
+    (n,), part of (measured minus predicted position) beyond the dead zone. state: (6,), kept
+    between blocks.
     """
     step, period = sizes.step, sizes.period
     pole = math.exp(-sizes.bandwidth * period)

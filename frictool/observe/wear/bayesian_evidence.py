@@ -61,7 +61,7 @@ def mixture(
     """Return the posterior mean (p,) and covariance (p, p) under a mixture of m priors.
 
     means (m, p), beliefs (m, p, p): means and covariances of the priors. beforehand: (m,),
-    logarithms of their weights.
+    logarithms of the weights of the priors.
     """
     weights = scipy.special.softmax(evidences(gram, best, means, beliefs) + beforehand)
     chosen = np.flatnonzero(weights > NEGLIGIBLE)

@@ -1,13 +1,13 @@
 """Effect of a wrong actuator constant on the estimates.
 
 The logged effort is the constant times the drive. An error of the constant therefore scales all
-estimates alike:
+estimates by the same factor:
 
     estimate = true (constant of the bench)/(constant of the unit)
 
-This holds for wear, inertia, viscous friction and added friction. The error is not visible in a log
-of the actuator; the bench's range bounds it. It cancels in a ratio to the wear of the same unit at
-commissioning.
+The formula applies to wear, inertia, viscous friction and added friction. The error is not visible
+in a log of the actuator; the bench's range bounds it. The error cancels in a ratio to the wear of
+the same unit at commissioning.
 """
 
 from __future__ import annotations

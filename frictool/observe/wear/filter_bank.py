@@ -8,7 +8,7 @@ If all moves are alike, a slope of friction against speed that the model does no
 like wear. A filter without the slope is biased on a plant that has it; a filter with the slope is
 less precise. The evidence of the moves decides between the filters (docs/theory/wear.md). Similar
 moves repeat the rounding errors of the encoder; the evidence of a move is therefore multiplied by
-EVIDENCE and forgotten over MEMORY moves.
+EVIDENCE and decays within MEMORY moves.
 
 A and b are the Gram matrix C'C and C' effort of the move's rows C. The rows overlap, so that their
 errors are correlated. r is the variance of a row's residual, estimated from the moves, times

@@ -54,8 +54,8 @@ class UnmodelledFriction:
 class ParameterRestriction:
     """Linear map coefficients = fixed + matrix @ parameters, with the parameters' prior.
 
-    names: (r,), of the parameters. matrix: (p, r). fixed: (p,), part of the coefficients that does
-    not depend on the parameters. mean, deviation: (r,), prior of each parameter.
+    names: names of the parameters, (r,). matrix: (p, r). fixed: (p,), part of the coefficients that
+    does not depend on the parameters. mean, deviation: (r,), prior of each parameter.
     """
 
     names: tuple[str, ...]

@@ -70,9 +70,9 @@ class WeakFormLayout:
     edges: (z + 1,), edges of the zones [rad | m]; the end zones extend beyond the outer edges. dry:
     (2, c), polynomials of the model's friction [N m | N], backward and forward, constant outside
     `mapped` (2,) [rad | m]. count: encoder step [rad | m]. gap: widest backlash plus one count
-    [rad | m], or 0. stops: (2,), free range [rad | m]. load: as in plant/position_load.py. offset:
-    the model's offset [N m | N]. friction: mean dry friction over the travel and both directions
-    [N m | N].
+    [rad | m], or 0. stops: (2,), free range [rad | m]. load: array of plant/position_load.py.
+    offset: the model's offset [N m | N]. friction: mean dry friction over the travel and both
+    directions [N m | N].
     """
 
     period: float
@@ -114,8 +114,8 @@ def layout_of(
 ) -> WeakFormLayout:
     """Return the layout for a model.
 
-    period [s]: None for the bench's. window: number of samples. zones: number of zones. None for
-    defaults.
+    period: sample period [s]; None for the bench's. window: number of samples of a window; zones:
+    number of zones; None for defaults.
 
     Raises FrictoolError if the model has no dry friction, or if the window is not odd or too short.
     """

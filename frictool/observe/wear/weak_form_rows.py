@@ -95,9 +95,9 @@ def remember(
 ) -> None:
     """Write bends and friction of a sample into the ring buffer.
 
-    They are written to the columns `index` and `index` + window, so that each window is contiguous.
-    ring: (h + z, 2 window). The first h rows are bends. The other z rows, one per zone, contain the
-    friction [N m | N] at x [rad | m] in the zone of x, and 0 in the other zones.
+    The values are written to the columns `index` and `index` + window, so that each window is
+    contiguous. ring: (h + z, 2 window). The first h rows are bends. The other z rows, one per zone,
+    contain the friction [N m | N] at x [rad | m] in the zone of x, and 0 in the other zones.
     """
     bends = knees.shape[0]
     zones = edges.shape[0] - 1

@@ -19,9 +19,9 @@ over the parameters. A kind of wear is reported if its log evidence exceeds that
 CERTAIN. Of the kinds within ALIKE of the best, the first in KINDS is reported. Intervals include
 ROUGH, but not the error of the actuator's constant (constant_error.py).
 
-The weights of moves decay over MEMORY moves. If the last moves (at most RECENT) have more evidence
-with separate friction levels than with the levels of the earlier moves, the earlier moves are
-forgotten.
+The weights of moves decay within MEMORY moves. If the last moves (at most RECENT) have more
+evidence with separate friction levels than with the levels of the earlier moves, the earlier moves
+are forgotten.
 """
 
 from __future__ import annotations
