@@ -7,9 +7,9 @@
     drive stages    ─▶ feedforward, friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
 
 y is the measured position. A profile replaces the prefilter. With a feedforward, the filtered
-reference in e is delayed by the samples that the drive needs to act, and a cascade
-adds the speed of the delayed reference to omega_c. A linear controller with the input `speed_error`
-takes omega_c minus the measured speed instead of eta.
+reference in e is delayed by the samples that the drive needs to act, and a cascade adds the speed
+of the delayed reference to omega_c. A linear controller with the input `speed_error` takes omega_c
+minus the measured speed instead of eta.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Intervals of a model's parameters, over which `synth` designs and `simulate` draws plants."""
+"""Intervals of a model's parameters, for which `synth` designs and from which `simulate` draws."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def _over_position(
 def bench_intervals(bench: Bench) -> dict[str, tuple[float, float]]:
     """Return the interval of each parameter over the product's life, from the bench alone.
 
-    The intervals of `intervals` contain these.
+    The intervals of the function `intervals` contain these intervals.
     """
     known = {name: getattr(bench.mechanics, name) for name in ("inertia", "viscous", "coulomb")}
     return {

@@ -112,7 +112,7 @@ def is_plain(model: Model) -> bool:
 def signed_friction(model: Model, smoothing: float) -> tuple[Vector, Vector]:
     """Return signed speeds (n,) [rad/s | m/s] and the friction (n,) [N m | N] that opposes them.
 
-    The points are those where the friction bends, and the top speed of the bench. Between
+    The points are the speeds where the friction bends, and the top speed of the bench. Between
     +-smoothing the table is a straight line, as the sign of a slower speed is not known.
     """
     top = model.bench.mechanics.top_speed

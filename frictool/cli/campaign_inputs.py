@@ -86,7 +86,7 @@ def commands_of(paths: CampaignPaths, folder: Path, number: ProgramNumber) -> Co
     """Return a function that maps the name of a scenario file to two commands that simulate it.
 
     The scenario is a file in `folder`. The first command contains the base names of all files, the
-    second command their paths as typed.
+    second command the paths as typed.
     """
     from frictool.campaign.trials.worst_case import replay_command
 
@@ -113,7 +113,7 @@ def header_of(
 ) -> dict[str, Any]:
     """Return the values that identify a campaign.
 
-    `count`: number of draws. It is included if `method` gives other draws for another number.
+    `count`: number of draws, included if `method` gives other draws for another number.
     """
     from frictool import __version__
     from frictool.documents.provenance import digest

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def with_observer_option(document: Controller, observer: Path | None) -> Controller:
-    """Return the controller with the speed signal of `observer`; unchanged if that is None."""
+    """Return the controller with the speed signal of `observer`; unchanged without `observer`."""
     if observer is None:
         return document
     from frictool.documents.observer import Observer

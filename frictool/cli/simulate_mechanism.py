@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def is_mechanism(path: Path) -> bool:
     """Return True if the document at `path` is a mechanism.
 
-    Raises InputFileError if it is no document.
+    Raises InputFileError if the file is no document.
     """
     from frictool.documents.document_text import is_format
 
@@ -53,7 +53,7 @@ class EventsOutput:
 def mechanism_plant(path: Path, events: EventsOutput) -> MechanismPlant:
     """Return the mechanism at `path` as a controller's plant.
 
-    Raises DocumentError if a controller cannot drive it.
+    Raises DocumentError if a controller cannot drive the mechanism.
     """
     from frictool.cli.mechanism_file import load_mechanism, mechanism_error, print_notes
     from frictool.plant.mechanism.element_error import ElementError

@@ -56,7 +56,7 @@ class FoundDesign:
 
 
 def beside(controller: Path | None) -> Path | None:
-    """Return the path of the design, in the folder of `controller`; None if that is no file."""
+    """Return the path of the design in the folder of `controller`; None if no file is written."""
     if controller is None or controller == STDOUT:
         return None
     return controller.with_name(f"{controller.stem}.design.yaml")

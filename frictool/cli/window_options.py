@@ -35,7 +35,7 @@ def window_options(function: F) -> F:
 
 
 def window_of(start: float | None, end: float | None) -> TimeWindow:
-    """Return the window; raise UsageError if it is empty or a time exceeds LATEST in magnitude."""
+    """Return the window; raise UsageError for an empty window or a time beyond LATEST."""
     from frictool.logs.canonical.mcap_layout import LATEST
     from frictool.logs.log_assembly import TimeWindow
 

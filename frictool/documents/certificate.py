@@ -163,7 +163,7 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Cycle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Limit cycle that the nominal plant has in the simulation.
+    """Limit cycle of the nominal plant in a simulation.
 
     - `reference`: Constant position reference [rad | m].
     - `amplitude`: Half the peak-to-peak value of the position [rad | m].

@@ -114,8 +114,8 @@ class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Time-varying factors on the initial plant parameters, for wear and warming.
 
-    - `friction`: Factor on Coulomb friction, breakaway, their map over position, and the friction
-      inside the backlash.
+    - `friction`: Factor on all dry friction: Coulomb friction, breakaway, and the friction inside
+      the backlash.
     - `viscous`: Factor on the viscous friction of every speed regime.
     - `constant`: Factor on the effort per unit of the drive and on the back-EMF.
     """

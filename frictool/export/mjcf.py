@@ -100,7 +100,8 @@ def mjcf_files(
 ) -> tuple[Mapping[str, str | bytes], list[str]]:
     """Return file name -> content of the MJCF file and of the attributes' ranges, and notes.
 
-    Raises NoSolutionError as `exported_model` does.
+    Raises NoSolutionError if the model has a feature that MJCF cannot represent and that is not in
+    `without`.
     """
     model, notes = exported_model(model, without)
     name = c_identifier(model.name)

@@ -1,4 +1,4 @@
-"""Comparison of an exported MJCF file with the model: a log's effort through both.
+"""Comparison of an exported MJCF file with the model: both are simulated with a log's effort.
 
     effort of the log --> MuJoCo, the exported file -----> position
     effort of the log --> frictool, the complete model --> position

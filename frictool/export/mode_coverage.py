@@ -11,7 +11,7 @@ from frictool.control.target_band import BRAKE, REST, RUN
 
 @dataclass(frozen=True)
 class VisitCondition:
-    """Condition: the value at `index` equals `value`, or differs from it if `differs` is True.
+    """Condition: the value at `index` equals `value`; if `differs`, it does not equal `value`.
 
     If `where` is present, the value at index `where` must also differ from 0. `text`: description,
     printed after a number of samples.

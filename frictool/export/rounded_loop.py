@@ -1,7 +1,7 @@
 """Verification of a controller with coefficients rounded to a number format of the target.
 
-The sampled loop is rebuilt at every vertex with the rounded coefficients. It must be stable at
-every delay of the document, and have the specified modulus margin at the bench's delay. If the
+The sampled loop is rebuilt at every vertex with the rounded coefficients. Each loop must be stable
+at every delay of the document, and have the specified modulus margin at the bench's delay. If the
 document contains the weights of the norm, the norm must not exceed the claimed norm. Every corner
 of a schedule is checked with the plant of this corner. The verification does not cover the rounding
 of signals, whose effect the golden vectors measure (golden_vectors.py).

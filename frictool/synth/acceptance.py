@@ -42,9 +42,9 @@ def accept(
     """Return the verified figures of the loops with `linear` and the surrounding blocks.
 
     Raises NoSolutionError (exit 4) if a loop is unstable with the bench's delay (1 sample for a
-    bench without delay), or if its modulus margin is below the specified one. Also raises it if
-    rounded coefficients violate the margin or the norm, or if the controller requests too much
-    drive after one encoder count. The message names the vertex.
+    bench without delay) or has less than the specified modulus margin, if rounded coefficients
+    violate the margin or the norm, or if the controller requests too much drive after one encoder
+    count. The message names the vertex.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0
@@ -93,8 +93,8 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
     """Check the loops with the resonances of the model; return the worst margin of all loops.
 
     The result is None if the model has no resonances. Raises NoSolutionError if a loop is unstable
-    with the bench's delay (1 sample for a bench without delay), or if its margin is below the
-    specified one.
+    with the bench's delay (1 sample for a bench without delay) or has less than the specified
+    margin.
     """
     resonances = problem.model.resonances
     if resonances is None:

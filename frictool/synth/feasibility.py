@@ -1,12 +1,12 @@
 """Check before the design: requirements that no controller can meet on this bench.
 
 The bands of a design are compared with the encoder and the specification, the specified times with
-the drive's limit. The shortest time of a step is that of plant/time_optimal.py: the drive
-accelerates at its limit and then brakes at its limit, with its lag and the bench's delay. Every
-assumption is the most favourable one, so that no controller can be faster: the axis stops short of
-the target by static_error, the encoder shows it one count closer, and the step begins inside the
-open backlash. Load, the voltage of the winding and resonances are neglected. For the rise time, the
-axis need not stop and the drive has no lag.
+the drive's limit. plant/time_optimal.py computes the shortest time of a step: the drive accelerates
+at its limit and then brakes at its limit, with its lag and the bench's delay. Every assumption is
+the most favourable one, so that no controller can be faster: the axis stops short of the target by
+static_error, the encoder shows it one count closer, and the step begins inside the open backlash.
+Load, the voltage of the winding and resonances are neglected. For the rise time, the axis need not
+stop and the drive has no lag.
 
 Method `auto` simulates steps of a known length. The response is slower than that of the drive alone
 by the time constant of the speed loop on the plant with the smallest gain (`loop_allowance`). The
@@ -78,7 +78,7 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
 
 
 def check_played_step(model: Model, spec: Spec, length: float, dead_time: float) -> None:
-    """Raise NoSolutionError if no step of a search can have the specified response time.
+    """Raise NoSolutionError if the steps of a search take longer than the specified response time.
 
     length: length of the longest step [rad | m]. dead_time: dead time of the speed loop with its
     fastest filter [s].

@@ -26,7 +26,7 @@ def solve_inequalities(
 ) -> tuple[LyapunovPair, tuple[Lti, ...]]:
     """Return the Lyapunov matrices common to all plants, and the controller of each plant.
 
-    The returned gamma is the bound that the controllers guarantee: `ease` of the design times the
+    The pair's gamma is the bound that the controllers guarantee: `ease` of the design times the
     gamma of the inequalities. All controllers have the same state coordinates. Raises
     NoSolutionError if there is no solution or the arithmetic fails, FrictoolError if the pole
     region is impossible.

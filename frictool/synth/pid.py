@@ -42,7 +42,7 @@ def pid(problem: SynthesisProblem) -> ControllerCandidate:
 def sampled_pid(gains: Pid, gain: float, period: float) -> Lti:
     """Return the zero-order-hold equivalent of thesis (5.39).
 
-    Its states are the integral of the error and the low-pass. gain: K in drive per unit of the
+    The states are the integral of the error and the low-pass. gain: K in drive per unit of the
     error (rad | m, or rad/s | m/s). period: sample period [s].
     """
     poles = []

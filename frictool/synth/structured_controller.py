@@ -15,7 +15,7 @@ become a complex pair, and the reverse, while the parameters change continuously
 
 A sampled controller is the Tustin image of such a K, s = (2/T)(z - 1)/(z + 1); every sampled
 controller without a pole at z = -1 has this form. With b = 2/T no pole has a negative real part in
-z, so that no mode of the controller alternates from sample to sample. With roll-off its response is
+z, so that no mode of the controller alternates from sample to sample. With roll-off the response is
 zero at half the sampling frequency.
 """
 

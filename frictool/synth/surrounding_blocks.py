@@ -8,7 +8,7 @@
                             v_r = 10 F_cv T/J: a viscous brake near standstill, with a time constant
                             of 10 samples
     profile, feedforward    synth/tracking_blocks.py
-    friction_compensation   levels of the model, or its curve over the speed as a table
+    friction_compensation   levels of the model, or its friction against speed as a table
                             smoothing_speed: the peak that one encoder count causes in the filtered
                             speed; no rule for a measured speed
 

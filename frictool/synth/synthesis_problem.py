@@ -61,8 +61,8 @@ class SynthesisProblem:
     def weighs(self) -> bool:
         """Return True if the norm of the weighted loop is bounded.
 
-        If the input of the controller is the speed error instead of eta, the sensitivity is bounded
-        instead.
+        If the input of the controller is the speed error and not eta, the result is False, and the
+        sensitivity is bounded.
         """
         return not self.design.speed_input
 
@@ -132,8 +132,8 @@ class SynthesisProblem:
     ) -> ControllerCandidate:
         """Return the candidate for a controller `k` designed with `posed_with_constant_input`.
 
-        If necessary, its slowest pole is replaced by an integrator or by a stable pole. Its order
-        is reduced if the design requests a lower order.
+        If necessary, the slowest pole of `k` is replaced by an integrator or by a stable pole. The
+        order is reduced if the design requests a lower order.
         """
         remarks = list(notes)
         moved = (

@@ -2,9 +2,9 @@
 
 The weight on the command changes with W3. The thesis changes W1 and W3 by hand, from (1, 1.26) with
 gamma 20.9 to (0.1, 0.05) with gamma 1.15 (5.4.3.1). gamma does not fall when W1 rises. For each W3,
-the largest W1 with gamma <= 1 can therefore be bracketed; it gives one point of the trade-off
+the largest W1 with gamma <= 1 can therefore be bracketed, and gives one point of the trade-off
 curve. Within a bracket the search assumes that gamma^2 minus its value at W1 = 0 is proportional to
-a power of W1, which is nearly true; otherwise it bisects.
+a power of W1, which is nearly true; if that fails, the search bisects.
 
 W3 is lowered only as long as that raises W1. Among the points of the curve whose W1 is within 10 %
 of the largest, the point with the largest W3 is the result. At still lower W3, W1 falls again: the
@@ -283,7 +283,8 @@ class _Bracket:
     def next(self) -> float:
         """Return the next x inside the bracket.
 
-        It interpolates log(gamma^2 - floor^2)/2 linearly, and bisects if that is impossible.
+        The method interpolates log(gamma^2 - floor^2)/2 linearly, and bisects if that is
+        impossible.
         """
         wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.required)
         known = [

@@ -25,7 +25,7 @@ def picture(trade: Trade, name: str) -> str:
 
 
 def figure(trade: Trade) -> Figure:
-    """Return the figure with two logarithmic axes; a stricter W3 has a darker line."""
+    """Return the figure with two logarithmic axes; lines of a stricter W3 are darker."""
     drawn = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     upper, lower = drawn.subplots(2, 1)
     _levels(upper, trade)

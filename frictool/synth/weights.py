@@ -47,7 +47,7 @@ class DerivedValue:
 
 @dataclass(frozen=True)
 class ChosenWeights:
-    """Weights of a design, and their change with the effort in `relax: auto`.
+    """Weights of a design, with data for `relax: auto`, which changes the weights.
 
     noise_moves: True if the noise weight was derived from A; it then grows as A falls.
     command_of_noise: W_u W4 if the weight of the command was derived, else None. least_effort:
@@ -269,7 +269,7 @@ class _WeightRules:
 def decade(level: float, frequency_hz: float) -> FirstOrderWeight:
     """Return the filter level (s/(20 pi f) + 1)/(s/(2 pi f) + 1) of annex C, (25) and (26).
 
-    Its gain falls from `level` to a tenth of it. f is `frequency_hz` [Hz].
+    The gain falls from `level` to a tenth of `level`. f is `frequency_hz` [Hz].
     """
     return FirstOrderWeight(level, 20.0 * math.pi * frequency_hz, 2.0 * math.pi * frequency_hz)
 

@@ -44,7 +44,7 @@ def prove_document(controller: Controller, certificate: Certificate) -> tuple[Pr
     Raises
     ------
     NoSolutionError
-        If a bound does not hold, or a bound is missing without a reason.
+        If a bound is not proved, or if a bound is missing without a reason.
     """
     quantities = ("sensitivity",) if controller.judged_by is None else ("norm", "sensitivity")
     for quantity in quantities:

@@ -1,4 +1,4 @@
-"""Closed loop of a certificate: generalised_plant.py with the coefficients of the document.
+"""Closed loop of a certificate: that of generalised_plant.py with the document's coefficients.
 
 linear_axis.py defines the sampled axis; the computational delay is at the input of the axis.
 """
@@ -33,8 +33,8 @@ class SpeedFeedback:
 class CertificateLoop:
     """Data of a closed loop that are common to all plants; `period` and `lag` in s.
 
-    `sections` replace the controller's matrices if the target runs sections. Each is b0 b1 b2 a0 a1
-    a2 with a0 = 1, as stored. `speed` is None if eta is the controller's only input.
+    `sections` replace the controller's matrices if the target runs sections. Each section is b0 b1
+    b2 a0 a1 a2 with a0 = 1, as stored. `speed` is None if eta is the controller's only input.
     """
 
     controller: StateSpace

@@ -33,12 +33,12 @@ def differences(
 
 
 def model_differences(controller: Controller, model: Model) -> tuple[str, ...]:
-    """Return the differences between `model` and the controller's verification, as phrases."""
+    """Return a phrase for each property of `model` for which the controller was not verified."""
     return differences(controller, facts_of(model.bench, model), intervals(model))
 
 
 def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
-    """Return the differences between `bench` and the controller's verification, as phrases."""
+    """Return a phrase for each property of `bench` for which the controller was not verified."""
     ours = controller.bench.actuator.drive
     theirs = bench.actuator.drive
     if ours != theirs:
@@ -47,7 +47,7 @@ def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
 
 
 def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -> tuple[str, ...]:
-    """Return a phrase for each parameter whose interval [SI] is not inside the controller's.
+    """Return a phrase for each parameter whose interval [SI] is not inside the verified interval.
 
     An interval with NaN is outside. An example of a phrase is `inertia 4.9e-06 to 1.53e-05 kg m^2,
     certified 1.11e-05 to 1.53e-05`.

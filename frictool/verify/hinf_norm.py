@@ -49,7 +49,7 @@ def norm(
 ) -> tuple[float, float]:
     """Return the H-infinity norm and its peak frequency [rad/s]; (inf, nan) if unstable.
 
-    The returned norm is the gain at that frequency. It is below the true norm by at most the
+    The returned norm is the gain at that frequency, and is below the true norm by at most the
     relative `tolerance`. The frequency is inf for a continuous system with its largest gain at
     infinity. `looks` are the frequencies that are evaluated first, by default frequencies derived
     from the poles.

@@ -91,7 +91,7 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, and that inside the box with its plant.
+    """Return the largest sensitivity at the vertices, the largest inside, and the latter's plant.
 
     Inside the box, POINTS scattered plants are evaluated.
     """

@@ -111,8 +111,8 @@ def sensitivity(
 ) -> tuple[Matrix, Vector, Vector]:
     """Return the matrices a (n, n), b (n,) and c (n,) of 1/(1 + L) - 1.
 
-    controller: matrices of its state space, with one input per measured signal and one output.
-    axis: result of `sampled_axis`. The states are those of controller, delay and axis, in this
+    controller: matrices a, b, c, d of the controller, with one input per measured signal and one
+    output. axis: result of `sampled_axis`. The states belong to controller, delay and axis, in this
     order. The input is added to the controller's drive.
     """
     ca, cb, cc, cd = controller
@@ -228,8 +228,9 @@ def peak(
     """Return the largest gain of a stable loop; UNKNOWN if the eigenvectors are too imprecise.
 
     loop: result of `sensitivity`. poles (n,), vectors (n, n): eigenvalues and eigenvectors of a.
-    grid (k,): rising angles in [0, pi] at which the search starts, besides those of the poles. The
-    gain is computed from poles and residues during the search, and from the matrices at the peak.
+    grid (k,): rising angles in [0, pi] at which the search starts, besides the angles of the poles.
+    The gain is computed from poles and residues during the search, and from the matrices at the
+    peak.
     """
     _, b, c = loop
     n = poles.shape[0]

@@ -36,12 +36,12 @@ REAL = 1e-6  # limit of |f| relative to |L| + 1 at a crossing
 
 @dataclass(frozen=True)
 class LoopMargins:
-    """Margins of one loop; all are 0 (`gain_up` is 1) if it is unstable.
+    """Margins of one loop; if the loop is unstable, `gain_up` is 1 and all others are 0.
 
     `gain_up` is the factor by which the gain may rise, inf without a limit; `gain_down` in [0, 1)
     is the factor to which it may fall. `phase` is in rad, `delay` in s, `delay_samples` is the same
-    delay in sample periods. `modulus` is min |1 + L|.
-    `crossing` [rad/s] is the highest frequency with |L| = 1, NaN without one.
+    delay in sample periods. `modulus` is min |1 + L|. `crossing` [rad/s] is the highest frequency
+    with |L| = 1; NaN if there is none.
     """
 
     gain_up: float
@@ -102,11 +102,12 @@ def loop_margins(loop: Lti) -> LoopMargins:
 def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> float:
     """Return ||H_v/w|| of annex (27), the peak gain from the friction w in [-1, 1] to the speed.
 
-    The unit is rad/s | m/s; for an unstable loop the result is inf. The annex requires at most 1
-    and concludes stability from |sign(v)| <= 1. But for the norm N [rad/s | m/s], |sign(v)| <=
-    |v|/N is true only for speeds above N. The norm therefore shows only that friction cannot
-    sustain an oscillation whose speed is always above N. The norm proves nothing near v = 0, where
-    the gain of sign(v) is unbounded; there only a simulation of the loop can decide.
+    The unit is rad/s | m/s; for an unstable loop the result is inf. The annex requires that the
+    gain is at most 1, and concludes stability from |sign(v)| <= 1. But for the norm N [rad/s |
+    m/s], |sign(v)| <= |v|/N is true only for speeds above N. The norm therefore shows only that
+    friction cannot sustain an oscillation whose speed is always above N. The norm proves nothing
+    near v = 0, where the gain of sign(v) is unbounded; there only a simulation of the loop can
+    decide.
     """
     period = controller.period
     blocks = {

@@ -6,10 +6,10 @@ disturbance. F is the smallest friction of all plants of the box. For |disturban
     J v' = K i(t) - friction + disturbance    =>    the axis moves by at most D = J w^2/(2 (F - d))
 
 before it stops, with w = |v| + K |i| lag/J: the motion is longest if the whole impulse of the
-decaying drive acts at the start of the motion. With a released drive, all states with |e| + D <=
-band - (one count) therefore stop inside the band. There the reading is constant, the drive remains
-released, and only a disturbance above the smallest breakaway moves the axis again. No limit cycle
-contains such a state.
+decaying drive acts at the start of the motion. With a released drive and the position error e, all
+states with |e| + D <= band - (one count) therefore stop inside the band. There the reading is
+constant, the drive remains released, and only a disturbance above the smallest breakaway moves the
+axis again. No limit cycle contains such a state.
 
 The hypotheses of propositions 5.2.1 (limiter) and 5.2.2 (square-root law) are checked with figures.
 Each figure is rounded to the safe side by ROUNDED, which exceeds the rounding errors of its terms.
@@ -46,7 +46,7 @@ def prove_rest(controller: Controller, certificate: Certificate) -> RestProof | 
 
 
 def least_friction(controller: Controller, box: Box) -> float:
-    """Return the smallest friction [N m | N] of the box, including that inside the backlash.
+    """Return the smallest friction [N m | N] of the box, including friction inside the backlash.
 
     The friction inside the backlash is proportional to the axis's friction, as in the simulation.
     No breakaway is below the Coulomb friction.

@@ -63,7 +63,7 @@ def check_forms(controller: Controller) -> None:
 def limited_radius(linear: LinearController, period: float) -> float:
     """Return the spectral radius of a - l c, the state matrix while the drive is limited.
 
-    Held integrators are left out.
+    Integrators that are held meanwhile are left out.
     """
     gains = linear.sos_anti_windup if linear.form == "sos" else linear.anti_windup
     runs = running_form(linear, period)

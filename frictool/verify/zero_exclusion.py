@@ -10,7 +10,7 @@ characteristic polynomial of the whole loop (zero_exclusion_kernel.py). Theorem:
 then the loop of every constant plant of the box is stable with a norm below g. The reason is that
 roots depend continuously on the plant, the box is connected, and by (b) no root crosses the circle.
 (b) and (c) are proved on cells: boxes in frequency and plant parameters that are halved until the
-enclosure is sharp enough. (a) is proved by Mikhailov's criterion: over half the circle, the
+enclosure is sharp enough. (a) is proved by Mikhailov's criterion: along half the circle, the
 argument of D, a polynomial of degree n in the bilinear variable, changes by n pi/2. The sensitivity
 is the norm of a loop without weights.
 

@@ -181,7 +181,7 @@ class ElementArrays:
             self.pressings[name] = (block, force, cam.friction_coefficient, cam.breakaway_ratio)
 
     def stop(self, name: str, stop: Stop) -> None:
-        """Add a rigid stop, or a compliant one as a coupling with play to the frame.
+        """Add a rigid stop, or add a compliant stop as a coupling with play to the frame.
 
         Raises ElementError if units do not fit, or if the block starts outside its stops.
         """

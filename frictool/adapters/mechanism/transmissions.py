@@ -43,7 +43,7 @@ HINTS_FOR_FIXED_BLOCKS = {
 def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmission:
     """Return the link called `name`.
 
-    Raises ElementError with its key if ends, units or numbers do not fit.
+    Raises ElementError with the link's key if ends, units or numbers do not fit.
     """
     key = f"links.{name}"
     kind = str(link.__struct_config__.tag)

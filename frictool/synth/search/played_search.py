@@ -51,7 +51,7 @@ NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Design with its point (d,) in the unit cube of the family, and its runs in each test.
+    """Design with its point (d,) in the unit cube of the family, and the judged runs of each test.
 
     A candidate was played in at least one test.
     """
