@@ -346,7 +346,7 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Worst margins of the sampled loop over the vertices, with the bench's computational delay.
+    """Worst margins of the sampled loops at all vertices, with the bench's computational delay.
 
     An absent margin is unlimited.
 
@@ -411,8 +411,8 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `vertices`: Properties at each vertex.
     - `count_drive`: Largest drive in response to one encoder count [A | V].
     - `rounded`: Properties with rounded coefficients.
-    - `margins`: Worst margins over the vertices.
-    - `robustness`: Worst norm over the whole box.
+    - `margins`: Worst margins of all vertices.
+    - `robustness`: Worst norm inside the whole box.
     - `digests`: SHA-256 of each block at verification, by the block's name. Without digests
       `verify` ends with exit code 1.
     """
@@ -441,8 +441,8 @@ class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     centre values.
 
     - `discrete`: Matrices of the controller at this corner.
-    - `anti_windup`: Anti-windup gains of this corner; the target interpolates them like the
-      matrices.
+    - `anti_windup`: Anti-windup gains of this corner; the target interpolates between the corners'
+      gains as between their matrices.
     """
 
     inertia: float
@@ -509,7 +509,8 @@ class Controller(
     - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices are
       those with resonances; norms and certificate are those of the plant without them.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is
-      replaced by its last valid value. At the next one, the drive becomes 0 and the fault is set.
+      replaced by its last valid value. At the next sample, the drive becomes 0 and the fault is
+      set.
     """
 
     # an external design: synth/external_design.py; invalid inputs: docs/theory/export.md

@@ -88,8 +88,8 @@ class Design(
     - `weights`: Weights of the closed-loop norm. `{}` derives every weight, and `synth` prints each
       with its origin.
     - `position_law`: Speed reference from the position error; structure `speed_cascade` needs it.
-    - `domain`: `discrete`: designed at the bench's sample period, with its delay. `continuous`:
-      designed in continuous time and discretised by Tustin's rule.
+    - `domain`: `discrete`: designed at the bench's sample period, with the bench's delay.
+      `continuous`: designed in continuous time and discretised by Tustin's rule.
     - `prewarp_rad_s`: Frequency at which the discretisation of domain `continuous` is exact. By
       default 0.
     - `schedule`: Parameters that span the polytope. By default `regime` for a method with an
@@ -127,7 +127,8 @@ class Design(
     - `ease`: The controller is computed at this multiple of the gamma of `recentring`. A larger
       multiple gives lower gains and more margin.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is
-      replaced by its last valid value. At the next one, the drive becomes 0 and the fault is set.
+      replaced by its last valid value. At the next sample, the drive becomes 0 and the fault is
+      set.
     """
 
     # structures 5.4.3, 5.4.4 and annex C; scheduled: weights (5.46) of the plant (5.64);

@@ -187,8 +187,8 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     - `speed`: Largest speed. By default the bench's top speed.
     - `acceleration`: Largest acceleration. By default ((`drive_share` times the drive's largest
       effort) - friction - load)/inertia at that speed, for the plant with the smallest value.
-    - `jerk`: Largest jerk. By default it lengthens a move by one period of the model's lowest
-      resonance; without resonances by a tenth of the time to `speed`.
+    - `jerk`: Largest jerk. By default the jerk for which a move becomes longer by one period of the
+      model's lowest resonance; without resonances, by a tenth of the time to `speed`.
     - `drive_share`: Part of the drive's limit that the default acceleration uses; the remainder is
       for the feedback.
     """
@@ -205,7 +205,7 @@ class FeedforwardDesign(
     """Effort that moves the modelled axis along its reference, added to the drive.
 
     `{}` takes all values from the model. `profile` or `prefilter` provides speed and acceleration
-    of the reference; without them a filter differentiates it.
+    of the reference; without them a filter differentiates the reference.
 
     - `inertia`: Inertia.
     - `viscous`: Viscous friction.

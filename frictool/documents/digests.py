@@ -1,4 +1,4 @@
-"""Digests of a controller's blocks: they show changes since the controller was verified.
+"""Digests of a controller's blocks, which show changes since the controller was verified.
 
 The gain of a position law, a prefilter and a specified margin follow from the model, the
 specification and the design, which the document does not contain. Since no property of the linear

@@ -49,8 +49,8 @@ class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
     - `forward`: Coefficients of the positive direction.
     - `backward`: Coefficients of the negative direction. By default `forward`.
-    - `forward_interval`, `backward_interval`: [low, high] of each coefficient, taken separately, if
-      it was identified.
+    - `forward_interval`, `backward_interval`: [low, high] of each single coefficient, if it was
+      identified.
     """
 
     forward: tuple[float, ...]
@@ -124,7 +124,7 @@ def _mean(coefficients: tuple[float, ...], low: float, high: float) -> float:
 class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Breakaway that rises with the time at rest.
 
-    - `fresh`: Breakaway just after a stop, relative to that after a long rest.
+    - `fresh`: Breakaway just after a stop, divided by the breakaway after a long rest.
     - `rise_time_s`: Time at rest after which the breakaway has risen half-way to its value after a
       long rest.
     - `fresh_interval`, `rise_time_interval_s`: [low, high], if identified.

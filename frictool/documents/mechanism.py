@@ -303,7 +303,7 @@ class Spring(
     - `stiffness`: Stiffness of the spring. Write this key or `force`.
     - `force`: Effort as a function of q_a - q_b; a positive effort pulls q_a to lower values.
     - `damping`: Viscous damping. By default none.
-    - `free`: q_a - q_b at which the spring is relaxed. By default its value at the start.
+    - `free`: q_a - q_b at which the spring is relaxed. By default q_a - q_b at the start.
     - `preload`: Opposing effort at `free`. By default 0.
     """
 
@@ -336,7 +336,8 @@ class Cam(
 ):
     """Cam on a block: a spring presses a roller onto a profile, and the block onto its slideway.
 
-    The block is subject to force tan(angle) in its positive direction and to Coulomb friction.
+    The block is subject to `force` tan(`angle`) in the block's positive direction, and to Coulomb
+    friction.
 
     - `on`: Block of the profile.
     - `force`: Force of the spring, normal to the motion, as a function of position.

@@ -2,7 +2,7 @@
 
 The fields of `spec.yaml`, the units and headings of a report, the definitions on its page and in
 docs/metrics.md, and the columns of a campaign follow from the records of this table. The columns of
-a page are in the order of the records, the keys of a specification in that of `rank`.
+a page are in the order of the records, the keys of a specification in the order of `rank`.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Metric:
 
     - name: name in JSON, JUnit and tables of values
     - title: name in texts and on pages, heading of its column
-    - dimension: key of SI_UNITS (documents/quantity.py) or OTHER_UNITS, from which its unit follows
+    - dimension: key of SI_UNITS (documents/quantity.py) or OTHER_UNITS, which determines the unit
     - definition: text without a final full stop, for the page and docs/metrics.md
     - scope: measured object: a hold (interval of constant reference), a whole stream or a closed
       loop

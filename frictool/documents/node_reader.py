@@ -140,7 +140,7 @@ def shown(node: yaml.Node) -> str:
 def suggestion(name: str, known: list[str]) -> str:
     """Return a hint with the nearest known name; empty if none is near.
 
-    It is also empty if only one name is known, because the message states this name anyway.
+    The hint is also empty if only one name is known, because the message states this name anyway.
     """
     near = [] if len(known) == 1 else difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     return f", did you mean {near[0]!r}?" if near else ""

@@ -27,7 +27,7 @@ class ProvedRequirement(
     - `state`: `proved`: met from every position in `starts`. `refuted`: violated from `start`.
       `undecided`: see `reason`.
     - `limit`: Limit of the specification.
-    - `value`: Worst value of all runs.
+    - `value`: Worst value of all plants and starts.
     - `plant`: Plant for which the requirement is refuted or undecided.
     - `start`: Position at rest [rad | m] from which the requirement is violated.
     - `reason`: Reason for an undecided requirement.
@@ -45,8 +45,7 @@ class ProvedRequirement(
 class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Proof of a step test of some plants from every start in an encoder count: `proof.yaml`.
 
-    It contains the documents of the test, so that `frictool verify` proves it again from this file
-    alone.
+    The file contains the documents of the test, so that `frictool verify` needs this file only.
 
     - `number`: Number format of the controller.
     - `plants`: Plants, by the names of the scenario's variants.

@@ -71,6 +71,6 @@ def provenance_of_command(command: str, inputs: list[Path]) -> Provenance:
 def readable(text: str) -> str:
     """Return the text with undecodable bytes escaped.
 
-    File names are bytes. No file format can store those that Python could not decode.
+    File names are bytes. No file format can store bytes that Python could not decode.
     """
     return text.encode(errors="backslashreplace").decode()

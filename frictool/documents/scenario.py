@@ -113,8 +113,8 @@ class Scenario(
 ):
     """Test of a closed loop, or of a mechanism's sources without a controller: `scenario.yaml`.
 
-    A scenario has `steps`, or a `reference` from a log. Without a controller it has the commands of
-    a mechanism's `sources` for `duration_s`.
+    A scenario has `steps`, or a `reference` from a log. Without a controller, a scenario has the
+    commands of a mechanism's `sources` for `duration_s`.
 
     - `start`: Position at rest at the beginning. By default the first value of a replayed
       reference.

@@ -75,7 +75,7 @@ def starting_documents(start: StartingRig) -> dict[str, str]:
 def example_keys(start: StartingRig) -> dict[str, list[str]]:
     """Return file name -> keys of the file with example values; dots separate nested keys.
 
-    The files mark them `# example: replace`.
+    The files mark these keys `# example: replace`.
     """
     by_document = {name: _example_keys(text) for name, text in _rendered(start).items()}
     return {name: keys for name, keys in by_document.items() if keys}

@@ -18,7 +18,7 @@ class NoiseFilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `frequency_hz`: Corner frequency.
     - `reading`: `as printed` is a low-pass filter with its pole at 2 pi frequency_hz and its zero a
-      decade above; `reciprocal` is its inverse, a high-pass filter.
+      decade above; `reciprocal` is the inverse of that filter, a high-pass filter.
     """
 
     # annex (25) as printed is a low-pass; its text calls it a high-pass, which is its reciprocal
