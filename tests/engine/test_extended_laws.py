@@ -185,7 +185,11 @@ def test_what_a_law_does_not_take_is_one_line() -> None:
             FrictionExtension(forward=(1.0, -0.2), backward=(1.0, -0.2)),
             "elastic_limit is 9e-06",
         ),
-        ("leuven", FrictionExtension(backward_values={"coulomb": 0.5}), "more energy than was stored"),
+        (
+            "leuven",
+            FrictionExtension(backward_values={"coulomb": 0.5}),
+            "more energy than was stored",
+        ),
         (
             "coulomb",
             FrictionExtension(backward_values={"viscous": 0.5}),
