@@ -129,7 +129,7 @@ def test_a_row_that_lacks_several_numbers_is_lost_once(tmp_path: Path):
     found = run("ingest", raw, "--bench", bench, "-o", log, "--salvage", "--json")
     assert found.stderr.splitlines()[-1] == (
         f"error: {raw}: data were lost while reading: 1 sample in 1 place; log.mcap contains the "
-        "rest and lists the losses"
+        "readable data and lists the losses"
     )
     (lost,) = json.loads(found.stdout)["lost"]
     assert (lost["samples"], lost["reason"]) == (
