@@ -1,9 +1,9 @@
 """Friction of an axis with friction laws (plant/axis_friction_laws.py).
 
-The friction depends on direction, speed, position and time at rest. Speeds w >= 0 count in the
-direction of motion. The law consists of pieces, such as speed regimes; the state determines the
-present piece. The limits between pieces have a hysteresis, so that no motion chatters between two
-pieces.
+The friction depends on direction, speed, position and time at rest. A speed w >= 0 is measured in
+the direction of motion. The law consists of pieces, such as speed regimes; the state determines the
+present piece. The limit between two pieces has a hysteresis, so that no motion chatters between
+them.
 """
 
 from __future__ import annotations

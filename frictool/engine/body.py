@@ -5,8 +5,8 @@
 
 The friction law consists of a kernel `slip_force(v, direction, law)` and two breakaway forces.
 Above the speed `straight_from`, the force is the straight line `direction * coulomb + viscous * v`
-up to rounding; there the engine uses a closed form. Below it, in the Stribeck layer, the engine
-integrates in steps.
+up to rounding; there the engine uses a closed form. Below this speed, in the Stribeck layer, the
+engine integrates in steps.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ The functions correspond to those of slip_events.py, but use a larger state:
 The time at rest is measured from the stop, or from the start of a run that begins at rest; during
 slip it is the duration of the last rest. A pure delay of the film is not supported: the motion
 after an event would depend on all pieces within the preceding delay, and each of their kinks would
-cause a further event. The fixed-step laws support it (engine/fixed_step_laws.py).
+cause a further event. The fixed-step laws support a pure delay (engine/fixed_step_laws.py).
 """
 
 from __future__ import annotations

@@ -5,9 +5,9 @@ velocity. Each step is a midpoint rule; its mode is determined at its start and 
 and the drive's derivative term use the velocity that the law reports (Karnopp's v_m is 0 in the
 band).
 
-Extensions (friction/law_extension.py) are those of the exact engine; F_c and F_s are constant in
-each step. A pure delay of the film is a whole number of steps. A film does not affect the banded
-laws, because their friction in slip has no Stribeck effect.
+The extensions (friction/law_extension.py) are the same as in the exact engine; F_c and F_s are
+constant in each step. A pure delay of the film is a whole number of steps. A film does not affect
+the banded laws, because their friction in slip has no Stribeck effect.
 """
 
 from __future__ import annotations

@@ -5,9 +5,9 @@
 
 Here d is the direction of motion, y the distance and w >= 0 the speed. While the backlash is open,
 only its friction acts. The drive i(t) is an exponential, and the load (plant/position_load.py)
-follows the position. Knees, the edge of the Stribeck layer, ends of the position maps and the flank
-of the backlash are events, located as roots of the dense output. Each piece therefore has smooth
-derivatives.
+depends on the position. Knees, the edge of the Stribeck layer, ends of the position maps and the
+flank of the backlash are events, located as roots of the dense output. Each piece therefore has
+smooth derivatives.
 """
 
 from __future__ import annotations

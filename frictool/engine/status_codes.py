@@ -5,11 +5,11 @@ code  name             meaning
 ====  ===============  ==========================================================================
 0     OK               done
 1     TOO_MANY_EVENTS  too many stops, breakaways and contacts in one call (MAX_EVENTS); the
-                       state is that after the last event
+                       call ends after its last allowed event
 2     NOT_FINITE       state, command or duration is not a finite number; a call with such
                        input leaves the state unchanged
-3     EVENTS_FULL      the array for the events is full; the state is that at the first event
-                       that did not fit
+3     EVENTS_FULL      the array for the events is full; the call ends at the first event that
+                       does not fit
 4     STEP_TOO_SMALL   the tolerance requires a step that is lost in the rounding of the time
 5     LAW_FAILED       a kernel of the friction law returned an error of friction/status_codes.py
 6     JAMMED           a self-locking link wedges: no acceleration satisfies its equations

@@ -2,8 +2,8 @@
 
 The simulation is exact to rounding, except at low speed, in the Stribeck layer (`tolerance`).
 
-    at rest            x and v are constant; the effort is a power series; breakaway where it
-                       crosses the threshold, solved to rounding
+    at rest            x and v are constant; the effort is a power series; the body breaks away
+                       where the effort crosses the threshold, solved to rounding
     in the layer       Dormand-Prince with error control; events on its dense output
     straight           power series to rounding: Coulomb and viscous friction of fixed sign
                        (engine/power_series.py)

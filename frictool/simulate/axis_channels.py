@@ -5,8 +5,7 @@ channel                       meaning
 ============================  ====================================================================
 position                      output of the encoder, with its faults
 reference                     reference of the position
-profile                       profile towards the reference that the loop tracked, if the controller
-                              has one
+profile                       profile that the loop tracked, if the controller has one
 current | voltage             output of the drive's sensor, with its faults and noise
 effort                        constant of the bench times the measured drive, also for variants
                               with another constant

@@ -1,10 +1,11 @@
 """Variants of a simulated axis: nominal, vertices of the ranges, random, or with provided values.
 
-The ranges of inertia, viscous friction, Coulomb friction and constant are those of `synth`
-(`ranges` of adapters/parameter_intervals.py). A vertex has one end of each range. Each parameter of
-a random plant is drawn uniformly from its range, independently of the others. For a given seed,
-plant number i is the same for any number of plants. A vertex or a random plant consists of four
-numbers; adapters/friction_levels.py applies them to models with further friction parameters.
+The ranges of inertia, viscous friction, Coulomb friction and constant are the ranges that `synth`
+uses (`ranges` of adapters/parameter_intervals.py). A vertex has one end of each range. Each
+parameter of a random plant is drawn uniformly from its range, independently of the others. For a
+given seed, plant number i is the same for any number of plants. A vertex or a random plant consists
+of four numbers; adapters/friction_levels.py applies them to models with further friction
+parameters.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Simulation of a scenario with a controller for each variant of the plant, as a log.
+"""Simulation of a scenario with a controller and each variant of the plant; returns a log.
 
     scenario -> reference, conditions -> loop of each variant (simulate/simulated_plant.py)
     -> record -> sensors -> stream

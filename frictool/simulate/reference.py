@@ -1,6 +1,6 @@
 """Reference of a scenario's steps at each sample k of the controller's period T.
 
-reference  r                               held; a part of duration d has round(d/T) samples
+reference  r                               constant; a part of duration d has round(d/T) samples
 ramp_to    r0 + (r1 - r0)(j + 1)/n         j = 0 .. n - 1: reaches r1 at its last sample
 sine       centre + A sin(2 pi f j T + phase)
 hold_s     r0                              r0: last sample of the previous part, or `start`

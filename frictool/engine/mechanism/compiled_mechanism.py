@@ -2,7 +2,7 @@
 
 Kernels sum forces from the leaves to the root and compute accelerations from the root to the
 leaves, in O(n). A self-locking link must be traversed from its driving side: the root of a tree is
-chosen so that this holds for all links of the tree.
+chosen so that all links of the tree are traversed in this way.
 """
 
 from __future__ import annotations

@@ -5,9 +5,9 @@ The module also contains the inverse of g, and the ranges of both forces at rest
     g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
 
 Here s is the direction of motion of end a. With efficiencies (2.3), (2.20) the kink is 0, and c =
-±s drive_loss or ±s back_loss by the direction of power. For the screw of the thesis, (2.12)-(2.13),
-(2.15), the kink is at thread lambda = thesis_screw u_a, and c = ±s thread; u_a is the effort of the
-sources on block a. If the load can drive the joint, g rises with ratio lambda.
+±s drive_loss or ±s back_loss, depending on the direction of power. For the screw of the thesis,
+(2.12)-(2.13), (2.15), the kink is at thread lambda = thesis_screw u_a, and c = ±s thread; u_a is
+the effort of the sources on block a. If the load can drive the joint, g rises with ratio lambda.
 """
 
 from __future__ import annotations

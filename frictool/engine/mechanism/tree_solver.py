@@ -8,10 +8,10 @@ Lambda_child(ratio x)) and separates if this is 0.
 
 In each step of the recursion, Lambda is a rising, piecewise linear graph: m x rises, Coulomb
 friction at rest is a vertical piece at x = 0, and the loss of a link that its load can drive rises
-with the force. So 0 = Lambda(x) has one solution, independent of the order of contacts. It is the
-motion of least constraint (Gauss) among all motions that the contacts allow (Moreau 1966; the graph
-is the subdifferential of a convex function of the accelerations). A tree at rest stays at rest if
-its interval Lambda(0) contains 0.
+with the force. So 0 = Lambda(x) has one solution, independent of the order of contacts. This
+solution is the motion of least constraint (Gauss) among all motions that the contacts allow (Moreau
+1966; the graph is the subdifferential of a convex function of the accelerations). A tree at rest
+stays at rest if its interval Lambda(0) contains 0.
 
 If the breakaway is above the Coulomb friction, the graph falls at x = 0. Then a tree that can stay
 at rest stays at rest; any other tree starts to move with its friction in slip.
