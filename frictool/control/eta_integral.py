@@ -1,8 +1,8 @@
 """Input of a speed controller: eta = integral(omega_c) - position, omega_c the speed reference.
 
 Both terms are updated by their changes over a sample, so that no number grows with the distance
-travelled. If the last drive was limited and eta would move further into that limit, eta is held
-(conditional integration). A positive eta requests a positive drive: the sign convention of
+travelled. If the last drive was limited and eta would move further into that limit, eta keeps its
+value (conditional integration). A positive eta requests a positive drive: the sign convention of
 `controller.yaml`.
 """
 

@@ -10,7 +10,7 @@ here: as printed, the brake acts outside the band and the axis never starts. The
 frozen while the drive is released (5.2.2); the other states of the controller are updated as usual.
 
 Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
-0. The derivative (5.12) has no definite sign: boundedness and rest hold, but not a Lyapunov
+0. The derivative (5.12) has no definite sign: boundedness and rest are proved, but no Lyapunov
 decrease. Choose delta_e at least one encoder step, and above |e| dF'/F' for the largest error dF'
 of the friction. Choose v_r as some encoder steps per time constant of the speed filter, 0.01 m/s on
 the mass of table 5.1.

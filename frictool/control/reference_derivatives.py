@@ -8,8 +8,8 @@ from the higher derivatives of f, with (1 + s/w)^3 exp(s ahead) = 1 + c1 s + c2 
 
     v + c1 a + c2 j,   a + c1 j        c1 = 3/w + ahead,   c2 = 3/w^2 + 3 ahead/w + ahead^2/2
 
-Property: exact for a reference with constant jerk. One count of the reference causes an
-acceleration of about w^2 counts, so that a coarse reference needs a low w. Source of the filter:
+Property: the result is exact for a reference with constant jerk. One count of the reference causes
+an acceleration of about w^2 counts, so that a coarse reference needs a low w. Source of the filter:
 Young, Automatica 17 (1981) 23-39.
 """
 

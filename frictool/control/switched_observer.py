@@ -16,7 +16,7 @@ measurement.
 
 Limit: the certificate of (6.6) takes the mode as known. It does not cover the samples in which
 plant and observer are in different modes. Choose Sigma as some encoder steps per period. With a
-coarse encoder, the speed is below such a Sigma during most of the travel, and both observers fail
+coarse encoder, the speed is below this Sigma during most of the travel, and both observers fail
 (figures: docs/theory/observers.md).
 """
 

@@ -12,7 +12,7 @@ and [L1 L2] the row to the left of W. V = -W^-1, E = [0; D12], F = [D21'; 0]:
     B^' = -(F' V F + e I)^-1 (C2 + F' V L2)    minimises the left side of the inequality in B^,
                                                for every rate
 
-In the last two formulas, L1 has the value for C^ = 0, and L2 that for B^ = 0. e > 0 is a small
+In the last two formulas, L1 has its value for C^ = 0, and L2 its value for B^ = 0. e > 0 is a small
 regularising weight, needed if D12 or D21 does not have full rank. The code uses the largest e for
 which both inequalities hold at every point: a smaller e only makes the controller faster.
 """

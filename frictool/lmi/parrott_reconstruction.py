@@ -1,13 +1,12 @@
 """Explicit controller of a plant for given (R, S), by Parrott's lemma.
 
-The lemma replaces the optimisation of the controller in thesis (5.62)-(5.63). With P = [S, -G; -G,
-G], G = S - R^-1, the bounded-real lemma in discrete time becomes |Phi + U K V| < 1, in which K
-contains the controller's matrices. That is Parrott's problem, whose central solution is explicit
-(Davis, Kahan and Weinberger, 1982).
+The lemma replaces the optimisation of the controller in thesis (5.62)-(5.63). With
+P = [S, -G; -G, G] and G = S - R^-1, the bounded-real lemma in discrete time becomes
+|Phi + U K V| < 1, in which K contains the controller's matrices. This is Parrott's problem. Its
+central solution is explicit (Davis, Kahan and Weinberger, 1982).
 
-A continuous plant is first made discrete (Cayley transform): the same P solves both
-bounded-real inequalities. D12 = 0 and D21 = 0 are allowed; the formula fails only for a singular [R
-I; I S].
+A continuous plant is first made discrete (Cayley transform): the same P solves both bounded-real
+inequalities. D12 = 0 and D21 = 0 are allowed; the formula fails only if [R I; I S] is singular.
 
 P depends on (R, S) alone, so that the controllers of all vertices have the same state coordinates.
 For constant B2, C2, D12 and D21 the inequalities are affine in plant and controller together. They

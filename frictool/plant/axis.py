@@ -8,7 +8,7 @@
 
 Between motor and load there may be a backlash of full width rho, (4.45): the gap
 z = (motor position - load position) stays in [-rho/2, rho/2]. At the edge z = sign(v) rho/2 the
-motor carries the load, and the friction is that of the axis. Elsewhere the load stays at rest, and
+motor carries the load, and the friction of the axis acts. Elsewhere the load stays at rest, and
 only `backlash_coulomb` opposes the motor (`backlash_breakaway` at rest). The load has no separate
 inertia (thesis 2.2.4): contact does not change the velocity. The offset belongs to the drive and
 always acts. plant/axis_friction_laws.py adds further dependences of the friction, and end stops.

@@ -8,9 +8,9 @@
     outputs z  W2 e; W3 i; W_u u; W_eta eta; W5 z_Delta     (the last three if they have a weight)
 
 A sampled plant includes the computational delay. Both structures measure eta = s - x, so that the
-controller has the same input in both. The weights are discretised by Tustin's method. The thesis
-has no weight W_u on the commanded drive. Without W_u, D12 is 0 and the optimum is not attained; one
-encoder count then causes a drive of hundreds of times its limit.
+controller has the same input in both structures. The weights are discretised by Tustin's method.
+The thesis has no weight W_u on the commanded drive. Without W_u, D12 is 0 and the optimum is not
+attained; one encoder count then causes a drive of hundreds of times its limit.
 """
 
 from __future__ import annotations

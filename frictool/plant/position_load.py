@@ -5,8 +5,8 @@
 A positive load opposes a positive effort. A constant load belongs to the axis's offset. Gravity
 on an arm is the harmonic with number 1 on a rotary axis. On a linear axis `number` is an angular
 wave number [1/m]. The kernels' array is [stiffness, number, sine, cosine, ...]. The engine
-integrates the load with the motion: `with_load` appends it to the parameters of an axis with laws
-(plant/axis_friction_laws.py).
+integrates the load with the motion: `with_load` appends the load to the parameters of an axis with
+laws (plant/axis_friction_laws.py).
 """
 
 from __future__ import annotations

@@ -22,14 +22,14 @@ stretch s is the part of e outside +-gap (0 inside):
 
     on block b     -(stiffness s + damping e' + curve(e))    with gap > 0, damping acts only in
                    contact, and no flank pulls
-    on block a     as for a joint, with that force for lambda
+    on block a     as for a joint, with the force on block b as lambda
 
 *Frictions* act on one block against the frame. Each has a law (row of friction/law_registry.py),
 its parameters p from `law_start` on in `law_values`, and a factor, the curve `level` (-1: none).
-*Pressings* are Coulomb friction `coefficient` times the curve `force` of the block's position, with
-the breakaway `breakaway_ratio` times that (2.23). *Pushes* are efforts that depend on one block's
-position (those of a cam), or constants. *Stops* are rigid and limit one block. *Sources* act on a
-block: the drive i follows the command with `lag`, effort = constant i.
+*Pressings* are Coulomb friction `coefficient` times the curve `force` of the block's position; the
+breakaway is `breakaway_ratio` times this friction (2.23). *Pushes* are efforts that depend on one
+block's position (efforts of a cam), or constants. *Stops* are rigid and limit one block. *Sources*
+act on a block: the drive i follows the command with `lag`, effort = constant i.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Typical speed of each block; the tolerances of a simulation are relative to it."""
+"""Typical speed of each block, to which the tolerances of a simulation are relative."""
 
 from __future__ import annotations
 
