@@ -158,8 +158,8 @@ def _reasons(
     if planned is not None and not bound <= MORE * planned.value:
         allowed = f"+-{bound:.3g} at best" if np.isfinite(bound) else "no estimate"
         reasons.append(
-            f"the recorded strokes allow {allowed}, those of the test +-{planned.value:.3g}: they "
-            "are slower, shorter or fewer"
+            f"the recorded strokes allow {allowed}, the planned ones +-{planned.value:.3g}: the "
+            "recorded strokes are slower, shorter or fewer"
         )
     if not reasons:
         reasons.append(

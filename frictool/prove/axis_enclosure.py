@@ -160,7 +160,7 @@ def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[A
         later = efforts[1] if sign > 0 else -efforts[1]
         if later.low > threshold.high and p.lag > 0.0:
             return _broken_away(state, command, p, left, sign)
-    raise Ambiguous("the effort is as large as the breakaway")
+    raise Ambiguous("the effort may equal the breakaway")
 
 
 def _broken_away(
@@ -202,7 +202,7 @@ def _broken_away(
     drive = _held_drive(state.drive, command, p, sure_slip)
     started = replace(state, drive=drive, direction=sign)
     if not _carries(state, p, sign) and moved.high >= _room(started, p):
-        raise Ambiguous("a breakaway at the contact")
+        raise Ambiguous("the axis may break away at the contact in the backlash")
     return _shifted(started, moved, speed, p), sure_slip
 
 
@@ -400,12 +400,12 @@ def _stopped(
     carries = _carries(state, p, sign)
     sure = _bounds(_phase(state, command, p, carries), wait).fastest
     if wait > left or not high + sure * wait * (1.0 - SLACK) < 0.0:
-        raise Ambiguous("a stop close to the end of a sample")
+        raise Ambiguous("the axis may stop close to the end of the sample")
     drive = _held_drive(state.drive, command, p, wait)
     efforts = _effort(state.drive, p), _effort(drive, p)
     moved = RoundedInterval(0.0, high * wait * (1.0 + SLACK))
     if not carries and moved.high >= _room(state, p):
-        raise Ambiguous("a stop at the contact")
+        raise Ambiguous("the axis may stop at the contact in the backlash")
     at = _shifted(state, moved, ZERO, p)
     forward, backward = thresholds(at, p)
     if all(-backward.low < one.low and one.high < forward.low for one in efforts):
@@ -419,7 +419,7 @@ def _stopped(
         back = RoundedInterval(0.0, speed.high * wait * (1.0 + SLACK))
         turned = replace(at, drive=drive, direction=-sign)
         return _shifted(turned, back, speed, p), wait
-    raise Ambiguous("a stop at an effort as large as the breakaway")
+    raise Ambiguous("the axis may stop where the effort equals the breakaway")
 
 
 def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
@@ -432,15 +432,15 @@ def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[Axis
     far = (half - state.gap.low if sign > 0 else half + state.gap.high) * (1.0 + SLACK) + SLACK
     slow = _least(state.speed)
     if slow == 0.0:
-        raise Ambiguous("a contact whose speed may be zero")
+        raise Ambiguous("the speed at the contact in the backlash may be zero")
     wait = max(EVENT, 2.0 * far / slow)
     free, carried = (_phase(state, command, p, carries) for carries in (False, True))
     if wait > left or not (_bounds(free, wait).moves and _bounds(carried, wait).moves):
-        raise Ambiguous("a contact close to the end of a sample")
+        raise Ambiguous("the contact in the backlash may fall on the end of the sample")
     ends = _series(free, wait), _series(carried, wait)
     speed, distance = ends[0][0].hull(ends[1][0]), ends[0][1].hull(ends[1][1])
     if distance.low <= far:
-        raise Ambiguous("a contact that the bounds do not enclose")
+        raise Ambiguous("the bounds do not enclose the contact in the backlash")
     drive = _held_drive(state.drive, command, p, wait)
     signed = distance if sign > 0 else -distance
     velocity = speed if sign > 0 else -speed

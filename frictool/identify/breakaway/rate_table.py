@@ -59,7 +59,7 @@ class BreakawayOverRate:
 def read_rate_table(path: Path) -> RateTable:
     """Return the table of a CSV file; raise LogError with the number of an invalid line."""
     if path.stat().st_size > LARGEST:
-        raise LogError(str(path), f"is larger than {LARGEST} bytes; allowed: a table of breakaways")
+        raise LogError(str(path), f"is too large for a breakaway table; allowed: {LARGEST} bytes")
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:

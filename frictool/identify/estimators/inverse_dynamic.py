@@ -143,7 +143,8 @@ def _decimated(record: MotionRecord, pipeline: PublishedFilters) -> RegressionSa
         )
     if not 0.0 < pipeline.cutoff_hz < 0.5 * rate:
         raise UnusableLogs(
-            f"a cut-off of {pipeline.cutoff_hz:g} Hz is not below half of the log's {rate:g} Hz"
+            f"a cut-off of {pipeline.cutoff_hz:g} Hz is not below half of the sampling rate, "
+            f"{rate:g} Hz"
         )
     if record.position.size < pipeline.skip + max(pipeline.padding, 30 * pipeline.decimate) + 4:
         raise UnusableLogs(

@@ -194,7 +194,7 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
     samples = joined([part for part, _ in parts])
     position = np.concatenate([index for _, index in parts])
     if samples.velocity.size == 0:
-        raise UnusableLogs("no stroke is so long that its middle part certainly slips")
+        raise UnusableLogs("no stroke is long enough for its middle part to slip with certainty")
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
     lengths = np.diff(np.append(starts, samples.stroke.size))
     sign = samples.sign[starts]

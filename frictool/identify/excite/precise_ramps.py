@@ -83,8 +83,8 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     if request.duration is None and needed > request.longest:
         raise NoSolutionError(
             f"time: breakaway={100 * request.wanted['breakaway']:.3g}% needs ramps of "
-            f"{needed:.3g} s; allowed: {request.longest:.4g} s; each of these suffices: "
-            f"{needed:.3g} s of time; a finer encoder; a narrower mechanics.inertia"
+            f"{needed:.3g} s; allowed: {request.longest:.4g} s; raise --longest, use a finer "
+            "encoder, or narrow mechanics.inertia"
         )
     rounds = max(1, math.ceil(onsets / (2 * SEGMENTS)))
     segments = math.ceil(onsets / (2 * rounds))

@@ -22,7 +22,7 @@ def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> l
 
     `needed`: shortest duration on the unchanged bench, s; None if no duration suffices.
     """
-    shown = [] if needed is None else [f"{needed:.3g} s of time"]
+    shown = [] if needed is None else [f"a test of {needed:.3g} s"]
     for change in REMEDIES:
         for factor in FACTORS:
             changed, text = change(bench, factor)

@@ -127,7 +127,9 @@ def _fit(
     """
     parts = [part for log in logs for part in _rows(log, timing)]
     if not parts:
-        raise UnusableLogs("no piece of a log is longer than the window of the winding's equation")
+        raise UnusableLogs(
+            "no gap-free part of a log is longer than the window of the winding's equation"
+        )
     rows = np.concatenate([part for part, _ in parts])
     noise = np.sum([part.shape[0] * power for part, power in parts], axis=0)
     names = list(COLUMNS)

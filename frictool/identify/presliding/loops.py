@@ -81,8 +81,8 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
         )
     if above < FEWEST_BRANCHES:
         raise UnusableLogs(
-            f"the effort of the loops reverses {above - len(records)} times; at least "
-            f"{FEWEST_BRANCHES - 1} are needed"
+            f"the effort of the loops reverses {above - len(records)} times; needed: at least "
+            f"{FEWEST_BRANCHES - 1} reversals"
         )
     return PreslidingLoops(
         position,
