@@ -182,13 +182,13 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
     """
     if fall.known:
         return (
-            f"its interval holds for the fit's Stribeck velocity, [{fall.low:.3g}, "
+            f"its interval is valid for the fit's Stribeck velocity, [{fall.low:.3g}, "
             f"{fall.high:.3g}] {unit}"
         )
     upper = f"up to {fall.high:.2g} {unit}" if isfinite(fall.high) else "of any size"
     lower = f" from {fall.low:.2g}" if fall.low > 0.0 else ""
     return (
-        f"its interval holds for Stribeck velocities{lower} {upper}, which the encoder cannot "
+        f"its interval is valid for Stribeck velocities{lower} {upper}, which the encoder cannot "
         "separate; to narrow it, use a finer encoder, a slower ramp, or runs at constant speeds "
         "(--method stribeck-curve)"
     )

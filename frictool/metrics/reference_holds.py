@@ -1,7 +1,7 @@
 """Holds of the reference, and the steps that begin them.
 
 A *hold* is a run of at least 20 samples of constant reference. A hold begins with a *step* if it
-follows another hold with at most three samples in between; resampling can cause such samples. The
+follows another hold with at most three samples in between, which resampling can add. The
 step starts at the first sample at which the reference has left the previous hold.
 
 The record may begin with a step. Its first hold is then a step from the initial position, if the

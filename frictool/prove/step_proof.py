@@ -361,7 +361,7 @@ def _static(
 ) -> float | str:
     holds = _holds(loop, position)
     if not holds:
-        return "the scenario has no hold"
+        return "the reference of the scenario is never constant"
     return max(static_error(hold.of(position), hold.target) for hold in holds)
 
 
@@ -381,7 +381,7 @@ def _rest(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vect
         if peak_to_peak(hold.of(position)[late]) > FLICKER * loop.encoder_step:
             return math.inf
         worst = max(worst, command_peak(hold.of(command)[late]))
-    return worst if math.isfinite(worst) else f"no hold lasts beyond {after:g} s"
+    return worst if math.isfinite(worst) else f"the reference is never held beyond {after:g} s"
 
 
 METRICS: dict[str, Metric] = {

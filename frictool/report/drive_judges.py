@@ -81,7 +81,10 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
             for name in ("position", "reference", "hold")
             if name in item.gaps
         ]
-        return replace(undecided, reason=gaps[0] if gaps else f"no hold lasts beyond {after:g} s")
+        return replace(
+            undecided,
+            reason=gaps[0] if gaps else f"the reference is never held beyond {after:g} s",
+        )
     _, at = largest(m.values["rest_motion"] - e.resolution for m, e in rests)
     moving, mover = rests[at]
     motion = moving.values["rest_motion"]

@@ -85,7 +85,7 @@ class JudgedLoop:
         outside = parameters_outside(self.controller, enclosing_box(points)) if points else ()
         words = (
             f"simulated plants lie outside the intervals of {self.controller.name}, where only "
-            "margins computed for each plant hold"
+            "margins computed for each plant are valid"
         )
         return f"{words}: {'; '.join(outside)}" if outside else ""
 

@@ -32,7 +32,11 @@ def judge_load(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     missing = "; ".join(reasons(METRIC, exact))
     if not ratios:
         gaps = [item.gaps["load_position"] for item, _ in evidence if "load_position" in item.gaps]
-        reason = f"{evidence[0][0].name}: {gaps[0]}" if gaps else missing or "the log has no hold"
+        reason = (
+            f"{evidence[0][0].name}: {gaps[0]}"
+            if gaps
+            else missing or "the reference is never constant"
+        )
         return replace(undecided, reason=reason)
     least, at = largest(entry[0][0] for entry in ratios)
     _, item, hold = ratios[at]

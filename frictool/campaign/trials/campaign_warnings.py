@@ -58,7 +58,7 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
     ):
         return (
             f"draws lie outside the intervals of {controller.name}, where only margins "
-            f"computed for each plant hold: {'; '.join(deviations)}",
+            f"computed for each plant are valid: {'; '.join(deviations)}",
         )
     return ()
 
