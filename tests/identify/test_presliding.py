@@ -151,7 +151,7 @@ def test_what_does_not_tell_presliding_is_refused() -> None:
         UnusableLogs, match=r"longest branch .* \d encoder counts; .* a count of .* or less"
     ):
         find_loops([slow_loops("lugre", 1, 0.5 * Z_MAX)], KNOWN)
-    with pytest.raises(UnusableLogs, match="reverses 2 times; at least 5"):
+    with pytest.raises(UnusableLogs, match="reverses 2 times; needed: at least 5"):
         find_loops([slow_loops("lugre", 1, COUNT, turns=(0.8, -0.8, 0.8))], KNOWN)
     with pytest.raises(UnusableLogs, match="the presliding distance needs at least 50 %"):
         maxwell(
