@@ -228,7 +228,7 @@ def test_what_uses_no_speed_and_what_is_of_another_rig_are_told() -> None:
 
 
 def test_the_velocity_block_has_an_observer_where_it_says_so() -> None:
-    with pytest.raises(ValueError, match="needs an observer"):
+    with pytest.raises(ValueError, match="required with `source: observer`"):
         Velocity(source="observer")
     with pytest.raises(ValueError, match="with no other source"):
         Velocity(observer=tracking())
