@@ -48,7 +48,7 @@ class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Opposite(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Friction levels that differ in the negative direction."""
+    """Friction levels of the negative direction; None for a level of both directions."""
 
     coulomb: PositiveEffort | None = None
     breakaway: PositiveEffort | None = None

@@ -1,6 +1,6 @@
 """Friction of a model as tables: against speed with a band, against position, and for drives.
 
-    F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)                (2.33)-(2.34)
+    F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)         (thesis 2.33 and 2.34)
 
 viscous(v) is linear between the knees of the speed regimes (figure 4.10). The band contains F(v)
 for all combinations of the parameters within their intervals, and is therefore wider than a

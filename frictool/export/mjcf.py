@@ -4,7 +4,7 @@
              stiffness = spring of the load, range = travel
     general  effort = gear (drive + bias), drive with the lag of its loop; bias = -offset / gear
     dcmotor  without input: LuGre friction in place of frictionloss, and the effort ripple as
-             cogging. Its winding conducts no current.
+             cogging. The winding of this motor conducts no current.
 
     LuGre    dz/dt = v - |v| z sigma_0/g(v),  g = F_c + (F_s - F_c) exp(-(v/v_s)^2),
              friction = sigma_0 z + sigma_1 dz/dt; the joint has the viscous friction

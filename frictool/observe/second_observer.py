@@ -83,7 +83,7 @@ def samples_of(output: ObserverOutput) -> SampleBlock:
 
 
 def check_observer(path: Path, observer: Observer, model: Model, period: float) -> None:
-    """Raise DocumentError for `path` if the observer has another kind of axis or period [s]."""
+    """Raise DocumentError for `path` if the observer's kind of axis or period [s] is another."""
     if observer.axis != model.axis:
         raise DocumentError(
             path, f"found {observer.axis}; the model's axis is {model.axis}", line=None, key="axis"

@@ -1,10 +1,10 @@
 """Blocks around the linear controller, and rules for values that the design leaves out.
 
     position_law            gain of the square-root law: from friction and inertia of the model
-                            band: the encoder's step (5.7)
-    velocity                filter: 10 times the prefilter's frequency, see (5.70)
+                            band: the encoder's step (thesis 5.7)
+    velocity                filter: 10 times the prefilter's frequency, see thesis (5.70)
     limiter                 inertia and Coulomb friction of the model
-                            band delta_e: the encoder's step, the least allowed (5.2.2)
+                            band delta_e: the encoder's step, the least allowed (thesis 5.2.2)
                             v_r = 10 F_cv T/J: a viscous brake near standstill, with a time constant
                             of 10 samples
     profile, feedforward    synth/tracking_blocks.py

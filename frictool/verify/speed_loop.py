@@ -5,7 +5,7 @@ u = C(z) eta                     the drive, applied `delay` samples later
 L(z) = C(z) P(z) z^-delay        the loop gain; P from u to the position
 S = 1/(1 + L)                    the sensitivity, from s to s - position
 min |1 + L| = 1/max |S|          the modulus margin: distance of the Nyquist curve
-                                 from -1, over the unit circle (5.57)
+                                 from -1, along the unit circle (thesis 5.57)
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def is_required(checked: int, delay: int) -> bool:
 
 
 def closed_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> Lti:
-    """Return the sensitivity with one plant, from s to s - position."""
+    """Return the sensitivity with one plant: the system from s to s - position."""
     period = controller.period
     blocks = {
         "controller": DiagramBlock(controller, ("error",), ("u",)),

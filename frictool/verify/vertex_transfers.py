@@ -4,7 +4,7 @@
                                                 e = s - x
     speed cascade         e/s, i/s, e/w, v/s    s: speed reference, e = s - v
     i: drive that reaches the actuator, w: friction in units of the Coulomb friction
-    |e/s| <= gamma/|W2|    |i/s| <= gamma/W3    |e/w| <= gamma/|W1 W2|    (5.54)
+    |e/s| <= gamma/|W2|    |i/s| <= gamma/W3    |e/w| <= gamma/|W1 W2|    (thesis 5.54)
 
 The weights are sampled by Tustin's method, as for the verified norm: if that norm is below gamma,
 every transfer function is below its template. A PI controller of the speed is not designed by
