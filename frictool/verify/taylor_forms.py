@@ -68,7 +68,7 @@ def plus(x: Form, y: Form) -> Form:
 
 @kernel
 def scaled(x: Form, g: float) -> Form:
-    """Return the product of a form and a number g whose relative error is at most 2 U."""
+    """Return the product of a form and a number g; g has a relative error of at most 2 U."""
     c, t, k, s, r = x
     z = (c * g, t * g, k * g, s * g, 0.0)
     return z[0], z[1], z[2], z[3], (abs(g) * r + 4.0 * U * taxicab(z)) * UP + TINY

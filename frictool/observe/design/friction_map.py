@@ -16,7 +16,7 @@ KNEES = "viscous friction above a knee of the speed"
 def friction_map(model: Model) -> FrictionMap:
     """Return the friction in slip by direction and position (thesis 4.41, 4.44).
 
-    Each direction's Coulomb level multiplies its normalised position polynomial. The viscous
+    In each direction, the Coulomb level multiplies the normalised position polynomial. The viscous
     coefficient is the mean of both directions at low speeds. `left_out` names effects that the map
     does not have: Stribeck curve, knees of the viscous friction, time at rest, loads.
     """
