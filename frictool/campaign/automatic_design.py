@@ -88,7 +88,7 @@ def design_automatically(
     progress: Callable[[str], None] = lambda _: None,
     wishes: Design | None = None,
 ) -> AutomaticDesign:
-    """Search a design that passes the test, in the simplest family that has one.
+    """Search for a design that passes the test, in the simplest family with such a design.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
 
 
 def _with_blocks(family: CandidateFamily, kept: Mapping[str, object]) -> CandidateFamily:
-    """Return the family whose designs have the keys of `kept`."""
+    """Return the family with the keys of `kept` added to its designs."""
     return replace(
         family,
         design=lambda scales, values: structs.replace(family.design(scales, values), **kept),
@@ -255,8 +255,8 @@ def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenari
 def _hard(test: DesignTest) -> tuple[int, ...]:
     """Return the indices of the plants with which a search begins.
 
-    They are the slowest and the lightest vertex, and two such vertices with the friction at the
-    other ends of its ranges.
+    They are the slowest and the lightest vertex, and the vertices that differ from these two by the
+    opposite ends of the friction's ranges.
     """
     if not test.vertices:
         return (0,)

@@ -86,7 +86,7 @@ class CampaignRequest:
         Number of processes; None uses as many as save time. If it is not 1, the calling script must
         start its work below `if __name__ == "__main__":`.
     cluster : str or None
-        Address of a Dask scheduler whose workers run the trials.
+        Address of a Dask scheduler; its workers run the trials.
     """
 
     trials: int | None = None

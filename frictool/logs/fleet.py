@@ -43,7 +43,7 @@ def members(logs: Iterable[Path]) -> list[FleetLog]:
     listed, the name of a log is relative to this folder. If several folders are listed, the name
     begins with the name of the folder.
 
-    Raises LogError if a folder holds no log.
+    Raises LogError if a folder contains no log.
     """
     logs = list(logs)
     several = sum(is_fleet([log]) for log in logs) > 1

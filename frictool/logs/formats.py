@@ -32,7 +32,7 @@ class Format(NamedTuple):
     reader: module that reads the format.
     writer: module that writes the format; "" if frictool does not write it.
     written: name of the format in the help of commands that write it.
-    several: True if a written file can hold several streams.
+    several: True if a written file can contain several streams.
     library: library that the format needs, and the extra of frictool that installs this library;
         None if none is needed.
     other_suffixes: further suffixes of files that are read.

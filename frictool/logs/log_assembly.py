@@ -273,8 +273,8 @@ def write(
     """Write all streams within the window, and return their headers and time bases.
 
     notes: further metadata records.
-    period_ns: sample period in ns of the one stream into which all streams are resampled; None
-        keeps the streams as they are.
+    period_ns: sample period in ns to which all streams are resampled, as one stream; None for no
+        resampling.
     tick: callback that receives the completed fraction, 0 to 1.
 
     Raises LogError if a sample cannot be read, or if no sample is left.
@@ -365,7 +365,7 @@ def origins(made: LogAssembly, topics: list[str]) -> Notes:
 def _on_grid(
     made: LogAssembly, ready: list[PendingStream], period_ns: int
 ) -> tuple[list[PendingStream], dict[str, str]]:
-    """Resample all streams into one; raise LogError if they overlap by less than one period."""
+    """Resample all streams to one stream; raise LogError if they overlap by less than a period."""
     derived = [
         flow.head.topic
         for flow in made.flows

@@ -33,7 +33,7 @@ class UnpackedBudget:
 
 
 def refusal(size: int, rows: int, columns: int) -> str | None:
-    """Return why a file of `size` bytes cannot hold `rows` x `columns` 8-byte numbers, or None."""
+    """Return why a file of `size` bytes cannot contain `rows` x `columns` numbers, or None."""
     if 8 * rows * columns <= allowed_bytes(size):
         return None
     return (

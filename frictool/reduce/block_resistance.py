@@ -1,4 +1,4 @@
-"""Resistance of one block to steady motion over its position: load and friction.
+"""Resistance of one block to steady motion as a function of its position: load and friction.
 
     effort that moves it forward    C_+(x) = S(x) + F(x)
                          backward   C_-(x) = S(x) - F(x)        (2.28)

@@ -1,4 +1,4 @@
-"""Polynomial fit (thesis 4.44) of a curve over the travel, with the lowest sufficient degree."""
+"""Polynomial fit (thesis (4.44)) of a curve within the travel, of the lowest sufficient degree."""
 
 from __future__ import annotations
 

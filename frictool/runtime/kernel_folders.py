@@ -9,8 +9,8 @@ former toolchains and states are removed when a new folder is made, unless a pro
 used them within the last hour.
 
 numba itself locks nothing: if two processes write different signatures of one function at the same
-time, the index may name the wrong code. Therefore a process that writes holds a lock. An unreadable
-entry (after a full disk or a power loss) is compiled again.
+time, the index may name the wrong code. Therefore a process locks the folder while it writes. An
+unreadable entry (after a full disk or a power loss) is compiled again.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Sources that the machine code of a kernel depends on: its module and all modules it imports.
 
-Comments and docstrings are ignored. Imports are read from the syntax tree, including those inside
-functions; imports for type checkers are skipped. Some imports cannot be resolved from the tree: a
-star import, a package used as a whole, a name that a package computes, a module imported by a
-computed name. Each of these counts as an import of every module that it could mean. Other sources,
-such as those of numpy and numba, belong to the toolchain and are not followed.
+Comments and docstrings are ignored. Imports are read from the syntax tree, also inside functions;
+imports for type checkers are skipped. Some imports cannot be resolved from the tree: a star import,
+a package used as a whole, a name that a package computes, a module imported by a computed name.
+Each of these counts as an import of every module that it could mean. Other sources, such as those
+of numpy and numba, belong to the toolchain and are not followed.
 """
 
 from __future__ import annotations

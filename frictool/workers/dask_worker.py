@@ -1,4 +1,4 @@
-"""Code that runs in a worker of a cluster: one task at a time, even with several threads."""
+"""Code that runs in a worker of a cluster, one task at a time even if it has several threads."""
 
 from __future__ import annotations
 

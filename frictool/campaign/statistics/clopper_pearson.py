@@ -1,6 +1,6 @@
 """Exact Clopper-Pearson bounds of a pass rate (Biometrika 26, 1934).
 
-The lower bound is the rate for which the observed count or a larger one has the probability 1 -
+The lower bound is the rate for which the observed count or a larger count has the probability 1 -
 confidence. This bound is exact for every rate and number of draws, if the draws are independent.
 
 The count for a Latin hypercube is not binomial. The mean of a function over n draws of a hypercube

@@ -1,4 +1,4 @@
-"""Distribution of a metric over the trials: quantiles with intervals, tolerance bound, histogram.
+"""Distribution of a metric in the trials: quantiles with intervals, tolerance bound, histogram.
 
 All statistics are order statistics, which assume no form of the distribution. With confidence
 gamma, at least the share beta of all plants has a value of at most the r-th of n sorted values if
@@ -61,11 +61,11 @@ class Histogram:
 
 @dataclass(frozen=True)
 class Distribution:
-    """Distribution of one metric over the trials.
+    """Distribution of one metric in the trials.
 
     `met`, `broken`, `undecided`: numbers of trials with this outcome of the requirement.
     `beyond`: number of trials with an infinite value.
-    `missing`: number of trials without a value, including those not simulated.
+    `missing`: number of trials without a value, including trials that could not be simulated.
     `bound`: tolerance bound: with the requested confidence, at least the share COVERED of all
         plants keeps this bound. None if there are too few trials or no finite bound.
     `trials_for_bound`: smallest number of trials for which a bound exists.

@@ -59,7 +59,7 @@ class PlayedRequirement:
     plant : int
         Index of the plant with this value; -1 if no plant has a value.
     met : bool or None
-        True if every plant meets the limit, False if one violates it, else None.
+        True if every plant meets the limit, False if a plant violates it, else None.
     """
 
     metric: MetricLimit

@@ -134,7 +134,7 @@ class ArrayTable:
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield the rows (see RawTable.blocks).
 
-        Raises LogError if the columns differ in length, or if one is truncated or damaged.
+        Raises LogError if the columns differ in length, or if a column is truncated or damaged.
         """
         chosen = {name: self.columns[name] for name in wanted}
         every = {**({} if self.dated is None else {str(self.clock): self.dated}), **chosen}

@@ -1,4 +1,4 @@
-"""Table whose columns a library loads singly, one range of rows at a time."""
+"""Table with columns that a library loads one by one, a range of rows at a time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Series = Callable[[int, int], NDArray[Any]]
 
 @dataclass(kw_only=True)
 class SeriesTable(LibraryTable):
-    """Table whose columns are functions (Series) that load a range of rows.
+    """Table with functions (Series) as columns, which load a range of rows.
 
     rows: number of rows of every column.
     times: function that loads times of rows in ns; None if the file has no times.

@@ -57,7 +57,7 @@ class Mat4Header(NamedTuple):
 
 
 def looks_like(head: bytes) -> bool:
-    """Return whether a file may be a file of version 4; such files have no signature."""
+    """Return whether a file may be a file of version 4; this version has no signature."""
     element = _head(head[:HEAD])
     return (
         element is not None and _NAME.fullmatch(head[HEAD : HEAD + element.name_bytes]) is not None

@@ -4,7 +4,7 @@ Some damaged files crash `scipy.io`. Here every length is checked against the by
 it is used, and the checksum of a compressed variable is verified.
 
 A file is a head of 128 bytes, then elements: type (4), bytes (4), content, padded to 8. A variable
-is an element of type MATRIX, alone or inside one of type COMPRESSED. Its content consists of
+is an element of type MATRIX, alone or inside an element of type COMPRESSED. Its content consists of
 elements: flags, shape, name, real part, imaginary part. The content of a structure or cell array
 consists of its fields or cells, which are MATRIX elements without a name.
 """
@@ -167,9 +167,9 @@ class _MatVariableReader:
         return tag.kind, self.exactly(tag.length + tag.fill)[: tag.length]
 
     def matrix(self, path: str, length: int, depth: int) -> Iterator[MatArray]:
-        """Yield the arrays in a MATRIX element of `length` bytes, of which the head has been read.
+        """Yield the arrays in the MATRIX element of `length` bytes that follows its head.
 
-        path: name of a field or cell; "" for a variable, whose name is in its content.
+        path: name of a field or cell; "" for a variable, which contains its name.
         """
         end = self.stream.position + length
         if length == 0:  # an empty array

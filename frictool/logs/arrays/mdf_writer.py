@@ -41,7 +41,7 @@ def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> 
 def _append(file: Any, index: int, stream: OutgoingStream) -> None:
     """Write a stream as a group.
 
-    asammdf requires names and units with the first block, and plain numbers with the others.
+    asammdf requires names and units with the first block, and plain numbers with all later blocks.
     """
     from asammdf import Signal
 

@@ -1,6 +1,6 @@
 """Writer of streams as NumPy arrays, such as `np.load(file)["position"]`.
 
-If a log has several streams, the name of each array begins with that of its stream, for example
+If a log has several streams, the name of an array begins with the name of the stream, for example
 `axis_force.position`. Units and notes are arrays of text.
 """
 

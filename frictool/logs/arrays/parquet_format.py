@@ -37,7 +37,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the one table of the file.
+    """Return the table of the file.
 
     Raises LogError if the footer, which describes the content, is damaged or missing.
     """

@@ -1,7 +1,7 @@
 """Writer of a stream as Parquet (extra `parquet`).
 
-Values are doubles, units are in the metadata of the fields, and the log's notes in that of the
-schema.
+Values are doubles. The metadata of the fields contain the units, and the metadata of the schema the
+log's notes.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from frictool.logs.conversion import OutgoingStream
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Write the one stream, a row group for each block."""
+    """Write the only stream in `streams`, a row group for each block."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -36,7 +36,7 @@ class RecordBounds(NamedTuple):
 def record_bounds(data: bytes) -> RecordBounds:
     """Return the bounds of the records of a chunk; raise ValueError at an invalid record.
 
-    `whole_records` returns the records before an invalid one.
+    `whole_records` returns the bounds of the records before an invalid record.
     """
     bounds, end = whole_records(data)
     if end != len(data):
@@ -55,7 +55,7 @@ def record_bounds(data: bytes) -> RecordBounds:
 
 
 def whole_records(data: bytes) -> tuple[RecordBounds, int]:
-    """Return the bounds of the complete records, and the index of the byte after the last one.
+    """Return the bounds of the complete records, and the index of the byte after the last record.
 
     The search stops at a record of kind 0 and after MOST_SHORT short records.
     """

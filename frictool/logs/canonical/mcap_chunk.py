@@ -16,7 +16,7 @@ _U64 = struct.Struct("<Q")
 
 
 class _ThreadDecompressor(threading.local):
-    """One decompressor per thread, because each can process only one frame at a time."""
+    """Decompressor of a thread; a decompressor can process only one frame at a time."""
 
     def __init__(self) -> None:
         self.zstd = zstandard.ZstdDecompressor()

@@ -24,7 +24,7 @@ Metadata = dict[str, dict[str, str]]  # name -> key -> text
 def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) -> list[StreamHeader]:
     """Return the headers of the streams in the order of their channels.
 
-    Raises LogError if there is no stream, or if one has no samples or no units.
+    Raises LogError if there is no stream, or if a stream has no samples or no units.
     """
     units = metadata.get(UNITS, {})
     heads_read = []

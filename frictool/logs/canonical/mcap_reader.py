@@ -107,7 +107,7 @@ class CanonicalStream:
 def is_canonical(path: Path) -> bool:
     """Return whether the first channel of a file is a channel of a canonical log.
 
-    Also returns True if an MCAP file has no channel or is damaged before the first one. Raises
+    Also returns True if an MCAP file has no channel, or is damaged before the first channel. Raises
     LogError if the file cannot be read.
     """
     if not head_of(path).startswith(MAGIC[:5]):

@@ -58,7 +58,7 @@ class LooseMessages(NamedTuple):
 class DamagedBytes(NamedTuple):
     """Bytes `start` to `end` of the file that are lost, and the reason.
 
-    rest: beginning of a chunk that is cut off by the end of the file; empty without such a chunk.
+    rest: beginning of a chunk that the end of the file cuts off; else empty.
     bare: True if only the head of a chunk is lost; the records of the chunk then follow one by one.
     """
 
@@ -238,7 +238,7 @@ class FileRecords:
 
 
 def _is_header(body: bytes) -> bool:
-    """Return whether a body consists of two strings, as that of a header (profile, library)."""
+    """Return whether a body consists of two strings (profile, library), as in a header."""
     profile = int.from_bytes(body[:4], "little")
     library = int.from_bytes(body[4 + profile : 8 + profile], "little")
     return len(body) == 8 + profile + library
@@ -247,7 +247,7 @@ def _is_header(body: bytes) -> bool:
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
     """Return whether the lengths inside a body agree with the record's length.
 
-    Returns False for a kind without such lengths, because reading does not resume at such a record.
+    Returns False for a kind of record without lengths, because reading does not resume there.
     """
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
         start, end, _, _, name = _CHUNK.unpack_from(body)

@@ -35,8 +35,8 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
     to `log.warnings`.
 
     Raises LogError if a unit belongs to the other kind of axis, if the position wraps, or if the
-    sample period of the log differs from that of the bench by more than a factor of 30 (with
-    `same_period`: by more than 20 %).
+    sample periods of log and bench differ by more than a factor of 30 (with `same_period`: by more
+    than 20 %).
     """
     stream = log.main
     _check_units(log, stream, bench)

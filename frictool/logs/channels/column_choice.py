@@ -98,7 +98,7 @@ class OfferedColumn:
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Column and unit chosen for a channel; OPEN replaces one that `questions` asks for.
+    """Column and unit chosen for a channel; each is OPEN if `questions` asks for it.
 
     table: table with the first of `columns`.
     columns: columns that fit the channel equally well.
@@ -113,7 +113,7 @@ class ColumnChoice:
 
 
 def dimension_of(channel: str) -> str:
-    """Return the dimension of a channel, or that of time if `channel` is `time`."""
+    """Return the dimension of a channel; `time` is a channel, too."""
     return CHANNEL_DIMENSIONS.get(channel, TIME)
 
 

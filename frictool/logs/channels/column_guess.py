@@ -55,7 +55,7 @@ MOST_ROWS = 1 << 18  # maximum number of rows read
 class ColumnGuess:
     """Channels, sample period and encoder step guessed from a file.
 
-    columns: channel -> (column, unit); OPEN replaces one that `questions` asks for.
+    columns: channel -> (column, unit), each of them OPEN if `questions` asks for it.
     left: columns that are not used, because they fit no channel or another column fits better.
     period: sample period in s; None if unknown.
     step: encoder step in rad or m; None if unknown.

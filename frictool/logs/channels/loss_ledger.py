@@ -1,4 +1,4 @@
-"""List of the samples of one stream that were lost in reading, with time range and channels."""
+"""List of the losses of one stream while it is read, each with time range and channels."""
 
 from __future__ import annotations
 

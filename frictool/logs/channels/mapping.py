@@ -69,7 +69,7 @@ class ChannelMapper:
     """Mapping of a table's columns to one stream (a StreamSource).
 
     table: the table.
-    bench: bench whose `columns` are mapped.
+    bench: bench with the `columns` to map.
     columns: channel -> column of the bench, and its name in the table; also for `time` if the table
         has a time column.
     topic: topic of the stream.
@@ -140,8 +140,8 @@ class ChannelMapper:
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
         """Yield the samples (see StreamSource).
 
-        Also raises LogError if times do not increase, there are fewer than 2 samples, or the period
-        differs from the expected one by more than 20 %.
+        Also raises LogError if times do not increase, if there are fewer than 2 samples, or if the
+        period differs from the expected period by more than 20 %.
         """
         self._begin()
         inbox: list[DataLoss] | None = [] if salvage else None

@@ -107,8 +107,8 @@ class ClockPair:
     def finding(self, clock: str | None, period: float) -> str | None:
         """Return a warning if the clocks drift apart, else None.
 
-        A warning requires that the drift over all messages exceeds one `period` in s, and that
-        delays cannot explain it.
+        A warning requires that the clocks drift apart by more than `period` [s] during all
+        messages, and that delays cannot explain this drift.
         """
         sent = np.concatenate(self._sent) if self._sent else np.empty(0, np.int64)
         drift = (

@@ -111,7 +111,7 @@ def _ends_line(byte: int) -> bool:
 
 @inner_kernel
 def _next_cell(text: NDArray[np.uint8], at: int, delimiter: int) -> tuple[int, bool]:
-    """Return the start of the next cell after a cell's end, and whether this row has one."""
+    """Return the start of the cell after a cell's end, and whether the row has a further cell."""
     if _ends_line(text[at]):
         return at, False
     after = _over_blanks(text, at if delimiter == BLANK else at + 1, delimiter)

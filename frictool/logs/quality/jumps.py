@@ -120,7 +120,7 @@ class PositionJumps:
         return 0.5 * (self.lowest_landing + self.highest_landing)
 
     def text(self) -> str | None:
-        """Return a line with the number of jumps, the first one and a likely cause.
+        """Return a line with the number of jumps, the first jump and a likely cause.
 
         Returns None if there is no jump.
         """

@@ -111,7 +111,7 @@ def _is_lines(values: Vector) -> bool:
 
 
 def _path(position: Vector) -> float:
-    """Return the length of the path of the axis.
+    """Return the length of the path that the axis travels.
 
     Only about GRID_POINTS samples are used, so that noise adds little to the path.
     """

@@ -18,8 +18,8 @@ number of these steps is odd, the first of them counts as the wrap; if it is eve
 
 Noise may hide the motion of an axis that rests, reverses or creeps at an end of the period. The
 positions before and after each long step then decide: they must be the ends of a known period. A
-sawtooth motion that returns within one sample looks like a wrap. `RepeatedJump.movable` therefore
-states whether the drive can move the axis by such a jump in one sample.
+sawtooth motion that returns within one sample looks like a wrap. Therefore `RepeatedJump.movable`
+states whether the drive can move the axis that far in one sample.
 """
 
 from __future__ import annotations
@@ -170,8 +170,8 @@ class RepeatedJumps:
     def between(self, low: float, high: float) -> RepeatedJump | None:
         """Return the jumps between the ends of a period, whatever the motion around each jump.
 
-        Returns None if less than MOSTLY of the long steps are such jumps, or if the position leaves
-        the period.
+        Returns None if the share of these jumps among the long steps is below MOSTLY, or if the
+        position leaves the period.
 
         low, high: ends of the period in rad or m.
         """
@@ -298,7 +298,7 @@ def _directions(around: Matrix) -> tuple[int, int]:
 
 
 def _most_covered(low: Vector, high: Vector) -> tuple[float, float]:
-    """Return the bounds of those values that lie in the largest number of intervals.
+    """Return the bounds of the values that lie in most intervals.
 
     Adjoining values that lie in at least MOSTLY times that number of intervals are included.
 

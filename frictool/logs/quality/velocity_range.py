@@ -43,9 +43,10 @@ class VelocityRange:
 
     @property
     def window(self) -> int:
-        """Return the shortest window, in samples, over which the encoder resolves the motion.
+        """Return the length, in samples, of the shortest window that resolves the motion.
 
-        If there is no such window, return the longest window that the length of the log allows.
+        If no window resolves the motion, return the longest window that the length of the log
+        allows.
         """
         longest = max(1, self._samples // SHARE_OF_LOG)
         allowed: list[int] = [window for window in WINDOWS if window <= longest]
@@ -56,6 +57,6 @@ class VelocityRange:
 
     @property
     def range(self) -> tuple[float, float] | None:
-        """Return (lowest, highest) velocity over `window` samples; None with too few samples."""
+        """Return (lowest, highest) velocity from differences over `window` samples, or None."""
         low, high = self._ranges[self.window]
         return (low, high) if low <= high else None

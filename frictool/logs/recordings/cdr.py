@@ -230,7 +230,7 @@ class _CdrReader:
 class MessageDecoder:
     """Decoder of serialised messages of one type into numbers.
 
-    aligned: True for CDR, whose numbers are aligned; False for ROS 1.
+    aligned: True for CDR, which aligns numbers; False for ROS 1.
     """
 
     message: MessageType
@@ -283,7 +283,7 @@ class MessageDecoder:
         values: Vector,
         present: NDArray[np.bool_],
     ) -> NDArray[np.intp]:
-        """Fill in the values of those messages in `left` that have this layout; return the others.
+        """Fill in the values of the messages in `left` with this layout; return the remaining ones.
 
         `left` and the result are indices of messages.
         """

@@ -126,7 +126,7 @@ class RecordingFile(Protocol):
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
         """Yield the messages of a topic and the gaps between them, in the order of the file.
 
-        The number is that of the bytes processed so far.
+        Each is paired with the number of bytes processed so far.
         """
         ...
 
@@ -237,9 +237,8 @@ def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[Topic
     """Return a table for each topic; the table of a topic without numbers has no columns.
 
     clock: `log time`, or the path of a stamp in the messages. None selects the stamp of each topic
-        that has one, and the log time of the other topics. The streams of a log need one clock: if
-        some topic has no stamp and the stamps differ from the log time by more than FARTHEST_APART,
-        None selects the log time of all topics.
+        with a stamp, and the log time of each topic without a stamp; if this would mix clocks that
+        differ by more than FARTHEST_APART, None selects the log time of all topics.
 
     Raises LogError if no topic has numbers, or if no topic has the requested clock.
     """

@@ -1,7 +1,7 @@
 """Headers of instruments that declare where names, units and times are.
 
     LabVIEW         `***End_of_Header***` ends the metadata; `Delta_X` is the sample interval
-    TwinCAT Scope   the line `Name` holds a time column before each group of channels, in ms
+    TwinCAT Scope   in the line `Name`, a time column in ms precedes each group of channels
     Tektronix       the metadata is in the columns before the samples (TDS series)
 
 text_header.py detects the headers of other instruments.
