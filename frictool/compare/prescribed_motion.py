@@ -23,7 +23,8 @@ def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vect
     The driving effort is unlimited: a hybrid law gets an infinite effort in the direction of
     motion.
 
-    `velocity` (n,): velocity in each step [m/s | rad/s]. `steps` (n,): duration of each step [s].
+    `velocity` (n,): velocity in each step [m/s | rad/s].
+    `steps` (n,): duration of each step [s].
 
     Raises NoSolutionError if the law cannot be evaluated.
     """

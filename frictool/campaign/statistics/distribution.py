@@ -69,8 +69,8 @@ class Distribution:
     `bound`: tolerance bound: with the requested confidence, at least the share COVERED of all
         plants keeps this bound. None if there are too few trials or no finite bound.
     `trials_for_bound`: smallest number of trials for which a bound exists.
-    `worst`: worst value, infinite if any value is infinite. `worst_trial`: first draw with the
-    worst value.
+    `worst`: worst value, infinite if any value is infinite.
+    `worst_trial`: first draw with the worst value.
     """
 
     metric: MetricLimit

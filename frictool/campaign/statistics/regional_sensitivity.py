@@ -33,8 +33,9 @@ class FailureRegion:
         trial.
     `spread`: the same for the distances of f and p from the middle of the range.
     `noise`: standard deviation of `leans` and `spread` for a factor without influence.
-    `failing` (k,): share of failing trials in each of k slices of the range. `sizes` (k,): number
-    of trials in each slice. `centres` (k,): mean factor value in each slice, in SI.
+    `failing` (k,): share of failing trials in each of k slices of the range.
+    `sizes` (k,): number of trials in each slice.
+    `centres` (k,): mean factor value in each slice, in SI.
     """
 
     distance: float
@@ -62,8 +63,9 @@ def region(
 ) -> FailureRegion:
     """Compare failing and passing trials along a factor.
 
-    `units` (n,): factor in the draws, 0 to 1. `values` (n,): factor in the draws, in SI. `failing`
-    (n,): mask of failing trials.
+    `units` (n,): factor in the draws, 0 to 1.
+    `values` (n,): factor in the draws, in SI.
+    `failing` (n,): mask of failing trials.
 
     Raises ValueError if no trial fails, or if all fail.
     """

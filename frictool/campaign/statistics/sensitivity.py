@@ -47,8 +47,8 @@ class FailureComparison:
 
     `name`: requirement that the failing trials do not meet; "" for any requirement; "not simulated"
         for trials that could not be simulated.
-    `failing`, `passing`: numbers of trials. `regions` (d,): comparison for each factor; the
-        p-values are corrected for all comparisons.
+    `failing`, `passing`: numbers of trials.
+    `regions` (d,): comparison for each factor; the p-values are corrected for all comparisons.
     """
 
     name: str
@@ -80,8 +80,8 @@ class FailureComparison:
 class MetricInfluence:
     """Influence of the factors on one metric.
 
-    `used`: number of trials with a finite value. `shares` (d,): variance share of each factor;
-        empty if it cannot be estimated.
+    `used`: number of trials with a finite value.
+    `shares` (d,): variance share of each factor; empty if it cannot be estimated.
     `reason`: why `shares` is empty; "" if it is not.
     """
 
@@ -151,8 +151,8 @@ class FactorPair:
 class Sensitivity:
     """Sensitivity of failures and metrics.
 
-    `questions`: comparison for any failure, then for each requirement. `influences` (m,): influence
-        of the factors on each metric.
+    `questions`: comparison for any failure, then for each requirement.
+    `influences` (m,): influence of the factors on each metric.
     `pair`: pair of factors that explains the failures best; None if nothing fails or if there is
         only one factor.
     """

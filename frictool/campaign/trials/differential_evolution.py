@@ -36,7 +36,8 @@ class SearchResult(NamedTuple):
 
     `name`: name of the metric.
     `value`: worst value of the metric in the search.
-    `drawn`: worst value of the metric in the draws. `unit` (d,): worst point in the unit cube.
+    `drawn`: worst value of the metric in the draws.
+    `unit` (d,): worst point in the unit cube.
     `noise`: index of the draw that gives the noise of all plants.
     `evaluations`: number of plants that were tried.
     `unplayed`: number of these plants that could not be simulated.

@@ -30,7 +30,8 @@ class MetricLimit:
 class TrialResult(NamedTuple):
     """Result of the trial of one draw.
 
-    `draw`: index of the draw. `metric_values`, `met` (m,): rows of the arrays in Trials.
+    `draw`: index of the draw.
+    `metric_values`, `met` (m,): rows of the arrays in Trials.
     `failed`: reason why the draw could not be simulated; "" if it could.
     """
 
@@ -44,12 +45,14 @@ class TrialResult(NamedTuple):
 class Trials:
     """Results of n trials of d factors, judged by m metrics.
 
-    `units` (n, d): draws in the unit cube. `values` (n, d): the same draws in SI (factor_space.py).
+    `units` (n, d): draws in the unit cube.
+    `values` (n, d): the same draws in SI (factor_space.py).
     `metric_values` (n, m): worst value of each metric in the run of a trial; infinite for a failure
-    without a number (an axis that never settles), NaN if the metric is undefined or the trial could
-    not be simulated.
+        without a number (an axis that never settles), NaN if the metric is undefined or the trial
+        could not be simulated.
     `met` (n, m): outcome of each requirement, decided as in `report`: MET 1, BROKEN 0 or UNDECIDED
-    -1. `passed` (n,): outcome of the whole trial (`trial_outcomes`).
+        -1.
+    `passed` (n,): outcome of the whole trial (`trial_outcomes`).
     `failed`: index of a trial that could not be simulated -> reason. This trial is BROKEN, and its
         requirements are UNDECIDED.
     """

@@ -27,7 +27,8 @@ class SearchTask(NamedTuple):
 
     `name`, `metric`: name and index of the metric.
     `drawn`: value of the metric for the worst draw.
-    `noise`: index of the worst draw. `starts` (k, d): the k worst draws.
+    `noise`: index of the worst draw.
+    `starts` (k, d): the k worst draws.
     `evaluations`: largest number of plants to try.
     `draws`: number of draws.
     """
