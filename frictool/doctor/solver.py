@@ -33,14 +33,14 @@ def check_solver() -> InstallationFinding:
         return InstallationFinding(
             "solver",
             "wrong",
-            f"a matrix inequality ended with {solution.status}, {apart:.3g} from its solution",
+            f"the solver ended with {solution.status}, {apart:.3g} away from the solution",
             remedy,
             facts,
         )
     return InstallationFinding(
         "solver",
         "ok",
-        f"a matrix inequality is solved and holds; distance from its solution {apart:.1e}",
+        f"a matrix inequality is solved; the result is {apart:.1e} away from the known solution",
         facts=facts,
     )
 

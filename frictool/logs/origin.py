@@ -110,7 +110,7 @@ def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list
         elif option == "--date" and matches and not any(as_date(text) for _, text in matches):
             file, text = matches[0]
             messages.append(
-                f"--date {pattern!r} finds {text!r} in {file}, which is not a date; allowed: "
+                f"--date {pattern!r} finds {text!r} in {file}; this is not a date; allowed: "
                 "year, month, day, and hour, minute, second"
             )
     return messages

@@ -103,7 +103,7 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
         return (
             f"{where}: "
             f"{'the whole mechanism' if math.isfinite(step.reduced_s) else 'the one inertia'} does "
-            "not settle, but the other does"
+            "not settle, but the other mechanism does"
         )
     if math.isfinite(step.whole_s) and abs(step.reduced_s - step.whole_s) > max(
         tolerance * step.whole_s, period

@@ -188,7 +188,7 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
     parts = parts_of_travel(x, _straight(x, mean, half))
     ranges = [sorted(side * end for end in part) for part in parts]
     if not ranges:
-        tried = "the mechanism itself (frictool simulate), or that of --reduced"
+        tried = "the mechanism itself (frictool simulate), or the one that --reduced writes"
     else:
         tried = " and ".join(f"--travel {low:.6g} {high:.6g}" for low, high in sorted(ranges))
         tried += ", with one model for each part" if len(ranges) > 1 else ", where a law suffices"

@@ -218,7 +218,7 @@ def _refused(
         if one.predicted > tolerance and one.covered is None:
             error = f"an error of {100 * one.predicted:.3g} % of {one.of}"
             allowed = (
-                f"{one.step}: neglecting {one.neglects} makes {error}; "
+                f"{one.step}: neglecting {one.neglects} causes {error}; "
                 f"allowed: {100 * tolerance:g} %"
             )
             return (

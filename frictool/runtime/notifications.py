@@ -14,7 +14,10 @@ from typing import TypedDict, Unpack
 
 
 class Receivers(TypedDict, total=False):
-    """Function for each kind of notification, with the arguments of the function of that name."""
+    """Functions that receive notifications, one for each kind.
+
+    Each has the name and the arguments of the function of this module that sends the notification.
+    """
 
     compiling: Callable[[], None]
     remark: Callable[[str], None]

@@ -174,7 +174,8 @@ BAD = {
     "time repeats": (
         GOOD.replace("0.030,", "0.029,"),
         ":32:",
-        "time does not increase: 0.029 s after 0.029 s; if too coarse, remove columns.time",
+        "time does not increase: 0.029 s after 0.029 s; if the times are too coarse, remove "
+        "columns.time",
     ),
     "unit": (GOOD.replace("[A]", "[V]"), "'current'", "'V'"),
     "column": (GOOD.replace("encoder", "encodr"), "'encoder'", "did you mean 'encodr'"),

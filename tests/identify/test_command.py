@@ -129,7 +129,7 @@ def test_a_changed_constant_is_applied_to_raw_and_canonical_logs_alike(tmp_path:
         "warning: sines.mcap: effort is recomputed from current with the bench's "
         "actuator.constant, "
         "0.0129 N m/A; "
-        "the log's was made with 0.0134 N m/A\n"
+        "the effort in the log was made with 0.0134 N m/A\n"
     )
 
 

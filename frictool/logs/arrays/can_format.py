@@ -134,7 +134,9 @@ def _open(path: Path, dbc: Path, reader: str) -> Sequence[LibraryTable]:
     try:
         database: Any = cantools.database.load_file(str(dbc), database_format="dbc")
     except Exception as error:  # cantools raises errors of many types
-        raise LogError(dbc, f"is no DBC, or damaged: {' '.join(str(error).split())}") from None
+        raise LogError(
+            dbc, f"is not a DBC, or is damaged: {' '.join(str(error).split())}"
+        ) from None
     found = Counter(
         (frame.arbitration_id, frame.is_extended_id)
         for frame in islice(_frames(path, reader, []), FRAMES)

@@ -226,7 +226,7 @@ class MdfTable(LibraryTable):
                 )
                 if losses is None:
                     raise LogError(
-                        self.source, f"{reason}; read before it: {first} samples"
+                        self.source, f"{reason}; {first} samples were read before"
                     ) from None
                 losses.append(DataLoss((), reason, samples=self.rows - first))
                 return

@@ -167,7 +167,7 @@ class ParquetTable(LibraryTable):
             except (OSError, ValueError) as error:  # pyarrow raises these
                 reason = f"row group {group + 1} is damaged: {error}"
                 if losses is None:
-                    raise LogError(self.source, f"{reason}; read before it: {row} rows") from None
+                    raise LogError(self.source, f"{reason}; {row} rows were read before") from None
                 losses.append(DataLoss((), reason, samples=max(end - row, 0)))
                 row = end
 

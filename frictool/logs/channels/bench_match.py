@@ -59,7 +59,7 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
                 f"effort is recomputed from {bench.actuator.drive} with the bench's "
                 f"actuator.constant, {constant:.6g} {unit}"
             )
-            noted.append(f"{made}; the log's was made with {before:.6g} {unit}")
+            noted.append(f"{made}; the effort in the log was made with {before:.6g} {unit}")
     streams = tuple(
         replace(stream, signals=signals) if one is stream else one for one in log.streams
     )

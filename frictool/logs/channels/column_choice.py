@@ -65,7 +65,7 @@ CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rota
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
 LOAD_SIDE = (
-    "the torque or force of the drive, or that of a sensor behind it? effort is that of the drive"
+    "the torque or force of the drive, or of a sensor behind the drive? effort is that of the drive"
 )
 
 
@@ -246,7 +246,7 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
                 channel,
                 "column",
                 _quoted(names),
-                "is it this signal? the name is of a connector",
+                "is this the signal? its name is only a connector of the instrument",
             )
         )
     elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):

@@ -262,7 +262,8 @@ class ChannelMapper:
             )
             if time[row] == before and self._time is not None:
                 error += (
-                    "; if too coarse, remove columns.time (rows are then sample_period_s apart)"
+                    "; if the times are too coarse, remove columns.time (rows are then "
+                    "sample_period_s apart)"
                 )
             raise fail_at(self._table, block.first_row + int(rows[row]), f"{error}; {SALVAGE}")
         kept = increasing(time, self._last)

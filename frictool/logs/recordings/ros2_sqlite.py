@@ -112,7 +112,7 @@ class Db3Recording:
             yield (
                 MessageGap(
                     f"was not closed: {journal.name} in its folder contains messages; `sqlite3 "
-                    f"{self._path.name} vacuum` adds them"
+                    f"{self._path.name} vacuum` adds them to the bag"
                 ),
                 0,
             )

@@ -235,7 +235,8 @@ class CsvTable:
         ]
         if signs and signs[0] is not None and not hint:
             hint = (
-                f"; does it separate thousands? then give layout.thousands: {signs[0]} in the bench"
+                f"; does the {signs[0]} separate thousands? then write layout.thousands: "
+                f"{signs[0]} in the bench"
             )
         if issue.what == layout.stamps or _DATE.match(cell):
             hint = "" if issue.what == layout.stamps else " or "
