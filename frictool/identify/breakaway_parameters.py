@@ -74,7 +74,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
 
 
 def _known_fall(sliding: Outcome) -> StribeckVelocityRange | None:
-    """Return the fall that the sliding logs give, None without a Stribeck velocity."""
+    """Return the fall that the sliding logs give; None without a Stribeck velocity."""
     velocity = sliding.identified.get("stribeck_velocity")
     if velocity is None:
         return None
@@ -115,7 +115,7 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
 
 
 def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws | None) -> Outcome:
-    """Return the outcome with the breakaway of `ramp`; its laws join the laws of sliding."""
+    """Return the outcome with the breakaway of `ramp`, whose laws are added to `sliding`."""
     laws = breakaway_laws(ramp, logs.bench, sliding)
     return outcome.merge(Outcome({"breakaway": ramp.parameter}, ramp=ramp, laws=laws))
 

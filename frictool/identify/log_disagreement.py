@@ -68,7 +68,7 @@ def pooling_warnings(
 
 
 def _reason(intervals: Mapping[str, Interval]) -> str:
-    """Return the reason of a wide common interval, with the two logs that are farthest apart."""
+    """Return the reason for a wide common interval, with the two logs that are farthest apart."""
     highest = max(intervals, key=lambda log: intervals[log].low)
     lowest = min(intervals, key=lambda log: intervals[log].high)
     if intervals[highest].low <= intervals[lowest].high:

@@ -161,18 +161,18 @@ def make_record(
 
 
 def _on_grid(record: MotionRecord) -> MotionRecord:
-    """Return a record with jittering times (n,) on uniform grids of its period, one per piece.
+    """Return a record with jittering times (n,) on uniform grids, one for each gap-free part.
 
-    A piece ends at an interval longer than LONGEST_BRIDGE periods; a piece of fewer than 3 grid
-    samples is left out. The position is interpolated by a monotone cubic (Fritsch and Carlson,
-    SIAM J. Numer. Anal. 17, 1980), which does not overshoot between encoder counts. A lagging
-    effort is interpolated linearly. The effort of a drive without lag is the mean of the held
+    A gap is an interval longer than LONGEST_BRIDGE periods; a part of fewer than 3 grid samples is
+    left out. The position is interpolated by a monotone cubic (Fritsch and Carlson, SIAM J. Numer.
+    Anal. 17, 1980), which does not overshoot between encoder counts. The effort of a drive with a
+    lag is interpolated linearly. The effort of a drive without lag is the mean of the held
     effort over each grid period, so that no impulse is lost.
 
     Raises
     ------
     LogError
-        If no piece is long enough.
+        If no part is long enough.
     """
     edges = np.flatnonzero(np.diff(record.time) > LONGEST_BRIDGE * record.period) + 1
     parts: list[tuple[Vector, ...]] = []

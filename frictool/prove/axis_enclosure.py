@@ -169,7 +169,7 @@ def _broken_away(
     """Return the set just after the breakaway that happens within `left`, and its time.
 
     The drive tends to the command monotonically, so that the effort exceeds the threshold from the
-    breakaway on. The latest breakaway is found by bisection; the earliest likewise.
+    breakaway on. The latest and the earliest time of the breakaway are found by bisection.
     """
     forward, backward = thresholds(state, p)
     threshold = forward if sign > 0 else backward
@@ -393,7 +393,10 @@ def _tail(size: float, beta: float, step: float) -> float:
 def _stopped(
     state: AxisSet, command: float, p: PlantBox, left: float, fastest: float
 ) -> tuple[AxisSet, float]:
-    """Return the set after the stop that happens within high speed/|fastest|, and that time."""
+    """Return the set after a stop, and a time within which the stop happens.
+
+    The time is the highest speed divided by |`fastest`|, the smallest deceleration.
+    """
     sign = state.direction
     high = state.speed.magnitude
     wait = max(EVENT, 1.01 * high / -fastest)

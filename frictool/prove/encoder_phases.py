@@ -123,7 +123,7 @@ def phase_runs(loop: LoopOfPlant) -> Iterator[PhaseRun]:
 
 
 def _followed(loop: LoopOfPlant, branch: _Branch, stack: list[_Branch]) -> PhaseRun | None:
-    """Follow a branch to its end or to its division, whose parts go to the stack."""
+    """Follow a branch until it ends or is divided; put the parts on the stack."""
     n = loop.reference.size
     while branch.sample < n:
         k = branch.sample
@@ -237,8 +237,8 @@ def _stand(loop: LoopOfPlant, branch: _Branch) -> None:
 def _after_rest(loop: LoopOfPlant, branch: _Branch, first: int, last: int) -> AxisSet:
     """Return the set at sample `last`; between the samples the drive moves, and nothing else.
 
-    A drive that starts in an interval with the commands stays in it. It is followed exactly over
-    the last samples, before which the interval is used.
+    A drive that starts in an interval with the commands stays in this interval. The drive is
+    followed exactly over the last samples, and by this interval before them.
     """
     acting = [float(branch.command[k - loop.delay]) if k >= loop.delay else 0.0
               for k in range(first, last)]  # fmt: skip

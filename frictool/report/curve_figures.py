@@ -141,8 +141,9 @@ def _over_time(
 ) -> PageFigure:
     """Return the figure `name` of one curve per stream over time, the nominal streams on top.
 
-    ordinate: label of the ordinate. texts: title, text for screen readers, caption. references:
-    streams whose references are drawn too.
+    - ordinate: label of the ordinate
+    - texts: title, text for screen readers, caption
+    - references: streams whose references are drawn as well
     """
     title, label, caption = texts
     colours = log_colours([item for item, _ in curves])

@@ -192,7 +192,7 @@ def _specified_judges(spec: Spec) -> dict[str, Judge]:
 
 
 def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -> bool:
-    """Return True if one stream meets every requirement, except the margin of a recorded one."""
+    """Return True if a stream meets every requirement; the margin of a recorded one is left out."""
     judges = [
         make for key, make in _specified_judges(spec).items() if REQUIREMENTS[key].scope != "loop"
     ]

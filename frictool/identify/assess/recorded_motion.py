@@ -70,7 +70,7 @@ def _strokes(record: MotionRecord) -> Vector:
 
 
 def _representatives(strokes: Vector) -> tuple[PlannedStroke, ...]:
-    """Return at most MOST of the strokes (m, 2), with repetitions that add up to all of them."""
+    """Return at most MOST of the strokes (m, 2); their repetitions add up to m."""
     order = strokes[np.argsort(strokes[:, 0], kind="stable")]
     count = min(MOST, order.shape[0])
     chosen = order[((np.arange(count) + 0.5) * order.shape[0] / count).astype(np.int64)]

@@ -131,8 +131,8 @@ def _rise(
 ) -> Interval | None:
     """Return the slope of the means (k,) over the decades (k,).
 
-    The scatter about the line and that of the means both count, since friction need not be linear
-    in the decades.
+    The half width follows from the intervals of the means or from the scatter of the means about
+    the line, whichever is wider, since friction need not be linear in the decades.
     """
     if decades.size < 2:
         return None

@@ -160,7 +160,7 @@ def _more_precise(
 def _speeds(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit | None:
-    """Return the curve over speed if the records are runs at constant speeds, else None."""
+    """Return the Stribeck curve if the records are runs at constant speeds, else None."""
     if not runs_prevail(records):
         return None
     try:

@@ -149,7 +149,7 @@ class ReducedRows:
 
 
 def _triangle(parts: Tensor) -> Matrix:
-    """Return the square triangle (q, q) of all rows; zeros fill the rows that a few groups lack."""
+    """Return the triangle (q, q) of all rows; zero rows are added if there are fewer than q."""
     q = parts.shape[2]
     out = np.zeros((q, q))
     if parts.shape[0]:

@@ -135,7 +135,7 @@ def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
 
 
 def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float, ...] | None:
-    """Return the knees with one more at its best speed, all placed again; None if none fits."""
+    """Return the knees with one more, all at their best speeds; None if no further knee fits."""
     slow = np.sort(means.mean(means.speed))
     fast = np.sort(np.maximum.reduceat(means.speed, means.starts))
     if slow.size < 2 * FEWEST_ROWS or slow[FEWEST_ROWS - 1] >= fast[-FEWEST_ROWS]:

@@ -152,7 +152,10 @@ def _of_fixed(
 def _coulomb_and_offset(
     rows: StrokeRows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit of Coulomb friction and offset, unless fixed, with known viscous friction."""
+    """Return the fit of those of Coulomb friction and offset that are not fixed.
+
+    Viscous friction is known.
+    """
     means = rows.means
     free = [name for name in COLUMNS[1:] if name not in fixed]
     if not free:

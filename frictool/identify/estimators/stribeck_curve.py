@@ -203,7 +203,10 @@ def _fitted(
 
 
 def _sum(one: Interval, other: Interval) -> Interval:
-    """Return the sum with errors added as squares: too wide, since they are anticorrelated."""
+    """Return the sum of two estimates with anticorrelated errors.
+
+    The half width is the root of the sum of squares, which is too wide for these errors.
+    """
     return Interval.around(
         one.value + other.value, float(np.hypot(one.half_width, other.half_width))
     )
@@ -256,7 +259,7 @@ def _enough(forward: int, backward: int) -> bool:
 
 
 def _whole_strokes(record: MotionRecord) -> list[tuple[float, float, float, float]]:
-    """Return a row for each stroke of a record whose speed is constant."""
+    """Return a row for each stroke with a constant speed."""
     number = find_strokes(record).number
     edges = [int(edge) for edge in np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)]
     return [

@@ -114,7 +114,7 @@ def _sine(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> Ex
 def _stroke(
     bench: Bench, limits: BenchLimits, settings: ExcitationSettings, duration: float
 ) -> PlannedStroke:
-    """Return the stroke with V = 2 pi f A from the settings.
+    """Return the stroke with the top speed 2 pi f A, from frequency f and amplitude A.
 
     Settings that are None are as large as the limits allow. Without any setting, the best stroke is
     chosen.

@@ -132,7 +132,7 @@ def _one_more(times: Vector, index: int) -> Vector:
 
 
 def _shares(program: StrokeProgram) -> Vector | None:
-    """Return the shares (k,) of the duration with the least worst ratio, or None."""
+    """Return the shares (k,) of the duration with the smallest `worst`; None if there are none."""
     rate = program.information / program.duration[:, None, None]
     shares = optimal_shares(rate, program.limit, program.mean_square - program.rms**2)
     if shares is None:
@@ -173,7 +173,7 @@ def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _shortened(program: StrokeProgram, times: Vector) -> Vector:
-    """Return the repetitions with long strokes exchanged for shorter ones while they suffice."""
+    """Return the repetitions with strokes exchanged for shorter ones that meet the limits."""
     if times.sum() > MOST_EXCHANGED:
         return times
     by_duration = np.argsort(program.duration, kind="stable")

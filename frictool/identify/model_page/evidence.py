@@ -200,7 +200,7 @@ def _half_model(
     bench: Bench,
     request: IdentificationRequest,
 ) -> Model:
-    """Return the model of one half, identified as the whole was; raises UnusableLogs."""
+    """Return the model of one half, identified with `request`; raise UnusableLogs if impossible."""
     half = identify_records(side, ramps, bench, request.method, request.settings)
     return model_of(half, bench, provenance_of_call("frictool.identify.identify", bench=bench))
 

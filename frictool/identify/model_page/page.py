@@ -106,7 +106,7 @@ def _parameter_table(rows: list[ParameterIntervals], confidence: float) -> TextT
 
 
 def _explanation_table(outcome: IdentifiedModel) -> TextTable:
-    """Return further efforts than inertia, friction and offset, with tests that decide on them."""
+    """Return the further parts of the effort, each with a test that decides whether it exists."""
     fit = outcome.result.fit
     explanations = () if fit is None else fit.explanations
     return TextTable(
@@ -155,7 +155,7 @@ def _tried_table(outcome: IdentifiedModel) -> TextTable:
 
 
 def _next_steps(outcome: IdentifiedModel, rows: list[ParameterIntervals]) -> list[tuple[str, str]]:
-    """Return (subject, text) of what to measure next: refused and then imprecise parameters."""
+    """Return (subject, text) of the next measurements: for refused, then imprecise parameters."""
     refused = outcome.result.refused
     names = [name for name in dict.fromkeys((*PARAMETERS, *refused)) if name in refused]
     steps = [(name.replace("_", " "), f"not identified: {refused[name]}") for name in names]

@@ -104,8 +104,8 @@ def _rows(record: MotionRecord, time_constant: float) -> RegressionSamples:
 def _low_pass(signal: Vector, time_constant: float, period: float) -> Vector:
     """Return a signal (n,) filtered by 1/(time_constant s + 1), by Tustin, from its first value.
 
-    A zero-order-hold filter would pass a part of the count noise at half the sampling rate: -13 %
-    on table 4.1's inertia.
+    A zero-order-hold filter would pass a part of the count noise at half the sampling rate, which
+    would change the inertia of table 4.1 by -13 %.
     """
     if time_constant == 0.0:
         return signal

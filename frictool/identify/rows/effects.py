@@ -125,7 +125,7 @@ def _warming(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
 
 def _eccentricity(motion: SmoothedMotion) -> tuple[Vector, ...]:
-    """Return second and first derivatives of sin x and cos x; the encoder's turn is the axis's."""
+    """Return second and first derivatives of sin x and cos x; the encoder turns with the axis."""
     x, v, a = motion.record.position, motion.velocity, motion.acceleration
     sine = np.sin(x)
     cosine = np.cos(x)
