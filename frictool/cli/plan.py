@@ -129,7 +129,7 @@ def view(step: PlanStep) -> dict[str, Any]:
 
 
 def shown(step: PlanStep, output: Path | None) -> str:
-    """Return a step of the plan as text; `output`: file of its test."""
+    """Return a step of the plan as text; `output`: file of the next test."""
     lines = [
         f"{one.parameter:<18}{one.value:.5g} +-{one.half_width:.2g} {one.unit}"
         + ("" if one.share is None else f" ({100.0 * one.share:.2g} %)")

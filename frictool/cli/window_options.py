@@ -1,4 +1,4 @@
-"""Options `--from` and `--to`: part of a log, in the log's own time."""
+"""Options `--from` and `--to`: part of a log, in the log's time."""
 
 from __future__ import annotations
 

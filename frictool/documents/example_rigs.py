@@ -15,7 +15,7 @@ PACKED = ".xz"
 
 
 def example_files(name: str) -> dict[str, str]:
-    """Return the text of each file of the rig `name`, a key of EXAMPLES, by its path in the rig."""
+    """Return path in the rig -> text of each file of the rig `name`, a key of EXAMPLES."""
     import lzma
 
     import jinja2

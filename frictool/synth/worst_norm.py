@@ -118,7 +118,7 @@ def sensitivity_plant(plant: GeneralisedPlant) -> GeneralisedPlant:
 
 
 def all_stable(k: Lti, plants: Sequence[GeneralisedPlant]) -> bool:
-    """Return True if the controller stabilises every plant; all plants have the same order."""
+    """Return True if the controller stabilises every plant; all plants must have the same order."""
     poles = np.linalg.eigvals(np.array([plant.closed(k).a for plant in plants]))
     return bool(np.all(np.abs(poles) < 1.0) if k.period else np.all(poles.real < 0.0))
 

@@ -1,8 +1,8 @@
 """Fast modulus margins of a controller's sampled loops, for the thousands of plants of a campaign.
 
-verify/feedback_loops.py defines the loop, here with the bench's delay; the margin is 1/max |1/(1 +
-L)|. Compiled kernels assemble the matrices and search the peak with the eigenvectors of the closed
-loop, which give the gain at many frequencies in one call.
+The margin is 1/max |1/(1 + L)|; verify/feedback_loops.py defines the loop L, here with the bench's
+delay. Compiled kernels assemble the matrices and search the peak with the eigenvectors of the
+closed loop, which give the gain at many frequencies in one call.
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ def gains(bandwidth: float, period: float, inertia: float) -> tuple[float, float
 
 
 def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None = None) -> float:
-    """Return the default bandwidth w [rad/s], RATE sqrt(delta_a/step); drive_noise: A | V."""
+    """Return the default bandwidth w [rad/s] by the module's formula; drive_noise: A | V."""
     bench = model.bench
     period = model.bench.sample_period_s
     believed = model.parameters.inertia.value if inertia is None else inertia

@@ -45,7 +45,7 @@ class JudgedRuns(Protocol):
 
     @property
     def failed(self) -> Mapping[int, str]:
-        """Return the reason for each plant that could not be simulated, by its index."""
+        """Return plant index -> reason, for each plant that could not be simulated."""
 
 
 class CandidateJudge(Protocol):
