@@ -111,8 +111,8 @@ def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
     size = _rms([record.effort for record in records])
     if abs(coulomb.value) < NO_FRICTION * size:
         raise UnusableLogs(
-            f"the motion alone explains all but {100 * fit.residual:.1g} % of the effort, with a "
-            f"friction of {coulomb.value:.2g} and an rms effort of {size:.2g}: the effort "
+            f"the motion explains all but {100 * fit.residual:.1g} % of the effort, with a "
+            f"friction of {coulomb.value:.2g} and rms effort of {size:.2g}: the effort "
             "was computed from the encoder; log the measured current"
         )
 
