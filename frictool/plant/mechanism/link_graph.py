@@ -155,7 +155,7 @@ def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Seq
             raise ElementError(
                 f"links.{other.name}",
                 f"is irreversible, as {one.name} is: {names[one.a]} and {names[other.a]} both "
-                f"drive {driven} and neither can be driven back, so that nothing moves; allowed: "
+                f"drive {driven} and neither can be driven back: nothing moves; allowed: "
                 "one irreversible link, or a compliant one",
             )
 
@@ -180,7 +180,7 @@ def _redundant(
             key,
             f"moves {second} {link.ratio:.6g} times as far as {first}, and {other} moves {second} "
             f"{path[0][1]:.6g} times as far: no motion solves both; "
-            "allowed: the same ratio and sign, or one rigid link",
+            "allowed: equal ratios, or one rigid link",
         )
     if abs(round_trip - 1.0) > CLOSED:
         raise ElementError(
