@@ -67,7 +67,7 @@ def _columns(samples: SampleBlock) -> list[Vector]:
 
 
 class FormatWriter(Protocol):
-    """Interface of the module of an output format."""
+    """Interface of a module that writes a format."""
 
     def write(self, streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
         """Write the streams and the notes to `target`."""

@@ -159,7 +159,7 @@ PAGE = re.compile(rb"\s*<(?:!doctype|html)\b", re.IGNORECASE)
 
 
 class FormatReader(Protocol):
-    """Interface of the module of a format."""
+    """Interface of a module that reads a format."""
 
     def sniff(self, head: bytes, path: Path) -> bool:
         """Return True if a file with the first bytes `head` has this format."""

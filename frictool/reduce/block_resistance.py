@@ -41,8 +41,8 @@ class SpeedDependentFriction:
 class BlockResistance:
     """Resistance of a block at n positions; all vectors are (n,) [N m | N].
 
-    load: load S.
-    friction: Coulomb friction F.
+    load: effort of springs, cams and constant efforts (S).
+    friction: Coulomb friction (F in slip).
     pressed_breakaway: breakaway without the drops in `falling`.
     falling: speed-dependent parts of the friction, each the same at all positions.
     damping: sum of the damping of the springs between block and frame.

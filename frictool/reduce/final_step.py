@@ -1,4 +1,4 @@
-"""Report of the last step of a reduction, which gives one inertia."""
+"""Report of the last step of a reduction, the step to one inertia."""
 
 from __future__ import annotations
 

@@ -73,8 +73,10 @@ def model_of(
 ) -> Model:
     """Return the model document of a reduction.
 
-    ends: intervals by the names of OneInertia.scalars.
+    ends: name of a number in OneInertia.scalars -> interval of this number.
     bench: the user's bench; None for a bench made from the mechanism.
+
+    Raises NoSolutionError if the bench contradicts the mechanism, or if the source has no limit.
     """
     one = chain.one
     axis = axis_kind(chain.last.blocks[chain.last.sources[chain.source].on])

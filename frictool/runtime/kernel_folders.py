@@ -171,7 +171,7 @@ def _take(folder: Path) -> int | None:
 
 
 def remove(folder: Path, now: float | None = None) -> bool:
-    """Remove a kernel folder, and return True; False if a process used it in the last hour."""
+    """Remove a kernel folder; return False if it is kept, because it was used recently."""
     now = time.time() if now is None else now
     try:
         rested = now - _last_used(folder) > REST_S
@@ -254,7 +254,7 @@ def sized(state: KernelFolder) -> KernelFolder:
 
 
 def remove_state(state: Path, now: float | None = None) -> bool:
-    """Remove the folder of a state, and return True; False if it was used in the last hour."""
+    """Remove the folder of a state; return False if it is kept, because it was used recently."""
     away = state.parent / f"{REMOVED}{state.name}-{os.getpid()}"
     with writing(state.parent) as mine:
         try:

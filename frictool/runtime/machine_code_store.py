@@ -79,7 +79,7 @@ class KernelStore(FunctionCache):
 
     @property
     def cache_path(self) -> str:
-        """Folder of the machine code."""
+        """Return the folder of the machine code."""
         return str(self._folder)
 
     def load_overload(self, signature: Any, context: Any) -> Any:

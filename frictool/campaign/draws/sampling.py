@@ -1,4 +1,4 @@
-"""Draws: points (n, d) of the unit cube that depend only on the seed.
+"""Draws: points (n, d) in the unit cube; the same seed gives the same draws.
 
 - random: independent and uniform; draw i of a seed does not depend on the number of draws
 - latin: Latin hypercube (McKay, Beckman and Conover 1979); the range of each factor is divided

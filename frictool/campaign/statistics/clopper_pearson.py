@@ -42,7 +42,7 @@ def upper(
 def interval(
     count: int, draws: int, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> tuple[float, float]:
-    """Return the two-sided interval of the pass rate, with half of the error on each side."""
+    """Return the two-sided interval of the pass rate; each side has half the error probability."""
     side = 0.5 * (1.0 + confidence)
     return lower(count, draws, side, method), upper(count, draws, side, method)
 

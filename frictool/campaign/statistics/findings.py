@@ -115,8 +115,10 @@ def find(
 ) -> Findings:
     """Return the statistics of the trials of draws that `method` chose.
 
-    `at_least`: required pass rate, 0 to 1; by default every trial must pass.
+    `at_least`: required pass rate, 0 to 1; None if every trial must pass.
     `remarks`: warnings for the user.
+
+    Raises ValueError if `at_least` or `confidence` is out of range, or if there is no trial.
     """
     if trials.count == 0:
         raise ValueError("there is no trial")

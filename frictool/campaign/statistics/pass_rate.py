@@ -66,7 +66,10 @@ class PassRate:
 
 
 def pass_rate(trials: Trials, method: Method, confidence: float = CONFIDENCE) -> PassRate:
-    """Return the pass rate of the trials; fewer than 2^d vertices are a random subset."""
+    """Return the pass rate of the trials.
+
+    For method vertices, fewer than 2^d trials are a random subset of the vertices.
+    """
     n = trials.count
     passed, failed, undecided = (
         int(np.count_nonzero(trials.passed == mark)) for mark in (MET, BROKEN, UNDECIDED)

@@ -86,7 +86,7 @@ def replay_command(
 
 
 def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
-    """Return the text of the scenario file in `folder`, which begins with a comment.
+    """Return the text of the scenario file in `folder`; the text begins with a comment.
 
     `origin`: path of the campaign's scenario.
     """

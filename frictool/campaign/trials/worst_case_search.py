@@ -87,8 +87,8 @@ def worst_cases(
 
     `evaluations`: largest number of plants to try for each requirement.
     `commands`: function that returns the commands that simulate a scenario.
-    `progress`: function that returns, for a label, a context manager that yields a callback taking
-        the completed fraction.
+    `progress`: function of a label. It returns a context manager that yields a callback for the
+        completed fraction, 0 to 1.
     """
     jobs = [
         job

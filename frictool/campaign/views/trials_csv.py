@@ -13,8 +13,8 @@ MARKS = {MET: "met", BROKEN: "broken"}
 def as_csv(trials: Trials) -> str:
     """Return the CSV text; the cell of an absent value is empty.
 
-    The columns are the draw, the outcome, the reason if it was not simulated, each factor [SI], and
-    each metric [SI] with the outcome of its requirement.
+    The columns are the draw, the outcome, the reason if the draw could not be simulated, each
+    factor [SI], and each metric [SI] with the outcome of its requirement.
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")

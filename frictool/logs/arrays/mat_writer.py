@@ -1,7 +1,7 @@
 """Writer of streams as a MATLAB file of version 5, as MATLAB saves with -v6.
 
-The variables are `time`, the signals, such as `position`, and a structure `units`. If there are
-several streams, each is a structure in `streams`: `streams.axis.position`,
+The variables are `time`, a vector for each signal, such as `position`, and a structure `units`. If
+there are several streams, each is a structure in `streams`: `streams.axis.position`,
 `streams.axis.units.position`. The file does not contain the date or the computer of its creation.
 """
 

@@ -134,7 +134,7 @@ def _unit(field: Any) -> str | None:
 
 @dataclass(kw_only=True)
 class ParquetTable(LibraryTable):
-    """Rows of an open file."""
+    """Table of the rows of an open Parquet file."""
 
     file: Any
 

@@ -123,7 +123,7 @@ def is_count(unit: str) -> bool:
 
 
 def fits(unit: str, dimension: str, axis: Axis) -> bool:
-    """Return whether a unit measures this dimension."""
+    """Return whether `unit` is a unit of `dimension` for an axis of this kind."""
     if is_count(unit):
         return dimension == "position"
     try:

@@ -39,7 +39,7 @@ class LossLedger:
     def take(self, inbox: list[DataLoss] | None, before: int | None) -> None:
         """Record the losses that a table appended to `inbox` before its next block.
 
-        before: time of the last sample in ns; None before the first.
+        before: time in ns of the last sample read; None before the first sample.
         """
         for loss in inbox or ():
             open_ended = loss.start_s is None and loss.end_s is None

@@ -16,7 +16,7 @@ ON_LATTICE = 0.05  # tolerance of a position on the lattice, in steps
 
 @dataclass(frozen=True)
 class TimeBase:
-    """Time base of a stream.
+    """Sample rate, jitter and gaps of a stream.
 
     samples: number of samples.
     rate_hz: inverse of the median interval, in Hz.

@@ -89,7 +89,7 @@ class CsvTable:
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
-        """Return the number of a row's line in the file, in which blank lines count as lines."""
+        """Return the number of the line in the file with this row; blank lines count."""
         slots = np.full(len(self.names), SKIP)
         return next(
             (
