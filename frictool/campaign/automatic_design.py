@@ -155,7 +155,7 @@ class _Search:
         )
 
     def eased(self, easing: float) -> _Search:
-        """Return the search for a response time that is `easing` times as long."""
+        """Return the search for `easing` times the specified response time."""
         spec = self.test.spec
         assert spec.response_time_95_s is not None
         response = easing * spec.response_time_95_s

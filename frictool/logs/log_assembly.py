@@ -127,7 +127,7 @@ class LogAssembly:
 
     @property
     def losses(self) -> list[DataLoss]:
-        """Return the losses of this reading in the log's time; complete after the last sample."""
+        """Return the losses of the files in the log's time; complete after the last sample."""
         collected = LossList()
         for loss in self.lost:
             collected.append(loss)

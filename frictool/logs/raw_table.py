@@ -166,7 +166,7 @@ def fail_at(table: RawTable, row: int, message: str) -> LogError:
 
 
 def find(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element of `names` that `wanted` names or numbers (from 1), or None."""
+    """Return the element of `names` with the name or number (from 1) `wanted`, or None."""
     if isinstance(wanted, int):
         return names[wanted - 1] if 1 <= wanted <= len(names) else None
     return wanted if wanted in names else None

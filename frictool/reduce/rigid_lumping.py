@@ -1,4 +1,4 @@
-"""Merging of blocks that rigid links without backlash or loss connect (thesis 2.1.5, 2.2.4).
+"""Merging of blocks that are linked rigidly, without backlash or loss (thesis 2.1.5, 2.2.4).
 
 The step is exact. All blocks are in the coordinate of one block (coordinate_change.py), so that
 every link has the ratio 1.

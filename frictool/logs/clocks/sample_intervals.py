@@ -20,7 +20,7 @@ CLASSES = math.ceil(math.log(2.0**63) / WIDTH) + 1
 
 
 class SampleIntervals:
-    """Intervals of one stream, collected block after block."""
+    """Sample intervals of one stream, collected block after block."""
 
     def __init__(self) -> None:
         self.samples = 0

@@ -56,7 +56,6 @@ class PositionJumps:
 
     count: number of jumps.
     first_s, first_counts: time in s and length of the first jump.
-
     shortest, longest: absolute lengths of the shortest and the longest jump.
     lowest_landing, highest_landing: smallest and largest counter value after a jump.
     slack: largest part of a jump that may be motion.

@@ -119,7 +119,7 @@ class WrapSearch:
         return None
 
     def possible(self) -> Wrap | None:
-        """Return a repeated jump so far that may be a wrap or lost samples, or None."""
+        """Return a repeated jump that may be a wrap or lost samples; None if there is none."""
         jump = self._jumps.result()
         return None if jump is None or self._is_sure(jump) else self._wrap(jump)
 

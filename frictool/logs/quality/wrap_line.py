@@ -55,7 +55,7 @@ class WrapLine:
         return low < high and shortest(low / self._factor, high / self._factor)[0] <= ROUND
 
     def round(self, low: float, high: float) -> float:
-        """Return the number of fewest digits, in the log's unit, between two bounds in rad or m."""
+        """Return the number with fewest digits in the log's unit between two bounds [rad | m]."""
         return float(shortest(low / self._factor, high / self._factor)[1]) * self._factor
 
 
