@@ -40,13 +40,13 @@ class MjcfCheck:
     samples : int
         Number of samples.
     period : float
-        Sample period, s.
+        Sample period [s].
     rms, largest : float
         Position of MuJoCo minus that of the model, rad | m.
     measured_rms : dict of str to float
         Position of MuJoCo and of the model minus the measured position, rms, rad | m.
     rest_s : float
-        Time that the model is at rest, s.
+        Time that the model is at rest [s].
     creep : float
         Distance that MuJoCo moves in this time, rad | m.
     hold_speed : float

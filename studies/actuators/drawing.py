@@ -84,17 +84,17 @@ class Actuator:
 
     @property
     def short_hold(self) -> float:
-        """Duration of the first step, s."""
+        """Duration of the first step [s]."""
         return 5.0 * self.response
 
     @property
     def rest_after(self) -> float:
-        """Time after which the axis must be at rest with the drive at 0, s."""
+        """Time after which the axis must be at rest with the drive at 0 [s]."""
         return 10.0 * self.response
 
     @property
     def long_hold(self) -> float:
-        """Duration of the last step, in which rest is judged, s."""
+        """Duration of the last step, in which rest is judged [s]."""
         return 15.0 * self.response
 
 

@@ -150,7 +150,7 @@ def _distances(loop: Sampled, angles: Vector) -> Vector:
 
 
 def _linear(document: Mapping[str, Any], plant: Plant) -> Sampled:
-    """Return C(z) as it runs with the plant's parameters."""
+    """Return C(z); a scheduled controller is interpolated for the plant's parameters."""
     linear, schedule = document["linear"], document.get("schedule")
     if schedule is not None:
         return _scheduled(schedule, plant)
@@ -212,14 +212,14 @@ def _speed_filter(velocity: Mapping[str, Any], period: float) -> Sampled:
 
 
 def _seen(speed: Sampled, gain: float, period: float) -> Sampled:
-    """Return gain position + F motion/T, with the inputs position and motion."""
+    """Return the system with inputs position and motion, and output gain position + F motion/T."""
     order = speed.a.shape[0]
     entering = np.hstack([np.zeros((order, 1)), speed.b / period])
     return Sampled(speed.a, entering, speed.c, np.array([[gain, speed.d[0, 0] / period]]))
 
 
 def _series(first: Sampled, second: Sampled) -> Sampled:
-    """Return `second` behind `first`."""
+    """Return the series connection; the output of `first` is the input of `second`."""
     a = block_diag(first.a, second.a)
     order = first.a.shape[0]
     a[order:, :order] = second.b @ first.c

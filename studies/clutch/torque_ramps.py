@@ -10,9 +10,8 @@ rotor breaks away. On the bench "the ramps are not centred around 0", because pa
 push the rotor back. `centre` is the middle of the torques at which the rotor stands, over the
 second half of a hold; `half` is half of their range. With rigid flanks the rotor cycles inside the
 backlash, against the friction of its brushes only, and the ramps are centred at 0. With compliant
-flanks it cycles against a flank under load. The exit code is 1 if a centre with rigid flanks
-exceeds a twentieth of its half, or if fewer than half of the centres with compliant flanks exceed a
-quarter of theirs.
+flanks it cycles against a flank under load. The exit code is 1 if |centre|/half exceeds 1/20 in a
+hold with rigid flanks, or 1/4 in fewer than half of the holds with compliant flanks.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ class Machine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
       together
     - parts: number of equal parts in time into which each record is divided
     - refused: files that an identification must refuse
-    - published: parameter -> published value, SI
+    - published: parameter -> published value (SI)
     """
 
     name: str

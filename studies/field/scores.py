@@ -42,9 +42,9 @@ Method = Callable[[Sequence[MotionRecord], Bench], "FieldFit | str"]
 class MethodScore:
     """Scores of one method on one machine.
 
-    - held_out: force error, 1; None without two records
+    - held_out: relative force error; None without two records
     - across: share of overlapping intervals; None without a pair
-    - published: (inside, all)
+    - published: (number inside an interval, number of fitted values)
     - refused: (records without a fit, records)
     - refused_rightly: (refused, records to be refused)
     - reasons: reason of each refusal

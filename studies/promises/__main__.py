@@ -50,8 +50,8 @@ class PromiseCount:
 
     - kept, held: number of kept promises, and of intervals that contain the true value
     - variance: mean square error divided by the Cramér-Rao bound; NaN without an estimate
-    - duration, default: durations of the test, and of the default kind, s
-    - design: processor time of the design, s
+    - duration, default: duration of the test, and of the default kind [s]
+    - design: processor time of the design [s]
     """
 
     rig: str
@@ -75,7 +75,7 @@ class PromiseCount:
 
 @dataclass(frozen=True)
 class TestCost:
-    """Duration of the default kind, s, and processor time of the design of a test, s."""
+    """Duration of the default kind [s], and processor time of the design of a test [s]."""
 
     default: float
     design: float

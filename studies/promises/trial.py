@@ -17,13 +17,13 @@ from studies.promises.rigs import truth
 
 @dataclass(frozen=True)
 class TrialRow:
-    """Outcome of one parameter in one trial, SI.
+    """Outcome of one parameter in one trial (SI).
 
     - half_width: half width that `identify` reports; None if it refuses the parameter
     - promised, bound: half widths of the promise and of the Cramér-Rao bound
     - error: estimate minus true value
     - method: method that `auto` chose
-    - duration: duration of the test, s
+    - duration: duration of the test [s]
     """
 
     rig: str

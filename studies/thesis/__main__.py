@@ -66,8 +66,10 @@ def collected(names: list[str]) -> tuple[Part, list[str]]:
 
 
 def _each(names: list[str]) -> Iterator[tuple[str, Part, str]]:
-    """Yield name, part and traceback of each part as it is done; a single part is made in this
-    process."""
+    """Yield name, part and traceback of each part as it is done.
+
+    A single part is computed in this process.
+    """
     if len(names) == 1:
         yield names[0], *made(names[0])
         return

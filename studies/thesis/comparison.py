@@ -119,7 +119,7 @@ def compare(documents: Documents, part: Part, chosen: frozenset[str] | None = No
 
 
 def _lost(what: str, names: list[str]) -> list[str]:
-    """Return one line that lists the names, or none."""
+    """Return a list with one line of the names; an empty list without names."""
     return [f"{what} {', '.join(names)}"] if names else []
 
 

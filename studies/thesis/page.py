@@ -35,8 +35,7 @@ def chapter_of(name: str) -> str:
 
 
 def called(name: str) -> str:
-    """Return the title of "table_4_2", "section_5_4" or "annex_c_5_2": table 4.2, thesis 5.4, annex
-    C.5.2."""
+    """Return the title: "Table 4.2" of "table_4_2", "Thesis 5.4" of "section_5_4"."""
     kind, _, number = name.partition("_")
     return (
         f"{'Thesis' if kind == 'section' else kind.capitalize()} "

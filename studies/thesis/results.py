@@ -29,8 +29,11 @@ class DrawnFigure:
 
 @dataclass
 class Part:
-    """Results of a part. values: table -> key; figures: number in the thesis -> figure; notes:
-    table -> lines without a published value."""
+    """Results of a part.
+
+    values: table -> key -> value. figures: number in the thesis -> figure. notes: table -> lines
+    without a published value.
+    """
 
     values: dict[str, dict[str, ComputedValue]] = field(default_factory=dict)
     figures: dict[str, DrawnFigure] = field(default_factory=dict)

@@ -35,7 +35,7 @@ class Verdict:
       truth (`_scale`)
     - refused: parameters that are not identified
     - false_claims: loads, knees and resonances that the machine does not have
-    - seconds: processor time of the identification, s
+    - seconds: processor time of the identification [s]
     """
 
     family: str

@@ -20,12 +20,12 @@ TESTS = "sines", "half_sines", "steps", "multisine", "moves"
 class Instruments:
     """Errors of the logged signals.
 
-    - period: sample period, s
-    - count: encoder step, rad
-    - noise, noise_time: deviation of the current's noise, N m, and its correlation time, s
+    - period: sample period [s]
+    - count: encoder step [rad]
+    - noise, noise_time: deviation of the current's noise [N m], and its correlation time [s]
     - gain: measured current divided by true current
     - delay, jitter: delay of the current channel in samples, and its deviation
-    - eccentric, eccentric_phase: amplitude of the encoder's error over a turn, rad, and its phase
+    - eccentric, eccentric_phase: amplitude of the encoder's error over a turn, and its phase [rad]
     """
 
     period: float
@@ -43,9 +43,9 @@ class Instruments:
 class Machine:
     """Random machine with its test and the prior knowledge of its bench.
 
-    - constant: torque constant of the bench, N m/A; constant_share: its relative half width
-    - bench_inertia, bench_viscous, bench_coulomb: value, low and high of the bench, SI
-    - speed, rate: largest speed of the test, rad/s, and its angular frequency, rad/s
+    - constant, constant_share: torque constant of the bench [N m/A], and its relative half width
+    - bench_inertia, bench_viscous, bench_coulomb: value, low and high of the bench (SI)
+    - speed, rate: largest speed of the test, and its angular frequency [rad/s]
     - severity: 0 (mild) to 1 (gross)
     """
 
@@ -121,7 +121,7 @@ def draw_machine(draw: np.random.Generator) -> Machine:
 
 
 def _half_sines(draw: np.random.Generator, time: Vector, rate: float, top: float) -> Vector:
-    """Return half sines of effort (n,), N m, of alternate sign, each followed by a rest."""
+    """Return half sines of effort (n,) [N m] of alternate sign, each followed by a rest."""
     half = math.pi / rate
     number = (time / (1.5 * half)).astype(np.int64)
     within = time - 1.5 * half * number

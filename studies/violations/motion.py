@@ -24,13 +24,16 @@ class Physics(NamedTuple):
     - belt_inertia, belt_stiffness, belt_damping: inertia behind the belt, and the belt
     - stribeck, stribeck_speed: additional friction at rest, and the speed of its fall
     - coulomb_direction, viscous_direction: relative difference from the mean, forward
-    - position_share, position_rate, position_phase: friction over position, relative, rad/rad, rad
+    - position_share, position_rate, position_phase: relative amplitude, rate [rad/rad] and phase of
+      the friction over position
     - transmitted: friction torque divided by the torque that accelerates the inertia
-    - coulomb_warming, viscous_warming, warming_time: relative changes over the log, s
-    - offset_drift, drift_rate: amplitude of a slow offset N m, and its rate rad/s
-    - gravity, gravity_phase, spring: N m, rad, N m/rad
-    - cogging_rate, cogging_*: cycles over position in rad/rad, N m and phases of the harmonics
-    - lag: time constant of the current loop, s
+    - coulomb_warming, viscous_warming, warming_time: relative changes during the time [s]
+    - offset_drift, drift_rate: amplitude [N m] and angular frequency [rad/s] of a slow offset
+    - gravity, gravity_phase: amplitude [N m] and phase of the torque of a pendulum
+    - spring: stiffness [N m/rad]
+    - cogging_rate, cogging_*: cycles over position [rad/rad], amplitudes [N m] and phases of the
+      harmonics
+    - lag: time constant of the current loop [s]
     """
 
     inertia: float
@@ -69,8 +72,8 @@ class Physics(NamedTuple):
 class Servo(NamedTuple):
     """Test of the machine: a position servo or, with zero gains, a prescribed effort.
 
-    - gain, damping: N m/rad, N m s/rad
-    - limit: largest effort, N m
+    - gain, damping: gains of position [N m/rad] and velocity [N m s/rad]
+    - limit: largest effort [N m]
     """
 
     gain: float
@@ -86,7 +89,7 @@ def warmed(p: Physics, share: float, time: float) -> float:
 
 @kernel
 def coulomb_level(p: Physics, x: float, v: float, time: float, direction: float) -> float:
-    """Return the friction without its viscous and transmitted parts, N m."""
+    """Return the friction without its viscous and transmitted parts [N m]."""
     level = p.coulomb * warmed(p, p.coulomb_warming, time)
     level *= 1.0 + p.coulomb_direction * direction
     level *= 1.0 + p.position_share * np.sin(p.position_rate * x + p.position_phase)
@@ -95,7 +98,7 @@ def coulomb_level(p: Physics, x: float, v: float, time: float, direction: float)
 
 @kernel
 def load(p: Physics, x: float, time: float) -> float:
-    """Return the load torque without friction, N m."""
+    """Return the load torque without friction [N m]."""
     angle = p.cogging_rate * x
     return float(
         p.offset
@@ -175,11 +178,11 @@ def play(
     motion: Vector,
     effort: Vector,
 ) -> None:
-    """Fill position, velocity (2, n) of `motion`, and the commanded `effort` (n,), N m.
+    """Fill position and velocity in `motion` (2, n), and the commanded `effort` (n,) [N m].
 
     - played: reference position [rad] (n,) or, with zero gains, prescribed effort [N m] (n,)
-    - rate: reference velocity (n,), rad/s
-    - count: encoder step of the servo, rad
+    - rate: reference velocity (n,) [rad/s]
+    - count: encoder step of the servo [rad]
     """
     y = np.zeros(5)
     before = np.zeros(5)

@@ -40,9 +40,9 @@ columns:
 class Recording:
     """Log of a test with the true parameters.
 
-    - time, counts, current: logged channels, (n,), s, encoder counts, A
-    - motion: true position and velocity, (2, n), rad, rad/s
-    - effort: commanded effort, (n,), N m
+    - time, counts, current: logged channels (n,) [s, encoder counts, A]
+    - motion: true position and velocity (2, n) [rad, rad/s]
+    - effort: commanded effort (n,) [N m]
     - truth: inertia, viscous, coulomb and offset of the machine, means over the moving samples
     """
 

@@ -139,7 +139,7 @@ def _annex(part: Part, found: Counted) -> None:
 
 
 def _alone(natural: float, damping: float) -> float:
-    """Return the 95 % response time of a prefilter alone, s."""
+    """Return the 95 % response time of a prefilter alone [s]."""
     time = np.linspace(0.0, 20.0 / natural, 20_001)
     _, output = step(([1.0], [1.0 / natural**2, 2.0 * damping / natural, 1.0]), T=time)
     return float(time[np.flatnonzero(np.abs(output - 1.0) > 0.05)[-1]])

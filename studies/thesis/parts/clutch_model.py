@@ -189,7 +189,7 @@ def _friction(
 def _validation(part: Part) -> None:
     """Draw figures 4.14 to 4.17: the PID's limit cycle on the mechanism of chapter 2.
 
-    The flanks are rigid and compliant.
+    The mechanism is simulated with rigid and with compliant flanks.
     """
     document = load(CLUTCH / "mechanism.yaml", Mechanism)
     scenario = load(CLUTCH / "scenarios/rebound.yaml", Scenario)

@@ -59,8 +59,10 @@ def _values(samples: RegressionSamples, weight: Vector, memory: int) -> Vector:
 
 
 def _row(kind: str, values: list[Vector]) -> dict[str, float | str | ComputedValue]:
-    """Return, for each parameter, the rms error [%] and the range of 95 of 100 single trials,
-    because the published value is a single trial."""
+    """Return the rms error of each parameter [%], and the range of 95 of 100 single trials.
+
+    The published value is that of a single trial.
+    """
     errors = 100.0 * np.abs(np.array(values) / TRUTH - 1.0)
     rms = np.sqrt(np.mean(errors**2, axis=0))
     low, high = np.quantile(errors, [0.025, 0.975], axis=0)

@@ -62,7 +62,7 @@ def laws() -> Part:
 def _speeds(
     simulator: LawSimulator, setting: ComparisonSetting
 ) -> dict[str, float | str | ComputedValue]:
-    """Return the last row of table 2.1; no time itself, so that the page does not change."""
+    """Return the last row of table 2.1 as + or -, because times would change the page."""
     segments, cells = input_protocol.stick_slip(setting.scales), {}
     end = segments[-1][0]
     for law in TABLE_2_1:
