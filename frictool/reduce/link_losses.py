@@ -71,8 +71,8 @@ def as_friction(
             slopes[block] = _sloped(slopes[block], helped, against)
         if len(beyond) > 1:
             notes.append(
-                f"{name}: the losses of the {len(beyond)} blocks beyond it are added up, which is "
-                "too much where their loads balance each other"
+                f"{name}: the losses for the {len(beyond)} blocks beyond this link are added; the "
+                "sum is too large where the loads of these blocks balance each other"
             )
         mechanism = msgspec.structs.replace(
             mechanism, links={**mechanism.links, name: _lossless(mechanism, name)}
@@ -195,6 +195,6 @@ def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
     if link.back_loss > 1.0:
         return f"{name} is irreversible: {why}; the model keeps its friction, which holds any load"
     return (
-        f"{name} is reversible: {why}; loads drive it back, "
-        "and the model keeps its friction, since an efficiency alone would oscillate"
+        f"{name} is reversible: {why}; loads drive the link back, "
+        "and the model keeps the link's friction, since an efficiency alone would oscillate"
     )

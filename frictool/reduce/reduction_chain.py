@@ -106,7 +106,7 @@ def _chain(
         raise ElementError(
             f"sensors.{sensor}.measures",
             f"found {whole.sensors[sensor].measures}; allowed: position, which a model.yaml needs; "
-            f"name such a sensor under control",
+            "name a position sensor under control",
         )
 
     def take(result: tuple[Mechanism, StepReport]) -> Mechanism:
@@ -123,7 +123,7 @@ def _chain(
         if bandwidth is None:
             raise NoSolutionError(
                 f"{whole.name}: {', '.join(one.name for one in compliant_links(now))} "
-                "is compliant, so that a bandwidth must determine the resonances to keep; give it"
+                "is compliant; give a bandwidth, which determines the resonances to keep"
             )
         now = take(stiffen_above(now, root, bandwidth))
     progress("losses")

@@ -194,9 +194,9 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
         tried += ", with one model for each part" if len(ranges) > 1 else ", where a law suffices"
     return (
         f"{words.name}: at {side * x[worst]:.4g} {words.position_unit} the load is "
-        f"{side * mean[worst]:.4g} {words.effort}, of which friction holds {half[worst]:.4g} "
-        f"{words.effort}; after the best law of model.yaml (constant, spring or harmonic) is "
-        f"subtracted, friction does not hold {left[worst]:.3g} {words.effort}; try {tried}"
+        f"{side * mean[worst]:.4g} {words.effort}, but friction holds only {half[worst]:.4g} "
+        f"{words.effort}; the best law of model.yaml (constant, spring or harmonic) leaves "
+        f"{left[worst]:.3g} {words.effort} that friction does not hold; try {tried}"
     )
 
 

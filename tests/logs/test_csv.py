@@ -241,7 +241,9 @@ def test_an_interval_above_the_numbers_dates_them(
 def test_an_interval_that_is_none_dates_nothing(tmp_path: Path):
     for interval in ("0", "-1", "inf", "nan", "1e999"):
         assert opened(tmp_path, f"Interval,{interval}\nx,y\n1,2\n3,4\n5,6\n").clock is None
-    with pytest.raises(LogError, match=r"Interval results in times beyond 9e\+09 s; check it"):
+    with pytest.raises(
+        LogError, match=r"Interval results in times beyond 9e\+09 s; check this value"
+    ):
         times(opened(tmp_path, "Interval,1e300\nx,y\n1,2\n3,4\n5,6\n"))
 
 

@@ -85,7 +85,7 @@ def test_irreversible_by_2_27_as_the_friction_coefficient_says(clutch: Mechanism
         assert (
             found.one.residual == ResidualLoad()
         ) == holds  # beside friction, where that does not hold it
-    with pytest.raises(NoSolutionError, match=r"at .* rad the load is .*, of which friction holds"):
+    with pytest.raises(NoSolutionError, match=r"at .* rad the load is .*, but friction holds"):
         chain(
             pressed(0.2), None
         )  # what a constant, a spring or a harmonic leaves is more than friction holds

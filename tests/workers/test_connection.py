@@ -114,7 +114,7 @@ def test_who_answers_and_is_no_scheduler_is_told(
 
         one = threading.Thread(target=answer, daemon=True)
         one.start()
-        assert f"not such a Dask scheduler; try tls://127.0.0.1:{port}" in refused(
+        assert f"does not answer as a Dask scheduler; try tls://127.0.0.1:{port}" in refused(
             f"tcp://127.0.0.1:{port}", {}
         )
         assert f"does not use TLS; try tcp://127.0.0.1:{port}" in refused(

@@ -163,7 +163,9 @@ class ParquetTable(LibraryTable):
                         )
                     row += batch.num_rows
                 if row != end:
-                    raise ValueError(f"{end} rows are declared up to its end, {row} are present")
+                    raise ValueError(
+                        f"{end} rows are declared up to the group's end, but {row} are present"
+                    )
             except (OSError, ValueError) as error:  # pyarrow raises these
                 reason = f"row group {group + 1} is damaged: {error}"
                 if losses is None:

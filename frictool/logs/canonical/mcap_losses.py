@@ -90,7 +90,7 @@ class MissingSamples:
                 for number, count in missing.items()
             ]
         else:
-            reason = "the statistics count this many samples more than the file contains"
+            reason = "the statistics count these samples, but the file does not contain them"
             self.lost += [
                 CanonicalLoss(reason, number, samples=count) for number, count in missing.items()
             ]

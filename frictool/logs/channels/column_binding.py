@@ -109,7 +109,7 @@ def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int
         raise LogError(
             source,
             f"has {len(matches)} columns {wanted!r}, in {where}; "
-            f"columns.{channel} needs the name of only one of them",
+            f"write in columns.{channel} a name that only one column has",
         )
     return matches[0]
 

@@ -48,7 +48,7 @@ def guess_log(path: Path) -> GuessedLog:
         "position", next((column for channel, column in named.items() if channel != TIME), None)
     )
     if home is None:
-        raise LogError(path, f"has no column that its name or unit assigns to a channel; {GIVE}")
+        raise LogError(path, f"has no column with the name or the unit of a channel; {GIVE}")
     table = next(one for one in tables if home in one.columns)
     chosen = {channel: column for channel, column in named.items() if column in table.columns}
     time = _time(table, guessed, chosen.pop(TIME, None), axis)
@@ -105,5 +105,5 @@ def _time(table: MemoryTable, guess: ColumnGuess, column: str | None, axis: Axis
         return np.asarray((table.time_ns - table.time_ns[0]) / NS)
     unit = guess.columns[TIME][1] if column is not None else OPEN
     if column is None or unit == OPEN:
-        raise LogError(table.source, f"contains no times of the rows; {GIVE}")
+        raise LogError(table.source, f"does not contain the times of the rows; {GIVE}")
     return np.asarray(table.columns[column] * factor_to_si(unit, TIME, axis))

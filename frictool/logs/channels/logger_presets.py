@@ -62,7 +62,7 @@ class LoggerPreset(NamedTuple):
 
 JOINT = r"[\[_ ]?\d\]?"
 COUNTS_WHY = "the numbers are not whole, so that they are not counts of the servo"
-SERVO_CURRENT = "a register counts the current in a step that depends on the model: "
+SERVO_CURRENT = "the step of the current register depends on the model: "
 SERVO = (
     PresetColumn(r"(.*[./])?present[_ ]position", "position", "count", COUNTS_WHY, whole=True),
     PresetColumn(r"(.*[./])?goal[_ ]position", "reference", "count", COUNTS_WHY, whole=True),
@@ -155,7 +155,7 @@ PRESETS = (
                 "current",
                 OPEN,
                 f"{SERVO_CURRENT}2.69 mA (XM430, XH430), 1 mA (XL330, P), 3.36 mA (MX-64); write "
-                "it as scale with unit mA",
+                "the step as scale, with unit mA",
             ),
         ),
     ),
@@ -172,7 +172,7 @@ PRESETS = (
                 r"(.*[./])?present[_ ]current",
                 "current",
                 OPEN,
-                f"{SERVO_CURRENT}6.5 mA (STS3215); write it as scale with unit mA",
+                f"{SERVO_CURRENT}6.5 mA (STS3215); write the step as scale, with unit mA",
             ),
         ),
     ),

@@ -123,7 +123,7 @@ class ClockPair:
             return None
         runs = (
             f"the recorder's clock gains {1e6 * drift.drift:.4g} us per second relative to "
-            f"{clock}, {apart:.4g} s over these messages"
+            f"{clock}, {apart:.4g} s during the log"
         )
         return f"{runs}; the times of the log are those of {clock}"
 

@@ -150,7 +150,8 @@ class CsvTable:
                 )
             if not np.abs(time[[0, -1]]).max() < LATEST * NS:
                 raise LogError(
-                    self.source, f"{layout.clock} results in times beyond {LATEST:g} s; check it"
+                    self.source,
+                    f"{layout.clock} results in times beyond {LATEST:g} s; check this value",
                 )
             return RowBlock(first, columns, time.astype(np.int64))
         return RowBlock(first, columns)
