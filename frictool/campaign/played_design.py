@@ -170,7 +170,7 @@ def untested_reason(model: Model, spec: Spec) -> str:
     if not has_requirements(spec):
         return "the specification has no requirement"
     if model.resonances is not None:
-        return "one axis cannot have the model's resonances; simulate the mechanism"
+        return "a model with resonances cannot be simulated as one axis; simulate the mechanism"
     return ""
 
 

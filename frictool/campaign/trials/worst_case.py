@@ -102,8 +102,8 @@ def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
     lines = [
         f"{case.requirement}: {shown}, where {case.relation} {case.limit:g} {case.unit}".rstrip()
         + f" is required; the worst draw has {drawn}",
-        f"worst of {searched.evaluations} plants that a search has tried, made from "
-        f"{origin.name}; worse ones may exist",
+        f"worst of {searched.evaluations} plants that a search has tried; made from "
+        f"{origin.name}; worse plants may exist",
         case.command,
     ]
     body = to_yaml(msgspec.structs.replace(played, name=name, reference=replay))

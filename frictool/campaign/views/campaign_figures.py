@@ -95,8 +95,8 @@ def rates(findings: Findings) -> PageFigure:
     return PageFigure(
         "What passes",
         svg,
-        f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{dashed} Undecided trials "
-        f"count on neither side.",
+        f"Dots: the share of {rate.count} {rate.noun} that pass.{bars}{dashed} Undecided trials "
+        f"count neither as passed nor as failed.",
     )
 
 
