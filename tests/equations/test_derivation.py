@@ -233,7 +233,8 @@ def test_a_term_of_another_dimension_is_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(
         ElementError,
-        match=r"the term r_rack theta_shaft of e_rack = .* \[length\]\^2; allowed: the dimension of m,",
+        match=r"the term r_rack theta_shaft of e_rack = .* \[length\]\^2; allowed: the dimension "
+        "of m,",
     ) as caught:
         derive(wrong, mechanism)
     assert caught.value.key == "links.rack"
