@@ -22,9 +22,9 @@ class UnpackedBudget:
         self._left = self._allowed
 
     def take(self, count: int) -> str | None:
-        """Subtract `count` bytes from the number, and return None.
+        """Subtract `count` from the number of bytes that may still be unpacked, and return None.
 
-        If `count` exceeds the number, return a message and leave the number unchanged.
+        If `count` exceeds this number, return a message and leave the number unchanged.
         """
         if count <= self._left:
             self._left -= count

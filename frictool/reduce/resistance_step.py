@@ -2,8 +2,8 @@
 
 The step also checks at all positions if the block is irreversible (2.27), which means C_+ >= 0 >=
 C_-: friction holds the load. If so, the load becomes part of the friction, with a separate level
-for each direction. The rest of the axis does not change, because it sticks between the same two
-efforts.
+for each direction. The behaviour at rest does not change, because the axis sticks between the same
+two efforts.
 """
 
 from __future__ import annotations

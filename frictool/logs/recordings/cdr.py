@@ -189,7 +189,7 @@ class _CdrReader:
             labels = self.field(part, f"{prefix}{part.name}", labels) or labels
 
     def field(self, part: MessageField, path: str, labels: tuple[str, ...]) -> tuple[str, ...]:
-        """Parse one field; return the element names that it provides for other arrays, or ()."""
+        """Parse one field; return its texts if they name the elements of other arrays, else ()."""
         count = (
             None
             if part.repeat == "once"
