@@ -36,7 +36,7 @@ def open_log(path: Path) -> BinaryIO:
 
 
 def head_of(path: Path) -> bytes:
-    """Return the first HEAD_BYTES bytes of the file; raise LogError as `open_log` does."""
+    """Return the first HEAD_BYTES bytes of the file; raise LogError if it cannot be read."""
     with open_log(path) as stream:
         try:
             return stream.read(HEAD_BYTES)

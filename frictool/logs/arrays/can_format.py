@@ -1,8 +1,8 @@
 """Reader of CAN logs (BLF, ASC, candump, PCAN-Trace) and a DBC, with python-can and cantools.
 
-The DBC defines the signals in the frames. It is in the folder of the log. The key `layout.dbc` of
-the bench gives its name; by default it is the name of the log with the suffix `.dbc`. Each message
-is a table with the times of its frames.
+The DBC, a file in the folder of the log, defines the signals in the frames. The key `layout.dbc` of
+the bench gives the name of the DBC; by default, this is the name of the log with the suffix `.dbc`.
+Each message is a table with the times of its frames.
 
     frames ──python-can──▶ (time, identifier, bytes) ──cantools, DBC──▶ signals of each message
 """

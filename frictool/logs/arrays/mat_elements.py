@@ -3,10 +3,11 @@
 Some damaged files crash `scipy.io`. Here every length is checked against the bytes available before
 it is used, and the checksum of a compressed variable is verified.
 
-A file is a head of 128 bytes, then elements: type (4), bytes (4), content, padded to 8. A variable
-is an element of type MATRIX, alone or inside an element of type COMPRESSED. Its content consists of
-elements: flags, shape, name, real part, imaginary part. The content of a structure or cell array
-consists of its fields or cells, which are MATRIX elements without a name.
+A file is a head of 128 bytes, then elements: type (4 bytes), size (4 bytes) and content, padded to
+a multiple of 8 bytes. A variable is an element of type MATRIX, alone or inside an element of type
+COMPRESSED. The content of a MATRIX consists of elements: flags, shape, name, real part, imaginary
+part. The content of a structure or cell array consists of its fields or cells, which are MATRIX
+elements without a name.
 """
 
 from __future__ import annotations

@@ -54,7 +54,7 @@ class PackedChunk(NamedTuple):
     span: times of the first and the last sample in ns.
     record: bytes of the chunk record.
     behind: bytes of the message index record that follows the chunk.
-    sizes: compressed and plain size of the content in bytes.
+    sizes: compressed and uncompressed size of the content in bytes.
     """
 
     channel: int

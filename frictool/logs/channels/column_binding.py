@@ -37,8 +37,8 @@ def bind(
     stem: name, without suffix, of a file that is not the first of its log; the streams of this file
         are `/axis/STEM` and `/axis/STEM_NAME`. "" for the first file.
     taken: topics already in use.
-    lost: list that receives each channel with a column in the missing part of a truncated file;
-        such a channel is left out. If `lost` is None, it raises LogError.
+    lost: list that receives each channel with a column in the missing part of a truncated file; the
+        channel is left out. None: such a channel raises LogError.
 
     Raises LogError if the bench maps no channel, a column is missing, is in several tables or has a
     unit that contradicts the bench, or a table has no time.

@@ -102,7 +102,7 @@ def guess_from(path: Path, axis: Axis | None = None) -> ColumnGuess:
 def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = None) -> StartingRig:
     """Return the initial documents of a rig, with the columns and values guessed from a log.
 
-    Raises LogError as `guess_from` does.
+    Raises LogError if the log cannot be read, or if the kind of the axis remains unknown.
     """
     start = guess_from(log, axis)
     return StartingRig(

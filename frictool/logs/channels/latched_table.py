@@ -1,4 +1,4 @@
-"""Table sampled at the bench's period, as an input register that keeps the latest value.
+"""Table sampled at the bench's period; a sample is the latest value, as in an input register.
 
 An oscilloscope samples far faster than the bench, and a logic analyser writes changes only. The log
 keeps the values that a controller with the bench's period would have read.

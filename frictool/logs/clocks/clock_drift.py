@@ -60,7 +60,7 @@ class ClockDrift:
 
 
 def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
-    """Return offset and drift of the receiver's clock relative to the sender's.
+    """Return offset and drift of the receiver's clock relative to the sender's clock.
 
     Returns None if all messages were sent at the same time.
 

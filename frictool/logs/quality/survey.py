@@ -63,7 +63,7 @@ class SignalSurvey:
 class StreamSurvey:
     """Survey of one stream.
 
-    base: time base.
+    base: sample rate, jitter and gaps.
     opening: first samples.
     velocity: lowest and highest velocity of the position in rad/s or m/s.
     window: number of samples between two positions from which a velocity is computed.

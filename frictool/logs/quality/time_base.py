@@ -35,7 +35,7 @@ class TimeBase:
 
 
 def time_base(time: Vector) -> TimeBase:
-    """Return the time base of strictly increasing times (n,) in s.
+    """Return rate, jitter and gaps of strictly increasing times (n,) in s.
 
     Rate and jitter are NaN if there is only one sample.
     """
@@ -76,9 +76,8 @@ def _distances(position: Vector) -> Vector:
 def encoder_step(position: Vector) -> float | None:
     """Return the step of which all positions (n,), minus a common offset, are multiples.
 
-    Returns None if there is no such step. The smallest distance of two positions may be several
-    steps. Therefore the step is this distance, divided by the smallest integer for which the step
-    divides every distance.
+    The step is the smallest distance of two positions, divided by the smallest integer for which
+    all distances are multiples of the quotient. Returns None if there is no such step.
     """
     distances = _distances(position)
     if distances.size < FEWEST_LEVELS - 1:
