@@ -50,7 +50,7 @@ def stick_slip(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def limit_cycle(scales: UnitScales) -> tuple[Segment, ...]:
-    """Return the input of the limit-cycle test: a PID position loop (thesis 3.40)."""
+    """Return the input of the limit-cycle test: a PID position loop (thesis (3.40))."""
     stiffness = scales.force / scales.length
     gains = (
         PROPORTIONAL * stiffness,

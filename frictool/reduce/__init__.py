@@ -1,4 +1,4 @@
-"""Reduction of a mechanism to the one-inertia model, with the error of each step (2.1.5, 2.2.4)."""
+"""Reduction of a mechanism to the one-inertia model, with the error of each step (thesis 2.1.5)."""
 
 from typing import TYPE_CHECKING
 

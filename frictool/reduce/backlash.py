@@ -3,7 +3,7 @@
 A backlash of width rho at block b has the width rho/|q_b'/q_s'| at the source s: a millimetre
 behind a reducer is several turns of the motor. Widths in series are added; of parallel paths, the
 widest is used. While the backlash is open, only the blocks between the source and the backlash
-move, against the friction of these blocks (4.45).
+move, against the friction of these blocks (thesis (4.45)).
 """
 
 from __future__ import annotations

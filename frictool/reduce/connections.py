@@ -77,7 +77,7 @@ def _joint(name: str, joints: Joints, k: int) -> Connection:
 
 
 def thesis_losses(ratio: float, thread: float, steep: float) -> tuple[float, float]:
-    """Return (drive_loss, back_loss) of the screw (thesis 2.12) at a steady speed.
+    """Return (drive_loss, back_loss) of a screw at a steady speed (thesis (2.12)).
 
     f is the force, u the torque at the thread, r the radius and a the angle of the thread, mu the
     friction coefficient, and w = mu tan(a):

@@ -2,18 +2,18 @@
 
 The loss of a link is the transmitted effort times drive_loss if the source drives, times back_loss
 if the load drives. At a steady speed, the link transmits the efforts of the loads and frictions
-behind it, so that the loss becomes part of their curves C_+ and C_- (2.15). The effort that
-accelerates a mass m behind the link has the same losses. The reflected mass is therefore s m, with
-1 - back_loss <= s <= 1 + drive_loss for any load. The model's inertia is the value for s = 1, with
-an interval for all values of s.
+behind it, so that the loss becomes part of their curves C_+ and C_- (thesis (2.15)). The effort
+that accelerates a mass m behind the link has the same losses. The reflected mass is therefore s m,
+with 1 - back_loss <= s <= 1 + drive_loss for any load. The model's inertia is the value for s = 1,
+with an interval for all values of s.
 
 A link with 1 - back_loss < 0 (a thread with mu > tan(alpha)) is irreversible: no load moves it, and
 the source must push to lower a load. If the load accelerates downwards, it presses less on the
 link, so that s < 0: the reflected inertia of the whole mechanism is less than the inertia of the
 motor alone.
 
-An efficiency (2.14) never replaces friction: with a load that drives the motor back, a loop
-with an efficiency instead of friction would be an oscillator without damping.
+An efficiency (thesis (2.14)) never replaces friction: with a load that drives the motor back, a
+loop with an efficiency instead of friction would be an oscillator without damping.
 """
 
 from __future__ import annotations
@@ -128,9 +128,9 @@ def _reflected_inertia(
         )
 
     def least(names: list[str]) -> float:
-        """Return the least share, without the irreversible links that would make it negative.
+        """Return the least share; if it is negative, irreversible links are left out.
 
-        With a negative share the mechanism locks, and nothing accelerates.
+        A negative share means that the mechanism locks, so that nothing accelerates.
         """
         value = share(names, 0)
         if value > 0.0:

@@ -1,11 +1,11 @@
 """Last step: reduction to one inertia, with C_r(theta, sign) as polynomials and one backlash.
 
-    J theta'' = u - C_r(theta, sign(theta'))        (2.24)-(2.29)
+    J theta'' = u - C_r(theta, sign(theta'))        thesis (2.24)-(2.29)
 
 J is the inertia, theta the position, u the effort of the source, and C_r the resistance. While the
-backlash is open (4.45), only the blocks between the source and the backlash move, against the
-friction of these blocks. A pushed block behind backlash lags the source by half the backlash. The
-resistance of the block is therefore evaluated at its lagging position. The model neglects the
+backlash is open (thesis (4.45)), only the blocks between the source and the backlash move, against
+the friction of these blocks. A pushed block behind backlash lags the source by half the backlash.
+The resistance of the block is therefore evaluated at its lagging position. The model neglects the
 masses behind an open backlash, the error of the polynomials, and the order in which several
 backlashes open.
 """

@@ -96,7 +96,7 @@ class DirectedResistance:
 
 
 def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResistance:
-    """Return the resistance (thesis 2.28) of a block, reflected through a lossy link (2.15).
+    """Return the resistance of a block, reflected through a lossy link (thesis (2.15), (2.28)).
 
     Speed-dependent friction is multiplied by the quotient near/far for an opposing effort.
     """

@@ -129,7 +129,7 @@ def distribution(
 
 
 def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
-    """Return the smallest number of draws for which their worst value is a tolerance bound."""
+    """Return the smallest number of draws with a worst value that is a tolerance bound."""
     return _first(lambda n: lower(n, n, confidence, method) >= COVERED, 1, 1 << 20)
 
 

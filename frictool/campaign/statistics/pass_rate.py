@@ -20,8 +20,8 @@ from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
 class PassRate:
     """Numbers of trials that passed, failed, are undecided or were not run, and the pass rate.
 
-    `failed` includes the trials that could not be simulated (`not_run`). `whole`: True if all
-    vertices were simulated.
+    `failed`: number of failed trials, including the `not_run` trials that could not be simulated.
+    `whole`: True if all vertices were simulated.
 
     `low`, `high`: two-sided interval of the pass rate with `confidence`.
     `at_least`: one-sided lower bound of the pass rate with `confidence`.

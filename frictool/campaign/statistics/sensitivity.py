@@ -174,7 +174,7 @@ def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
 
 
 def masks(trials: Trials) -> list[tuple[str, BoolVector, BoolVector]]:
-    """Return (name, mask of failing, mask of passing trials) of each different comparison."""
+    """Return (name, mask of failing, mask of passing trials) of each comparison, each only once."""
     questions = [("", trials.passed == BROKEN, trials.passed == MET)]
     questions += [
         (metric.name, trials.met[:, j] == BROKEN, trials.met[:, j] == MET)

@@ -24,7 +24,7 @@ MOST_TOGETHER = 500
 
 
 class JobSharing(Protocol):
-    """Function `share` of workers/job_sharing.py for chosen numbers of processes or a cluster."""
+    """Function `share` of workers/job_sharing.py; processes or a cluster are already chosen."""
 
     def __call__(
         self, function: Callable[[Any], Any], jobs: Sequence[Any], batch: int, instead: Any

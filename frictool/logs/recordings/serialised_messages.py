@@ -43,7 +43,7 @@ class Messages:
 
 
 def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
-    """Return messages that were read one by one as one `Messages`."""
+    """Return a `Messages` with messages that were read one by one."""
     length = np.fromiter(map(len, payloads), np.int64, len(payloads))
     return Messages(
         np.array(log_time, np.int64),

@@ -45,7 +45,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[CsvTable, ...]:
-    """Return the one table of the file; raise LogError if it has no row of numbers."""
+    """Return the table of the file; raise LogError if it has no row of numbers."""
     return (CsvTable(path, layout or Layout()),)
 
 

@@ -50,7 +50,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the one table of the file; raise LogError if its first line is no object."""
+    """Return the table of the file; raise LogError if the first line is no object."""
     return (JsonLinesTable(path),)
 
 
