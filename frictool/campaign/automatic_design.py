@@ -3,9 +3,9 @@
     DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
 
 A family is a set of candidate controllers with one structure. The families are searched in the
-order of simplicity, until a candidate meets the specification. If no candidate meets it but a
-family comes near, this family is searched for a longer response time first. From the resulting
-design, the search continues towards the requested response time.
+order of simplicity, until a candidate meets the specification. If no candidate meets the
+specification but a family comes near, this family is searched again: first for a longer response
+time, then, from the resulting design, for the specified response time.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ class _Search:
     progress: Callable[[str], None]
 
     def of(self, family: CandidateFamily) -> CandidateSearch:
-        """Return the search of a family."""
+        """Return the search for the best candidate of a family."""
         return CandidateSearch(
             family,
             self.scales,
@@ -164,9 +164,9 @@ class _Search:
         return replace(self, test=test, tests=_tests(test), scales=scales)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
-        """Return the outcomes of searches for decreasing response times, the last one as specified.
+        """Return the outcome of searches for response times that decrease to the specified one.
 
-        The list is empty if the family meets the specification for no longer response time.
+        The list is empty if the searches fail before the specified response time is reached.
         """
         for number in range(len(EASINGS)):
             first = self.eased(EASINGS[number])

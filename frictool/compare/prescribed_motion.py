@@ -18,7 +18,7 @@ from frictool.typing import Vector
 
 
 def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vector:
-    """Return the friction (n,) [N | N m] at the end of each step, from a fresh contact.
+    """Return the friction (n,) [N | N m] at the end of each step, for a contact without history.
 
     The driving effort is unlimited: a hybrid law gets an infinite effort in the direction of
     motion.

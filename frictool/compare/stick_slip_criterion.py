@@ -17,6 +17,7 @@ class StickSlipResult:
     """Measures of stick-slip.
 
     `sticks`: number of stick phases that end in a breakaway.
+    `first_breakaway_s`: time of the first breakaway; None if there is none.
     `period_s`, `jump`: mean time and mean distance from one stick to the next; None for fewer than
         two sticks.
     `stuck_share`: share of the time in which the speed is below the Stribeck velocity.
@@ -32,8 +33,8 @@ class StickSlipResult:
     def verdict(self, reference: StickSlipResult) -> str:
         """Return `+` or `-` by comparison with the event-exact law.
 
-        `+`: the law has at most one stick fewer, and its period differs by at most 2 %; or neither
-        law sticks twice.
+        `+`: the law has at most one stick fewer than the exact law, and their periods differ by at
+        most 2 %; or neither law sticks twice.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

@@ -59,8 +59,8 @@ def compile_all(
 ) -> Compilation:
     """Compile and store every kernel in `rows` (module, name, kind, types), by default all kernels.
 
-    Kernels that call others come first, so that each kernel is compiled once. `progress` is called
-    with the completed fraction, 0 to 1.
+    Kernels that call other kernels come first, so that each kernel is compiled once. `progress` is
+    called with the completed fraction, 0 to 1.
     """
     rows = all_rows() if rows is None else rows
     done, count = Compilation(), _Count()
@@ -175,7 +175,7 @@ def kept(folder: Path) -> Iterator[list[Any]]:
 
 
 def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:
-    """Yield one row for each signature with which Python can call or point to a function."""
+    """Yield one row for each signature of a function that Python can call or point to."""
     kernel: Any = getattr(importlib.import_module(module), name, None)
     for signature, *_ in signatures if kernel is not None else ():
         is_pointer = hasattr(signature, "return_type")

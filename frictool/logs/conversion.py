@@ -76,7 +76,10 @@ class FormatWriter(Protocol):
 def convert(
     source: str, streams: Sequence[OutgoingStream], notes: Notes, form: Format, target: BinaryIO
 ) -> None:
-    """Write the streams in a format; raise LogError if its files have one stream only."""
+    """Write the streams in a format.
+
+    Raises LogError if there are several streams and a file of the format can contain only one.
+    """
     if len(streams) > 1 and not form.several:
         topics = ", ".join(stream.head.topic for stream in streams)
         several = ", ".join(name for name, other in WRITTEN.items() if other.several)

@@ -58,7 +58,7 @@ def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: 
             raise LogError(name, f"{one} has {vector.size} samples, time has {clock.size}")
     if clock.size < 2 or not np.all(np.diff(clock) > 0.0):
         raise LogError(
-            name, "time does not increase from sample to sample, or there are fewer than 2"
+            name, "time does not increase from sample to sample, or has fewer than 2 samples"
         )
     units = {one: si_unit(CHANNEL_DIMENSIONS[one], axis) for one in signals}
     return Log((Stream(MAIN_TOPIC, clock, values, units),), {}, name)

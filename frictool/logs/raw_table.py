@@ -188,7 +188,7 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
 def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "column") -> str:
     """Return the name of the column with this name or number (from 1).
 
-    Raises LogError with the nearest name and the available names if there is no such column.
+    Raises LogError, with the nearest name and the available names, if no column matches.
     """
     column = find(names, wanted)
     if column is not None:

@@ -144,7 +144,10 @@ def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
 
 
 def middle(mechanism: Mechanism) -> np.ndarray:
-    """Return the blocks' positions in the middle of the travel; at the start if it is unknown."""
+    """Return the positions of the blocks in the middle of the travel.
+
+    If the travel is unknown, the positions at the start are returned.
+    """
     assembled, travel = assemble_cached(mechanism), known_travel(mechanism)
     return (
         assembled.start if travel is None else assembled.start * 0.0 + 0.5 * (travel[0] + travel[1])

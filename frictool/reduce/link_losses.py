@@ -128,7 +128,7 @@ def _reflected_inertia(
         )
 
     def least(names: list[str]) -> float:
-        """Return the least share; if it is negative, irreversible links are left out.
+        """Return the lower bound of the share; if it is negative, irreversible links are left out.
 
         A negative share means that the mechanism locks, so that nothing accelerates.
         """
@@ -196,5 +196,5 @@ def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
         return f"{name} is irreversible: {why}; the model keeps its friction, which holds any load"
     return (
         f"{name} is reversible: {why}; loads drive the link back, "
-        "and the model keeps the link's friction, since an efficiency alone would oscillate"
+        "and the model keeps the link's friction, since without friction the axis would oscillate"
     )

@@ -76,27 +76,27 @@ def reduce(
     Parameters
     ----------
     mechanism : Mechanism
-        document of the mechanism
+        Document of the mechanism.
     request : ReductionRequest, optional
-        resonances to keep, travel, tolerance and bench
+        Resonances to keep, travel, tolerance and bench.
     provenance : Provenance, optional
-        provenance to be written into the model; None: that of this call
+        Provenance to be written into the model; None: the provenance of this call.
     progress : Callable, optional
-        callback that receives the name of each stage when it begins
+        Callback that receives the name of each stage when the stage begins.
 
     Returns
     -------
     Reduction
-        steps, model, and check by simulation
+        Steps, model, and check by simulation.
 
     Raises
     ------
     DocumentError
-        the mechanism is invalid
+        If the mechanism is invalid.
     OutsideTravelError
-        the requested travel is not within the travel of the mechanism
+        If the requested travel is not within the travel of the mechanism.
     NoSolutionError
-        a step is impossible, or its error exceeds the tolerance
+        If a step is impossible, or its error exceeds the tolerance.
     """
     origin = provenance or provenance_of_call("frictool.reduce.reduce", mechanism=mechanism)
     try:

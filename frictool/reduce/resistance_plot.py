@@ -20,7 +20,7 @@ def picture(chain: ReductionChain, model: Model) -> str:
     with drawing("reduce"):
         return render(
             figure(chain, model),
-            f"{model.name}: resisting effort over the position in either direction, "
+            f"{model.name}: resistance as a function of the position in each direction, "
             "and its polynomials",
         )
 

@@ -51,7 +51,7 @@ def _usable(folder: Path) -> bool:
 
 
 def cache_places() -> list[Path]:
-    """Return the folders that may contain the kernel folder; the first usable one does."""
+    """Return the folders that may contain the kernel folder; the first usable folder is chosen."""
     user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "frictool")
     first = (
         Path(settings.CACHE_DIR).absolute()

@@ -57,7 +57,7 @@ def example_values(path: str, keys: tuple[str, ...]) -> None:
 
 
 def bench_values(path: str, reason: str) -> None:
-    """Notify that, for this reason, the model at `path` contains only values of the bench."""
+    """Notify that the model at `path` contains only values of the bench, and give the reason."""
     if receiver := _current().get("bench_values"):
         receiver(path, reason)
 

@@ -38,34 +38,34 @@ def share(
     Parameters
     ----------
     function : Callable
-        function of a job, defined in a module; function, jobs and results must be picklable
+        Function of a job, defined in a module; function, jobs and results must be picklable.
     jobs : Iterable
-        jobs; a job is taken from the iterable when it is needed
+        Jobs; each is taken from the iterable only when a worker is ready for the job.
     cores : int, optional
-        number of processes; 1: this process; None: all cores of this machine
+        Number of processes; 1: this process; None: one process for each core of this machine.
     cluster : str, optional
-        address of a Dask scheduler; its workers are used instead of processes
+        Address of a Dask scheduler; its workers are used instead of processes.
     batch : int, optional
-        number of jobs that are sent together; together they should take some tenths of a second
+        Number of jobs that are sent together; together they should take some tenths of a second.
     instead : Callable, optional
-        function that returns the result of a job during which several processes died; its
-        arguments are the job and the reason
+        Function that returns the result of a job during which several processes died; its
+        arguments are the job and the reason.
 
     Yields
     ------
     tuple[int, Result]
-        index and result of a job
+        Index and result of a job.
 
     Raises
     ------
     Exception
-        any error of `function`
+        If `function` raises an exception, the same exception.
     WorkerLost
-        a job ends every process that runs it, and `instead` is None
+        If every process that runs a job ends, and `instead` is None.
     ClusterError
-        the cluster cannot be used
+        If the cluster cannot be used.
     ValueError
-        `cores` or `batch` is below 1
+        If `cores` or `batch` is below 1.
     """
     if (cores is not None and cores < 1) or batch < 1:
         raise ValueError(f"cores, batch: found {cores}, {batch}; allowed: at least 1")

@@ -6,8 +6,8 @@ confidence. This bound is exact for every rate and number of draws, if the draws
 The count for a Latin hypercube is not binomial. The mean of a function over n draws of a hypercube
 has at most the variance of the mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),
 1997). The bounds for a hypercube are therefore the Clopper-Pearson bounds for n - 1 draws with the
-same rate. Before, the count is reduced by a half for the lower bound, and increased by a half for
-the upper bound, because the count may change in steps of two if factors act only jointly. If
+same rate. For the lower bound, the count is first reduced by 0.5; for the upper bound, it is
+increased by 0.5, because the count may change in steps of two if factors act only jointly. If
 factors act separately, the bounds are wider than necessary.
 """
 
@@ -50,7 +50,7 @@ def interval(
 def draws_to_show(
     required: float, share: float, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> int | None:
-    """Return the number of draws that shows the pass rate `required` if the share `share` passes.
+    """Return how many draws would show the pass rate `required` if the share `share` passes.
 
     Return None if `share` is not above `required`, or if more than 2^40 draws would be needed.
     """

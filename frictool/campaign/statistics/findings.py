@@ -113,7 +113,7 @@ def find(
     confidence: float = CONFIDENCE,
     remarks: tuple[str, ...] = (),
 ) -> Findings:
-    """Return the statistics of the trials of draws that `method` chose.
+    """Return the statistics of the trials; `method` chose their draws.
 
     `at_least`: required pass rate, 0 to 1; None if every trial must pass.
     `remarks`: warnings for the user.

@@ -18,7 +18,7 @@ from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
 
 @dataclass(frozen=True)
 class PassRate:
-    """Numbers of trials that passed, failed, are undecided or were not run, and the pass rate.
+    """Pass rate, and the numbers of trials with each outcome.
 
     `failed`: number of failed trials, including the `not_run` trials that could not be simulated.
     `whole`: True if all vertices were simulated.

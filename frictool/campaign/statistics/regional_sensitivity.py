@@ -49,7 +49,7 @@ class FailureRegion:
 
     @property
     def direction(self) -> str:
-        """Return the part of the range in which the failures lie."""
+        """Return a text on the part of the factor's range in which the failures lie."""
         least = 2.0 * self.noise
         if abs(self.leans) > least and abs(self.leans) >= 0.5 * abs(self.spread):
             return "high" if self.leans > 0.0 else "low"

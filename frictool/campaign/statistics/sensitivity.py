@@ -174,7 +174,7 @@ def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
 
 
 def masks(trials: Trials) -> list[tuple[str, BoolVector, BoolVector]]:
-    """Return (name, mask of failing, mask of passing trials) of each comparison, each only once."""
+    """Return (name, mask of failing, mask of passing trials) of each distinct comparison."""
     questions = [("", trials.passed == BROKEN, trials.passed == MET)]
     questions += [
         (metric.name, trials.met[:, j] == BROKEN, trials.met[:, j] == MET)
@@ -295,7 +295,7 @@ def _influence(trials: Trials, draws: SortedDraws, metric: int, drawn: bool) -> 
 
 
 def _pair(trials: Trials, draws: SortedDraws, drawn: bool) -> FactorPair | None:
-    """Return the pair of factors in the plane of which failing and passing trials differ most."""
+    """Return the pair of factors that together explain the failures best."""
     decided = trials.passed != -1
     failing = (trials.passed[decided] == BROKEN).astype(float)
     n = failing.size

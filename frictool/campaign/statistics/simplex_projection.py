@@ -19,9 +19,11 @@ from frictool.typing import Vector
 
 
 def within_whole(shares: Vector, errors: Vector) -> Vector:
-    """Return the shares (k,), projected with `errors` (k,) if their positive sum exceeds 1.
+    """Return the shares (k,), projected if the positive shares add up to more than 1.
 
     Negative shares are unchanged.
+
+    `errors` (k,): standard deviations of the shares.
     """
     projected = np.array(shares, dtype=float)
     left = projected > 0.0

@@ -117,15 +117,15 @@ def _required_text(findings: Findings) -> str:
     if required is None:
         return ""
     if rate.at_least is None:
-        return f"; that is {percent(rate.share)} of them, required are {percent_text(required)}"
-    shown = f"; shown are {percent(rate.at_least, 'down')}, required {percent_text(required)}"
+        return f"; that is {percent(rate.share)} of them, required: {percent_text(required)}"
+    shown = f"; shown: {percent(rate.at_least, 'down')} pass, required: {percent_text(required)}"
     if required == 1.0:
         return (
             f"{shown}; no number of draws can show this; lower --at-least, or leave it out so that "
             f"every draw must pass"
         )
     needed = findings.draws_needed
-    return shown if needed is None else f"{shown}: {needed} draws suffice if the same share passes"
+    return shown if needed is None else f"{shown}; {needed} draws suffice if the same share passes"
 
 
 def caveat(findings: Findings) -> str:

@@ -85,9 +85,9 @@ def records_before(group: Any, end: int) -> int:
 
 
 def described_at(path: Path) -> int | None:
-    """Return the offset of a missing block that describes channels of a version 4 file.
+    """Return the offset of a block that describes channels and is not completely in the file.
 
-    Returns None if no such block is missing.
+    Returns None if the file has all these blocks. The file must be of version 4.
     """
     size = path.stat().st_size
     with path.open("rb") as stream:

@@ -23,7 +23,7 @@ class CanonicalLoss(NamedTuple):
 
 
 class MissingSamples:
-    """Recorder that appends losses to `lost`."""
+    """Recorder that appends losses to `lost`; a loss is open until the next sample is read."""
 
     def __init__(self, lost: list[CanonicalLoss]) -> None:
         self.lost = lost
@@ -58,7 +58,7 @@ class MissingSamples:
             self.lost.append(CanonicalLoss(reason, first=last))
 
     def until(self, time: int) -> None:
-        """Set the end of an open loss to the time, in ns, of the next readable sample."""
+        """Close the open loss at the time, in ns, of the next readable sample."""
         if self._endless is not None:
             self.lost[self._endless] = self.lost[self._endless]._replace(last=time)
             self._endless = None

@@ -65,7 +65,8 @@ CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rota
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
 LOAD_SIDE = (
-    "the torque or force of the drive, or of a sensor behind the drive? effort is that of the drive"
+    "is this the torque or force of the drive, or of a sensor behind the drive? the channel "
+    "effort is that of the drive"
 )
 
 

@@ -49,8 +49,8 @@ class ClockDrift:
     offset: offset in s at the middle of the evaluated time.
     drift: drift in s/s; None if there are too few windows.
     windows: number of windows or messages used.
-    spread: in s; for windows, the largest distance of a lag from the line; for messages, the mean
-        delay minus the shortest delay.
+    spread: for windows, the largest distance in s of a lag from the line; for messages, the mean
+        delay minus the shortest delay, in s.
     """
 
     offset: float

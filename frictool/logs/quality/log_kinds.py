@@ -8,7 +8,7 @@ KINDS = {
     "steps": "the reference jumps between positions, or the axis rests at several positions in "
     "turn",
     "stroke": "the axis goes one way, or one way and back",
-    "free": "it moves in any other manner",
+    "free": "the axis moves in another way",
     "rest": "the position does not move",
 }
 TEST = "test"  # key of the metadata record `log`: kind of test declared at `ingest`

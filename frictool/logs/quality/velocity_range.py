@@ -12,7 +12,7 @@ SHARE_OF_LOG = 8  # the window is at most 1/SHARE_OF_LOG of the log
 
 
 class VelocityRange:
-    """Lowest and highest velocity of one position in rad/s or m/s, for each length in WINDOWS."""
+    """Lowest and highest velocity of one position in rad/s or m/s, for each window length."""
 
     def __init__(self, step: float | None) -> None:
         self._step = step or 0.0

@@ -182,7 +182,7 @@ class _CdrReader:
     def message(self, message: MessageType, prefix: str, labels: tuple[str, ...]) -> None:
         self.steps -= 1 + len(message.fields)
         if self.steps < 0:
-            raise ValueError(f"has more than {MOST_STEPS} fields in it")
+            raise ValueError(f"has more than {MOST_STEPS} fields")
         if not message.fields and self.aligned:
             self.take(1, 1)  # CDR has no empty structures
         for part in message.fields:

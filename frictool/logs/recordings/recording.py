@@ -57,7 +57,7 @@ class Decoder(Protocol):
     """Decoder of the messages of one topic."""
 
     def names(self, data: bytes) -> list[str]:
-        """Return the paths of the numbers in a message; raise ValueError if it is damaged."""
+        """Return the paths of the numbers in a message; raise ValueError if `data` is damaged."""
         ...
 
     def columns(
@@ -160,7 +160,7 @@ class TopicTable:
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column with this name or number (from 1); None if there is none.
+        """Return the name of the column with this name or number (from 1); None if there is none.
 
         An array element that has a label may be requested by its index, too.
 

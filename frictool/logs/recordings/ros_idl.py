@@ -1,6 +1,6 @@
 """Parser of message definitions in OMG IDL (`ros2idl`) as ROS 2 writes it.
 
-It handles modules, structures, sequences, arrays, typedefs and enumerations.
+The parser reads modules, structures, sequences, arrays, typedefs and enumerations.
 """
 
 from __future__ import annotations

@@ -63,7 +63,7 @@ def encoding_of(head: bytes, requested: str | None = None) -> TextEncoding:
 def is_text(head: bytes) -> bool:
     """Return whether the bytes may begin a text.
 
-    Only UTF-16 may contain NUL bytes, as every other byte.
+    NUL bytes are allowed only if nearly every second byte is NUL, as in UTF-16.
     """
     return b"\0" not in head or encoding_of(head).is_wide
 
