@@ -190,7 +190,8 @@ def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
     """Return the keys of a design that the search does not vary, with their values.
 
     The keys are the name and the blocks of `wishes`. If the specification limits the tracking
-    error, a profile, which this error is measured from, and a feedforward of the profile are added.
+    error, a profile and its feedforward are added, because the tracking error is the distance from
+    the profile.
     """
     kept: dict[str, object] = {}
     if wishes is not None:
@@ -236,7 +237,7 @@ def _tests(test: DesignTest) -> PlayedTests:
 
 
 def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenario, Spec]:
-    """Return a scenario with shortened holds, and the requirements that it can decide."""
+    """Return a scenario with shortened holds, and the requirements it can decide."""
     steps = tuple(
         step
         if step.reference is None or step.duration_s is None
@@ -255,8 +256,8 @@ def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenari
 def _hard(test: DesignTest) -> tuple[int, ...]:
     """Return the indices of the plants with which a search begins.
 
-    They are the slowest and the lightest vertex, and the vertices that differ from these two by the
-    opposite ends of the friction's ranges.
+    These plants are the slowest and the lightest vertex, and two further vertices: the slowest and
+    the lightest vertex with the opposite ends of the friction's ranges.
     """
     if not test.vertices:
         return (0,)

@@ -115,7 +115,7 @@ def compare(
     progress : callable
         `progress(done, total)` is called before the first law and after each law.
     workers : int
-        Number of processes; the results do not depend on it.
+        Number of processes; the results do not depend on this number.
 
     Returns
     -------

@@ -28,7 +28,7 @@ class LossList(list[DataLoss]):
         ] = {}  # (channels, reason) -> count, index of the last
 
     def append(self, loss: DataLoss) -> None:
-        """Append a loss; after many losses of the same kind, merge it with the last of them."""
+        """Append a loss; after many losses of the same kind, merge the loss with the last one."""
         kind = (loss.channels, loss.reason if len(self) < MOST else "")
         count, last = self._kinds.get(kind, (0, 0))
         if count >= MOST_OF_A_KIND or (count and len(self) >= MOST):

@@ -1,4 +1,4 @@
-"""Advice after a failed reduction: a bandwidth, tolerance or travel with which it would succeed."""
+"""Advice after a failed reduction: a bandwidth, tolerance or travel that would succeed."""
 
 from __future__ import annotations
 

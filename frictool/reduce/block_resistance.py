@@ -1,7 +1,7 @@
 """Resistance of one block to steady motion as a function of its position: load and friction.
 
-    effort that moves it forward    C_+(x) = S(x) + F(x)
-                         backward   C_-(x) = S(x) - F(x)        thesis (2.28)
+    effort that moves the block forward    C_+(x) = S(x) + F(x)
+                                backward   C_-(x) = S(x) - F(x)        thesis (2.28)
 
 The load S is the effort of springs, cams and constant efforts. The friction F is the Coulomb
 friction in slip, or the breakaway at rest. Both are computed from the arrays of the simulation

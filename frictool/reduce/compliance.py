@@ -1,9 +1,9 @@
 """Compliant links: resonances above a bandwidth are removed (thesis 2.1.5, (2.6)-(2.9)).
 
 Two inertias J_a and J_b with a stiffness k between them resonate at w_r = sqrt(k (1/J_a + 1/J_b)).
-Far below w_r the link is nearly rigid. If it is made rigid, the gain has an error of (w/w_r)^2 at
-the frequency w, and the twist effort/k is neglected. The error at the bandwidth is computed from
-the linearised mechanisms before and after the step.
+Far below w_r the link is nearly rigid. If the link is made rigid, the gain has an error of
+(w/w_r)^2 at the frequency w, and the twist effort/k is neglected. The error at the bandwidth is
+computed from the linearised mechanisms before and after the step.
 """
 
 from __future__ import annotations

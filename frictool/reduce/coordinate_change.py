@@ -191,7 +191,7 @@ def expressed(here: MechanismView) -> Mechanism:
 
 
 def _reference(mechanism: Mechanism, on: str) -> str:
-    """Return the source's block; if it is linear and links are lossy, the nearest rotary one."""
+    """Return the source's block, or with lossy links the rotary block nearest to the source."""
     here = view(mechanism, on)
     if here.assembled.kinds[here.root] == "rotary" or all(link.lossless for link in here.links):
         return on

@@ -1,4 +1,4 @@
-"""Replacement of each lossy link by a lossless link with friction behind it (thesis 2.1.6).
+"""Replacement of each lossy link by a lossless link and friction on its load side (thesis 2.1.6).
 
 The loss of a link is the transmitted effort times drive_loss if the source drives, times back_loss
 if the load drives. At a steady speed, the link transmits the efforts of the loads and frictions

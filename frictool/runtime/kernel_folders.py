@@ -3,7 +3,7 @@
 machine_code_store.py saves and loads the code in these folders.
 
 A folder belongs to one toolchain (numba, llvmlite, numpy, Python, processor), so that an upgrade
-starts a new folder. In it, each state of a module's sources has a subfolder
+starts a new folder. In this folder, each state of a module's sources has a subfolder
 (machine_code_store.py), so that two versions of frictool never read each other's code. Folders of
 former toolchains and states are removed when a new folder is made, unless a process uses them or
 used them within the last hour.
@@ -155,7 +155,7 @@ def _is_held(folder: Path) -> bool:
 
 
 def _take(folder: Path) -> int | None:
-    """Return the exclusive lock of a folder; None if it is in use or there are no file locks."""
+    """Return the exclusive lock of a folder; None if the folder is in use or there are no locks."""
     if fcntl is None:
         return None
     try:

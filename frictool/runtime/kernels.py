@@ -152,9 +152,9 @@ def _inner_options(function: Callable[..., Any]) -> dict[str, Any]:
     """Return the options of an inlined kernel.
 
     numba also compiles a wrapper for C and a wrapper for Python; for many arrays, these take longer
-    to compile than the function itself. The C wrapper is left out; `function_pointer` makes it when
-    needed. The Python wrapper of a private function (`_name`) is left out, too, so that only
-    kernels can call this function.
+    to compile than the function itself. The C wrapper is left out; `function_pointer` makes this
+    wrapper when needed. The Python wrapper of a private function (`_name`) is left out, too, so
+    that only kernels can call this function.
     """
     private = function.__name__.startswith("_")
     return {"forceinline": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": private}
@@ -178,7 +178,7 @@ def bare_kernel(function: F) -> F:
 def part_kernel(function: F) -> F:
     """Compile a function as `inset_kernel` does, but do not inline it into its callers.
 
-    This suits a long function that several kernels share. Only kernels can call it.
+    This suits a long function that several kernels share. Only kernels can call the function.
     """
     return cast(
         F,

@@ -122,7 +122,7 @@ def _answers(client: Any, address: str) -> Any:
 
 
 def _unlike(here: Installation, there: Any) -> str:
-    """Return a text on how the installation `there` differs from this one; "" if it does not."""
+    """Return a text on how the installation `there` differs from this one; "" if both agree."""
     if isinstance(there, Exception):
         # for some errors, Dask transfers only the text
         missing = isinstance(there, ImportError | AttributeError) or MODULE in str(there)

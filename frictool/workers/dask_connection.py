@@ -181,7 +181,7 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
 
 
 def _failure_of_tls(address: str, context: ssl.SSLContext) -> ssl.SSLError | None:
-    """Return the error of a TLS handshake with the scheduler; None if it succeeds.
+    """Return the error of a TLS handshake with the scheduler; None after a success.
 
     Nothing is sent after the handshake, because an answer could overtake the scheduler's alert.
     """

@@ -81,8 +81,8 @@ class MetricInfluence:
     """Influence of the factors on one metric.
 
     `used`: number of trials with a finite value.
-    `shares` (d,): variance share of each factor; empty if it cannot be estimated.
-    `reason`: why `shares` is empty; "" if it is not.
+    `shares` (d,): variance share of each factor; empty if the shares cannot be estimated.
+    `reason`: why `shares` is empty; "" if `shares` is not empty.
     """
 
     used: int

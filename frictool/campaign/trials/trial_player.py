@@ -32,7 +32,7 @@ from frictool.typing import Vector
 class CampaignSetting(NamedTuple):
     """Data that all trials share; every worker process receives them once.
 
-    `recorded`: log that the scenario replays; None if it replays no log.
+    `recorded`: log that the scenario replays; None if the scenario replays no log.
     """
 
     plant: Model | Mechanism
@@ -102,7 +102,7 @@ class TrialPlayer(ScenarioJudge):
         )
 
     def played(self, unit: Vector, draw: int) -> TrialResult:
-        """Return the result at the point `unit` (d,), with `failed` if it is not simulated.
+        """Return the result at the point `unit` (d,), with `failed` if the simulation fails.
 
         Unexpected errors are caught, too, so that one trial does not stop the other trials.
         """

@@ -32,7 +32,7 @@ class TrialResult(NamedTuple):
 
     `draw`: index of the draw.
     `metric_values`, `met` (m,): rows of the arrays in Trials.
-    `failed`: reason why the draw could not be simulated; "" if it could.
+    `failed`: reason why the draw could not be simulated; "" if the draw was simulated.
     """
 
     draw: int

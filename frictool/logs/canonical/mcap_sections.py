@@ -40,7 +40,7 @@ class FileSection:
     """A readable or unreadable section of messages at byte `at`.
 
     data: consecutive records.
-    reason: why a part of the section cannot be read; "" if all of it can.
+    reason: why a part of the section cannot be read; "" if the whole section can be read.
     whole: True if `data` is the complete content of chunks. An invalid record then makes all
         records doubtful, because each record is located by the lengths of the records before it.
     empty: True if the unreadable part contained no message.

@@ -232,7 +232,7 @@ def _tells(unit: str, axis: Axis) -> bool:
 def _si(
     table: MemoryTable, columns: dict[str, tuple[str, str]], channel: str, axis: Axis
 ) -> Vector | None:
-    """Return a channel in SI, or None if the table lacks it or its unit is unknown."""
+    """Return a channel in SI, or None if its column or its unit is unknown."""
     name, unit = columns.get(channel, (OPEN, OPEN))
     if OPEN in (name, unit) or unit == COUNT or name not in table.columns:
         return None
@@ -242,8 +242,9 @@ def _si(
 def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
     """Return the sample period in s: the mean interval if the log has no gaps, else the median.
 
-    The period is rounded to 3 digits if this changes it by less than 0.1 %, else to 6. Returns None
-    if no bench could have this period, because the unit of time is then probably wrong.
+    The period is rounded to 3 digits if rounding changes the period by less than 0.1 %, else to 6
+    digits. Returns None if no bench could have this period, because the unit of time is then
+    probably wrong.
     """
     time = _si(table, columns, TIME, axis)
     if time is None and table.time_ns is not None and table.time_ns.size:

@@ -20,7 +20,7 @@ class InstrumentBench:
     name: name of the instrument in the bench; None if the file belongs to no instrument.
     bench: bench with the instrument's columns, layout and period.
     ahead_ns: known lead of the instrument's clock in ns; 0 without `clock_offset`.
-    estimate: how to estimate the lead from the samples; None if it is known.
+    estimate: how to estimate the lead from the samples; None if the lead is known.
     """
 
     name: str | None

@@ -23,9 +23,9 @@ class PresetColumn(NamedTuple):
     """Entry of a preset, for all columns with one pattern of names.
 
     pattern: regular expression for the whole name of a column; case does not count.
-    channel: channel of these columns; NO_CHANNEL if they are no channel.
+    channel: channel of these columns; NO_CHANNEL if the columns are not used.
     unit: unit of the values; OPEN if the user has to state it.
-    why: reason why the user has to state the unit; "" unless it is OPEN.
+    why: reason why the user has to state the unit; "" unless the unit is OPEN.
     whole: True if the unit is right only for whole numbers.
     most: largest absolute value for which the unit is right.
     """

@@ -42,8 +42,8 @@ class ZeroedTable(DerivedTable):
         """Return the mean of the first values, from a separate reading that stops early.
 
         If the table has too few values, all values are averaged, and a note is appended to
-        `losses`; if `losses` is None, this raises LogError. Also raises LogError if there is no
-        value.
+        `losses`; if `losses` is None, LogError is raised instead. Also raises LogError if there is
+        no value.
         """
         wanted = self._counts[name]
         samples = np.empty(0)
@@ -73,7 +73,7 @@ class ZeroedTable(DerivedTable):
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
     """Return the table, minus the zeros of the columns with `zero_first_samples`.
 
-    A column that may lie in damaged data is not changed; `bind` reports it.
+    A column that may lie in damaged data is not changed; `bind` reports the column.
     """
     counts: dict[str, int] = {}
     for one in columns.values():

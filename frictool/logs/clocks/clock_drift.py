@@ -181,7 +181,7 @@ def _line(
 
 
 def _lag(one: Vector, other: Vector) -> tuple[float, float]:
-    """Return the lag of `other` (n,) behind `one` (n,) in samples, and their correlation there."""
+    """Return the lag of `other` (n,) behind `one` (n,) in samples, and the correlation there."""
     one, other = one - one.mean(), other - other.mean()
     scale = float(np.linalg.norm(one) * np.linalg.norm(other))
     if scale == 0.0:

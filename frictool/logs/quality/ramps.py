@@ -1,13 +1,13 @@
 """Recognition of breakaway ramps.
 
 In a breakaway ramp, the drive rises along a line while the axis rests; then the axis starts and the
-drive falls back. A log of breakaway ramps has several of them.
+drive falls back. A log of breakaway ramps has several ramps.
 
 A creeping axis also rests between two counts of its encoder. During such a rest, the servo's drive
 rises along a line, too: by the servo's gain times one count. The height of the rise distinguishes a
 ramp from creep. In a ramp, the drive rises from a low level by most of the friction, and the axis
 starts in the direction of the drive. If the axis creeps or follows a load such as gravity, the
-drive changes by a small share of its level, or it brakes the load.
+drive changes by a small share of its level, or the drive brakes the load.
 """
 
 from __future__ import annotations

@@ -160,7 +160,7 @@ class Db3Recording:
 
 
 def _batches(rows: Iterator[tuple[int, int, bytes]]) -> Iterator[list[tuple[int, int, bytes]]]:
-    """Yield rows in batches; if `rows` raises an error, yield all rows before it first."""
+    """Yield rows in batches; if `rows` raises an error, first yield the rows before it."""
     part: list[tuple[int, int, bytes]] = []
     size = 0
     try:
