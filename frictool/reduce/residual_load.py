@@ -167,7 +167,7 @@ def _left(one: ResidualLoad, x: Vector, mean: Vector) -> float:
 
 
 def _short(one: ResidualLoad, x: Vector, mean: Vector, half: Vector) -> float:
-    """Return by how much the remaining load exceeds the friction at most [N m | N]."""
+    """Return the largest amount by which the remaining load exceeds the friction [N m | N]."""
     return float(np.max(np.abs(mean - one.at(x)) - half))
 
 

@@ -176,7 +176,7 @@ class ProcessPool:
         return answers
 
     def _lost(self, index: int) -> list[Answer]:
-        """Replace a process that has ended, and put back each of its jobs as a task of its own.
+        """Replace a process that has ended, and make a separate task of each of its jobs.
 
         Therefore a job is given up only if processes end while they run this job alone.
         """

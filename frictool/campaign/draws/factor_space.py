@@ -71,7 +71,7 @@ class FactorSpace:
 
     @cached_property
     def _ends(self) -> tuple[Vector, Vector, BoolVector]:
-        """Lowest and highest value of each factor, and which take whole numbers only, (d,) each."""
+        """Return lowest value, highest value and "is a whole number" of the factors, (d,) each."""
         return (
             np.array([factor.low for factor in self.factors]),
             np.array([factor.high for factor in self.factors]),

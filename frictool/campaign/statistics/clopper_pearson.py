@@ -77,5 +77,5 @@ def _counted(share: float, draws: int) -> int:
 
 
 def _independent(draws: int, method: Method) -> float:
-    """Return the number of independent draws that `draws` draws of this method are worth."""
+    """Return the number of independent draws that is equivalent to `draws` draws of a method."""
     return float(draws - 1) if method == "latin" else float(draws)

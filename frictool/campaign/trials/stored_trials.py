@@ -60,7 +60,7 @@ class StoredTrials(MutableMapping[int, TrialResult]):
         return self._count
 
     def _reserve(self, draws: int, metrics: int) -> None:
-        """Enlarge the arrays to at least `draws` rows, and, from none, to `metrics` columns."""
+        """Enlarge the arrays to at least `draws` rows; empty arrays get `metrics` columns."""
         rows, columns = self._values.shape[0], self._values.shape[1] or metrics
         if draws <= rows and columns == self._values.shape[1]:
             return

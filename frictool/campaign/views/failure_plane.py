@@ -65,7 +65,7 @@ def _points(axes: Axes, trials: Trials, first: int, second: int) -> str:
 
 
 def _dots(axes: Axes, x: Vector, y: Vector, colour: str, size: float, opacity: float) -> None:
-    """Draw points as round ends of one path, with a fifth of the bytes of markers."""
+    """Draw points as round ends of one path, which takes a fifth of the bytes of markers."""
     corners = np.repeat(np.stack([x, y], axis=1), 2, axis=0)
     codes = np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=Path.code_type), x.size)
     path = Path(corners, codes)

@@ -198,7 +198,7 @@ def _frames(path: Path, reader: str, losses: list[DataLoss] | None) -> Iterator[
 
 
 def _cut(path: Path, reader: str) -> str | None:
-    """Return the damage of a text without a line end at its end, or None."""
+    """Return the description of damage if a text file ends without a line end, else None."""
     if reader == "BLFReader":
         return None
     with path.open("rb") as stream:

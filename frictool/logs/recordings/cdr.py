@@ -283,7 +283,7 @@ class MessageDecoder:
         values: Vector,
         present: NDArray[np.bool_],
     ) -> NDArray[np.intp]:
-        """Fill in the values of the messages in `left` with this layout; return the remaining ones.
+        """Fill in the values of the messages in `left` with this layout; return the other messages.
 
         `left` and the result are indices of messages.
         """

@@ -83,7 +83,7 @@ class BagRecording:
                 raise LogError(self._path, f"cannot be read: {error.strerror or error}") from None
 
     def _list(self, stream: BinaryIO) -> set[str]:
-        """Return the topics with messages from the bag's index; raise OSError if it cannot be read.
+        """Return the topics with messages from the index; raise OSError if the bag cannot be read.
 
         The result is empty if the bag has no index.
         """

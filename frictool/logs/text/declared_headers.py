@@ -137,7 +137,7 @@ def _read_labview(rows: Rows, number: Number, is_number: IsNumber) -> DeclaredHe
 def _labview_clock(
     row: Sequence[str], keys: dict[str, Sequence[str]], number: Number, seconds: bool
 ) -> tuple[str | None, float | None, float]:
-    """Return clock, interval and start in ns if the rows have no time."""
+    """Return clock, interval and start in ns; (None, None, 0) if the rows have times."""
     if row[0]:
         return None, None, 0.0
     steps = {number(cell) for cell in keys.get("delta_x", ())[1:] if cell}
@@ -207,7 +207,7 @@ def _refuse_several_clocks(rows: Rows, times: Sequence[int]) -> None:
 
 
 def _twincat_time_unit(rows: Rows, column: int, steps: Sequence[str], number: Number) -> str | None:
-    """Return ms; None if the steps differ from the declared sample time: an index column."""
+    """Return ms; None if the steps differ from the declared sample time, as in an index column."""
     declared = number(steps[column + 1]) if column + 1 < len(steps) else None
     times = [number(row[column]) for row in rows if column < len(row)]
     if declared is None or len(times) < 2 or times[0] is None or times[1] is None:
