@@ -76,7 +76,7 @@ class ParameterBasis:
 class GridPlants:
     """Plants at one r in balanced coordinates, all continuous or all sampled.
 
-    B2, D12, C2 and D21 are the same for all plants. values: r.
+    B2, D12, C2 and D21 are the same for all plants. values: values of the parameters r.
     """
 
     values: Values

@@ -202,9 +202,10 @@ class _GridSearch:
         return GridInequalities(cells, self.bases, self.motions)
 
     def solved(self) -> tuple[Matrix, Matrix, float]:
-        """Return X, Y in the last coordinates, recentred, and the optimum.
+        """Return the coefficients of the recentred X and Y, and the smallest gamma.
 
-        The optimum is relative to the last level.
+        X and Y are in the coordinates `t` of the last pass. gamma is divided by the `level` of the
+        last pass.
         """
         for k in range(PASSES + 1):
             problem = self.inequalities(self.grid)
@@ -249,7 +250,7 @@ def _optimum(problem: GridInequalities) -> float:
 
 
 def _mean(problem: GridInequalities, x: Matrix, y: Matrix) -> tuple[Matrix, Matrix]:
-    """Return the means over the grid of X and Y, whose basis coefficients are x and y."""
+    """Return the means of X and of Y on the grid; x and y are their basis coefficients."""
     weights = [
         np.mean([basis.at(cell.values) for cell in problem.cells], axis=0)
         for basis in problem.bases
@@ -258,7 +259,7 @@ def _mean(problem: GridInequalities, x: Matrix, y: Matrix) -> tuple[Matrix, Matr
 
 
 def _trace(problem: GridInequalities) -> Vector:
-    """Return the objective: trace of the mean of X and Y over the grid."""
+    """Return the objective: sum of the traces of the means of X and Y on the grid."""
     unit = np.eye(problem.n)[upper_triangle(problem.n)]
     weights = [
         np.mean([basis.at(cell.values) for cell in problem.cells], axis=0)

@@ -1,16 +1,17 @@
 """H-infinity synthesis over a polytope with one Lyapunov matrix (theorem 5.3.1), by elimination.
 
     minimise              smallest gamma and (R, S), the X and Y of (5.61), for all plants
-    controller            central controller of one plant (frozen, or of an LTI problem)
+    controller            central controller of one plant; for a polytope of plants, the controller
+                          that is frozen at this plant
     vertex_controllers    one controller per vertex in common coordinates; the inequalities
                           cover their barycentric sums (5.64)
 
 The plants are in continuous or discrete time. The solver's result is reliable only for a
 well-conditioned problem, whatever status the solver reports. Therefore the problem is solved
-several times, in coordinates in which R and S are equal and diagonal and gamma is near one.
-Recentring follows: at a gamma somewhat above the optimum, first the smallest R and S are computed,
-then the R and S for which [R I; I S] is farthest from singular. The coefficients of the controller
-are then bounded.
+several times. Each solution changes the coordinates and the scale of the next problem, so that R
+and S become nearly equal and diagonal, and gamma nearly one. Recentring follows: at a gamma
+somewhat above the optimum, first the smallest R and S are computed, then the R and S for which
+[R I; I S] is farthest from singular. The coefficients of the controller are then bounded.
 
 For one plant, two Riccati equations give gamma, R and S (riccati_synthesis.py). If R and S violate
 the inequalities, the solver is used.

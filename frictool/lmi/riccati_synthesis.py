@@ -127,7 +127,7 @@ def _regular(plant: GeneralisedPlant) -> bool:
 
 
 def _excess(plant: GeneralisedPlant, gamma: float) -> float:
-    """Return the spectral radius of X Y over gamma^2, less 1; NaN without X >= 0 and Y >= 0."""
+    """Return (spectral radius of X Y)/gamma^2 - 1; NaN if X >= 0 and Y >= 0 do not exist."""
     pair = _solutions(plant, gamma)
     return math.nan if pair is None else _radius(*pair) / gamma**2 - 1.0
 

@@ -18,8 +18,8 @@ def rise_time(time: Vector, position: Vector, origin: float, target: float) -> f
 
     The distance moved is measured from the position at the step to the final value. `time` and
     `position` (n,) are the samples of the hold, which begins with the step; passages are
-    interpolated between samples. The result is infinite if the axis moves by less than half of the
-    step, and 0 if it moves by less than 1 % of the step.
+    interpolated between samples. The result is infinite if the final value is more than half of the
+    step off the target. Otherwise the result is 0 if the axis moves by at most 1 % of the step.
     """
     final = final_value(position)
     start = float(position[0])

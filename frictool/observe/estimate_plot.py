@@ -1,4 +1,4 @@
-"""Plot of wear, friction and velocity over time, each with its interval, as SVG.
+"""Plot of wear, friction and velocity against time, each with its interval, as SVG.
 
 The signals are decimated to minima and maxima while the log is read (streamed_decimation.py).
 Memory does not grow with the length of the log, and peaks are kept.

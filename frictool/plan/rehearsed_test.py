@@ -130,10 +130,10 @@ def _largest(sample: Mapping[str, HalfWidthSample], wanted: Mapping[str, float])
 def _corrected(
     attempt: PrecisionRequest, ratio: Mapping[str, float], spare: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return the factors of the next round.
+    """Return the expected ratio of reported to designed half width for the next round.
 
-    - ratio: upper bound of the half width divided by the requested half width
-    - spare: requested half width divided by that of the design, which may be smaller
+    - ratio: upper bound of the half width in the rehearsals, divided by the requested half width
+    - spare: requested half width divided by the half width of the design, which may be smaller
     """
     return {
         name: attempt.factor(name) * spare[name] * min(RESERVE * one, LARGEST_STEP)

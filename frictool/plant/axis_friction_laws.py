@@ -8,8 +8,10 @@
                (4.41)-(4.44)
     end stops  the motor stays in [low, high]; it rebounds at `restitution` times its speed
 
-Friction is continuous at a knee (figure 4.10). Inside the backlash only the end stops act; the
-other laws above do not. F_s of the Stribeck curve is the breakaway at the end of the last rest.
+F_c is the Coulomb friction, F_s the breakaway, v the speed, e the effort, and t the time at rest.
+v_s, delta, fresh and tau are parameters. Friction is continuous at a knee (figure 4.10). Inside the
+backlash only the end stops act; the other laws above do not. F_s of the Stribeck curve is the
+breakaway at the end of the last rest.
 """
 
 from __future__ import annotations
@@ -62,7 +64,7 @@ class AxisFrictionLevels(NamedTuple):
 
 
 class FrictionPositionShape(NamedTuple):
-    """Variation of Coulomb friction and breakaway over positions [low, high] [rad | m].
+    """Coulomb friction and breakaway as functions of the position, from low to high [rad | m].
 
     Outside the range, friction is constant. coulomb, breakaway: coefficients of the polynomials
     (forward, backward), in any unit of effort. Each polynomial, divided by its mean, multiplies the
@@ -171,7 +173,7 @@ def _lifted(side: AxisFrictionLevels) -> AxisFrictionLevels:
 def _maps(
     shape: FrictionPositionShape, sides: tuple[AxisFrictionLevels, AxisFrictionLevels]
 ) -> Vector:
-    """Return the polynomial coefficients (4, MAX_TERMS) of friction over position, in N m | N.
+    """Return the coefficients (4, MAX_TERMS) of the friction's polynomials, in N m | N.
 
     The rows are F_c backward, F_c forward, F_s backward and F_s forward.
     Raises ValueError if 0 <= F_c <= F_s does not hold.

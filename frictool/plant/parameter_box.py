@@ -38,7 +38,7 @@ def moving(box: Box) -> tuple[str, ...]:
 
 
 def corners(box: Box) -> tuple[PlantPoint, ...]:
-    """Return the 2^r corners over the r parameters of `moving`, with the largest Coulomb friction.
+    """Return the corners of the intervals of `moving`, with the largest Coulomb friction.
 
     The corners are in the order of itertools.product.
     """

@@ -106,13 +106,16 @@ def with_load(axis: Vector, load: Vector) -> Vector:
 
 @inner_kernel
 def is_loaded(p: Vector) -> bool:
-    """Return True if the parameters include a load."""
+    """Return True if the parameters `p` of an axis include a load."""
     return bool(p.shape[0] > EXTENDED_SIZE)
 
 
 @inner_kernel
 def opposing_effort(p: Vector, x: float) -> float:
-    """Return offset plus load [N m | N] at x [rad | m]; the parameters `p` must include laws."""
+    """Return offset plus load [N m | N] at the position x [rad | m].
+
+    `p`: parameters of an axis with laws.
+    """
     return (
         float(p[OFFSET]) + load_effort(p[EXTENDED_SIZE:], x) if is_loaded(p) else float(p[OFFSET])
     )
@@ -120,7 +123,10 @@ def opposing_effort(p: Vector, x: float) -> float:
 
 @inner_kernel
 def load_size(p: Vector, x: float) -> float:
-    """Return the sum of the magnitudes of the load's terms at x [N m | N]."""
+    """Return the sum of the magnitudes of the load's terms [N m | N] at the position x [rad | m].
+
+    `p`: parameters of an axis.
+    """
     if not is_loaded(p):
         return 0.0
     total = abs(p[EXTENDED_SIZE] * x)

@@ -40,7 +40,7 @@ def decimated_indices(*signals: Vector, columns: int = COLUMNS) -> NDArray[np.in
 
 
 def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -> NDArray[np.intp]:
-    """Return increasing indices at which a curve (n,) over a rising abscissa is stored.
+    """Return increasing indices at which a curve (n,) with a rising abscissa is stored.
 
     Straight lines between the stored samples differ from the curve by at most `tolerance` (cone
     intersection). Samples that are not finite, and their neighbours, are kept.

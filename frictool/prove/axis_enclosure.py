@@ -254,7 +254,10 @@ def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[
 
 
 def _fitting_step(speed: float, fastest: float, length: float) -> float:
-    """Return the step whose bound of the distance, (speed + fastest step) step, is `length`."""
+    """Return the duration t of a step for which (speed + fastest t) t = `length`.
+
+    `fastest`: largest acceleration; a negative one counts as 0.
+    """
     rise = max(0.0, fastest)
     return 2.0 * length / (speed + math.sqrt(speed * speed + 4.0 * rise * length) + 1e-300)
 
@@ -330,7 +333,11 @@ def _room(state: AxisSet, p: PlantBox) -> float:
 
 
 def _mapped(phase: _Phase, step: float) -> tuple[RoundedInterval, RoundedInterval]:
-    """Return `_series`, by the sums of unit phases: the motion is linear in its first values."""
+    """Return `_series` as a weighted sum of three cached series.
+
+    The motion is linear in `speed`, `settled` and `excess`. Each cached series has the value 1 for
+    one of them and 0 for the others.
+    """
     w0, w1, w2, y0, y1, y2 = _unit_sums(phase.alpha, phase.losing, phase.rate, step)
     return (
         phase.speed * w0 + phase.settled * w1 + phase.excess * w2,
@@ -380,10 +387,10 @@ def _series(phase: _Phase, step: float) -> tuple[RoundedInterval, RoundedInterva
 
 
 def _tail(size: float, beta: float, step: float) -> float:
-    """Return a bound of the terms after TERMS.
+    """Return a bound of the sum of all terms of `_series` after the first TERMS.
 
-    |c_k| d^k <= size d (beta d)^(k-1)/k!, and beta d <= STEEPEST; the sum is below twice its first
-    term.
+    Term k is at most size step (beta step)^(k-1)/k!, and beta step <= STEEPEST. The sum is below
+    twice its first term.
     """
     x = beta * step * (1.0 + SLACK)
     first = size * step * x**TERMS / math.factorial(TERMS + 1)
@@ -422,7 +429,7 @@ def _stopped(
         back = RoundedInterval(0.0, speed.high * wait * (1.0 + SLACK))
         turned = replace(at, drive=drive, direction=-sign)
         return _shifted(turned, back, speed, p), wait
-    raise Ambiguous("the axis may stop where the effort equals the breakaway")
+    raise Ambiguous("after a stop, the effort may equal the breakaway: the axis may stick or move")
 
 
 def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:

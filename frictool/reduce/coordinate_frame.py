@@ -38,7 +38,7 @@ POWERS = {"N": 1, "N/s": 1, "N s/m": 2, "N/m": 2, "kg": 2, "m/s": -1, "m": -1}
 
 @dataclass(frozen=True)
 class CoordinateFrame:
-    """Map q = ratio p + offset [SI].
+    """Map q = ratio p + offset [SI] between a block's coordinate q and another coordinate p.
 
     axis: kind of p, rotary or linear.
     block_axis: kind of q, rotary or linear.
@@ -50,34 +50,34 @@ class CoordinateFrame:
     block_axis: Axis
 
     def position(self, q: Quantity) -> Quantity:
-        """Return the position p for a position q."""
+        """Convert a position from the block's coordinate to that of the frame."""
         offset = Quantity(
             q.value - self.offset, _less(q.low, self.offset), _less(q.high, self.offset)
         )
         return scaled(offset, 1.0 / self.ratio, self._unit("position"))
 
     def width(self, q: Quantity) -> Quantity:
-        """Return the unsigned distance along p for a distance along q."""
+        """Convert a distance from the block's coordinate to that of the frame; it is unsigned."""
         return scaled(q, 1.0 / abs(self.ratio), self._unit("position"))
 
     def effort(self, f: Quantity) -> Quantity:
-        """Return the effort along p for an effort along q."""
+        """Convert an effort from the block's coordinate to that of the frame."""
         return scaled(f, self.ratio, self._unit("effort"))
 
     def stiffness(self, k: Quantity) -> Quantity:
-        """Return the stiffness along p for a stiffness along q."""
+        """Convert a stiffness from the block's coordinate to that of the frame."""
         return scaled(k, self.ratio**2, self._unit("stiffness"))
 
     def damping(self, d: Quantity) -> Quantity:
-        """Return the damping along p for a damping along q."""
+        """Convert a damping from the block's coordinate to that of the frame."""
         return scaled(d, self.ratio**2, self._unit("viscous"))
 
     def inertia(self, m: Quantity) -> Quantity:
-        """Return the inertia or mass along p for the inertia or mass `m` along q."""
+        """Convert an inertia or mass from the block's coordinate to that of the frame."""
         return scaled(m, self.ratio**2, self._unit("inertia"))
 
     def curve(self, curve: Curve, factor: float, unit: str | None = None) -> Curve:
-        """Return a curve over q as a curve over p, with the values multiplied by `factor`."""
+        """Convert the positions of a curve to the frame, and multiply its values by `factor`."""
         positions, values = self._points(
             curve.position.values, tuple(value * factor for value in curve.value.values)
         )
@@ -90,14 +90,14 @@ class CoordinateFrame:
         return Level(Series(positions, self._unit("position")), factors)
 
     def _points(self, positions: Ends, values: Ends) -> tuple[Ends, Ends]:
-        """Return rising positions of p, and the values there."""
+        """Convert positions to the frame; return them in rising order, with their values."""
         order = -1 if self.ratio < 0.0 else 1
         return tuple((value - self.offset) / self.ratio for value in positions)[::order], values[
             ::order
         ]
 
     def compliance(self, one: Compliance | None) -> Compliance | None:
-        """Return the compliance along p for a compliance along q."""
+        """Convert stiffness and damping from the block's coordinate to that of the frame."""
         return (
             None
             if one is None
@@ -105,7 +105,7 @@ class CoordinateFrame:
         )
 
     def spring(self, spring: Spring, on: str) -> Spring:
-        """Return the spring along p for a spring between the block and ground.
+        """Convert a spring between the block and ground to the coordinate of the frame.
 
         A spring without `free` is unstrained at the start, in both coordinates.
         """

@@ -7,10 +7,10 @@ that accelerates a mass m behind the link has the same losses. The reflected mas
 with 1 - back_loss <= s <= 1 + drive_loss for any load. The model's inertia is the value for s = 1,
 with an interval for all values of s.
 
-A link with 1 - back_loss < 0 (a thread with mu > tan(alpha)) is irreversible: no load moves it, and
-the source must push to lower a load. If the load accelerates downwards, it presses less on the
-link, so that s < 0: the reflected inertia of the whole mechanism is less than the inertia of the
-motor alone.
+A link with 1 - back_loss < 0 is irreversible; an example is a thread whose friction coefficient
+exceeds the tangent of its angle. No load moves such a link, and the source must push to lower a
+load. If the load accelerates downwards, it presses less on the link, so that s < 0: the reflected
+inertia of the whole mechanism is less than the inertia of the motor alone.
 
 An efficiency (thesis (2.14)) never replaces friction: with a load that drives the motor back, a
 loop with an efficiency instead of friction would be an oscillator without damping.

@@ -106,7 +106,7 @@ def _chain(
         raise ElementError(
             f"sensors.{sensor}.measures",
             f"found {whole.sensors[sensor].measures}; allowed: position, which a model.yaml needs; "
-            "name a position sensor under control",
+            "name a position sensor in the key `control`",
         )
 
     def take(result: tuple[Mechanism, StepReport]) -> Mechanism:

@@ -45,9 +45,11 @@ class LinkLoss:
 
     @property
     def slopes(self) -> tuple[float, float]:
-        """Return the quotients near/far of the efforts with and against the motion.
+        """Return (effort at the near side)/(effort at the far side) for two directions of power.
 
-        Raises NoSolutionError if the near side would have to drive an irreversible link backwards.
+        The first quotient is for an effort that drives the motion at the far side, the second for
+        an effort that opposes the motion there. Raises NoSolutionError if the near side would have
+        to drive an irreversible link backwards.
         """
         if self.from_near:
             return 1.0 - self.back, 1.0 + self.drive
@@ -60,7 +62,7 @@ class LinkLoss:
 
     @property
     def factor(self) -> float:
-        """Return the quotient near/far of the efforts at the two sides for friction."""
+        """Return (effort at the near side)/(effort at the far side) for friction at the far end."""
         return 1.0 + self.drive if self.from_near else 1.0 / (1.0 - self.back)
 
 
@@ -98,7 +100,7 @@ class DirectedResistance:
 def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResistance:
     """Return the resistance of a block, reflected through a lossy link (thesis (2.15), (2.28)).
 
-    Speed-dependent friction is multiplied by the quotient near/far for an opposing effort.
+    Speed-dependent friction is multiplied by `loss.factor`.
     """
     rest = block.pressed_breakaway
     raised = tuple(
@@ -135,7 +137,7 @@ def as_curves(
     x: Vector,
     loss: LinkLoss = NO_LOSS,
 ) -> Mechanism:
-    """Replace the frame links and the constant efforts of `block` by curves over x (n,)."""
+    """Replace the frame links and the constant efforts of `block` by curves at positions x (n,)."""
     number = assembled.blocks.index(block)
     directed = resistance(resisting(assembled, number, x), loss)
     replaced = position_elements(mechanism, block)

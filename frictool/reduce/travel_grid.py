@@ -1,4 +1,4 @@
-"""Grid of positions over the travel of the source's block."""
+"""Grid of positions within the travel of the source's block."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Curves over the whole log: position, velocity, drive and phase plane.
+"""Curves of the whole log: position, velocity, drive and phase plane.
 
 Streams of variants are drawn first, the nominal stream on top of them.
 """
@@ -139,7 +139,7 @@ def _over_time(
     curves: list[tuple[StreamEvidence, Vector]],
     references: Sequence[StreamEvidence] = (),
 ) -> PageFigure:
-    """Return the figure `name` of one curve per stream over time, the nominal streams on top.
+    """Return the figure `name` of one curve per stream against time, the nominal streams on top.
 
     - ordinate: label of the ordinate
     - texts: title, text for screen readers, caption

@@ -42,5 +42,5 @@ def drawing(name: str) -> AbstractContextManager[None]:
 
 
 def new_figure(rows: int = 1, height: float = HEIGHT) -> tuple[Figure, list[Axes]]:
-    """Return a figure with `rows` axes over a common abscissa; the first axes are the tallest."""
+    """Return a figure with `rows` axes with a common abscissa; the first axes are the tallest."""
     return svg.panels((WIDTH, height), MARGINS, rows, ratios=[1.6, *[1.0] * (rows - 1)], space=0.16)

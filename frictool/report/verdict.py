@@ -1,4 +1,4 @@
-"""Computation of a verdict on logs from the worst values over all steps of all streams."""
+"""Computation of a verdict on logs from the worst values in all steps of all streams."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Worst value of a metric over all holds of all streams, compared with its limit.
+"""Worst value of a metric in all holds of all streams, compared with its limit.
 
 A hold is a period of constant reference.
 """

@@ -218,10 +218,11 @@ def _reference(
 def _with_feedforward(
     reference: Vector, forward: Vector, servo: PositionServo, period: float
 ) -> Vector:
-    """Return the reference (n,) at which the servo adds the effort `forward` (n,).
+    """Return a changed reference (n,), for which the servo adds the effort `forward` (n,).
 
-    P r'[k] + r D (r'[k] - r'[k-1])/period = P r[k] + r D (r[k] - r[k-1])/period + forward[k],
-    with the servo's gains P and D and its weight r of the reference's rate.
+    For the difference d of the changed reference and `reference`, the servo computes the effort
+    P d[k] + w D (d[k] - d[k-1])/period, which must equal forward[k]. P and D are the gains of the
+    servo, and w is its weight of the rate of the reference.
     """
     rate = servo.reference_rate * servo.derivative / period
     added = scipy.signal.lfilter([1.0], [servo.proportional + rate, -rate], forward)

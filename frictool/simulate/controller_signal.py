@@ -25,9 +25,9 @@ from frictool.typing import Vector
 class RecordedRun(NamedTuple):
     """Recorded run of a controller: program, reference (n,) and record (n, 7).
 
-    `running`: program in its number format. `step`: encoder step [rad | m]. `known`: scheduled
-    parameters by state index. `commands`: commands of a supervisor, by the index of the sample that
-    follows them.
+    `running`: program in its number format. `step`: encoder step [rad | m]. `known`: index of a
+    state of the program -> value of the scheduled parameter in this state. `commands`: index of a
+    sample -> commands of a supervisor just before this sample.
     """
 
     program: Program

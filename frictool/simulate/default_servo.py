@@ -1,10 +1,11 @@
 """Default position loop of a bench, for simulated tests.
 
     effort = P (reference - position) + D d/dt (reference - position) + feedforward
-    feedforward = inertia a + viscous v + coulomb sign(v) + offset    with the bench's values
+    feedforward = inertia a + viscous v + coulomb sign(v) + offset
 
-The speed loop has the bandwidth 0.5/delay, the position loop 0.3 times that bandwidth. One count
-per sample changes the drive by at most a quarter of its limit.
+inertia, viscous, coulomb and offset are values of the bench; v and a are the velocity and the
+acceleration of the reference. The speed loop has the bandwidth 0.5/delay, the position loop 0.3
+times that bandwidth. One count per sample changes the drive by at most a quarter of its limit.
 """
 
 from __future__ import annotations

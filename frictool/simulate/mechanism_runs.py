@@ -69,9 +69,10 @@ class MechanismOutcome(NamedTuple):
 class MechanismTask(NamedTuple):
     """Inputs of a run of `samples` samples.
 
-    `sight`, `inputs`, `conditions`: engine/mechanism/closed_loop.py. `reference` (samples,) is None
-    without a controller. `controller` is None if the sources only follow their signals, or if
-    `target` replaces the controller.
+    `sight`: ports of the controller. `inputs`: signals of sources and efforts on blocks.
+    `conditions`: drifts and sensor faults (engine/disturbances_and_faults.py). `reference`
+    (samples,) is None without a controller. `controller` is None if the sources only follow their
+    signals, or if `target` replaces the controller.
     """
 
     samples: int

@@ -178,7 +178,7 @@ def _beyond(
     scope: ProofScope,
     progress: Callable[[str], None],
 ) -> tuple[stored.Controller, tuple[ProvedBound, ...], tuple[str, ...]]:
-    """Return the controller with certificate and figures inside the box, its bounds and notes."""
+    """Return the controller with certificate and figures inside the box; proved bounds; notes."""
     progress("proof for every constant plant of the box")
     loops = feedbacks_of(controller)
     certificate, proved, remarks = _certificate(posed, controller)
@@ -206,7 +206,7 @@ def _beyond(
 def _certificate(
     posed: SynthesisProblem, controller: stored.Controller
 ) -> tuple[Certificate | None, tuple[ProvedBound, ...], tuple[str, ...]]:
-    """Return the certificate, its bounds and notes; no certificate if a loop is unstable."""
+    """Return the certificate (None if a loop is unstable), its proved bounds, and notes."""
     weights = certified_weights(posed.weights) if posed.weighs else SENSITIVITY
     box = Box(**enclosing_box(posed.box.vertices))
     try:
@@ -218,7 +218,7 @@ def _certificate(
 def _with_rest(
     posed: SynthesisProblem, controller: stored.Controller, certificate: Certificate
 ) -> Certificate:
-    """Return the certificate with the proof of rest, or with a cycle of a loop without a band."""
+    """Return the certificate with the proof of rest or, without a band, a simulated limit cycle."""
     at_rest = prove_rest(controller, certificate)
     cycle = find_cycle(posed.model, controller) if at_rest is None else None
     return msgspec.structs.replace(certificate, rest=at_rest, cycle=cycle)

@@ -149,7 +149,7 @@ def shortest_step(model: Model, spec: Spec) -> float:
 
 
 def _static_error(spec: Spec) -> float:
-    """Return the largest distance [rad | m] between the target and the final position."""
+    """Return the largest allowed distance [rad | m] between target and final position."""
     return 0.0 if spec.static_error is None else float(spec.static_error.value)
 
 

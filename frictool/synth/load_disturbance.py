@@ -1,8 +1,10 @@
 """Load of the model as a bounded disturbance that the drive must hold.
 
     offset     constant
-    gravity    |sine sin x + cosine cos x| <= its amplitude at any position
-    ripple     |sine sin x + cosine cos x| <= its amplitude, x: phase of the ripple
+    gravity    s sin x + c cos x at the position x, at most its amplitude
+    ripple     s sin x + c cos x at the phase x of the ripple, at most its amplitude
+
+s and c are coefficients of the model, which are known within intervals.
 
 The plants of the polytope do not contain the load. A spring is an error, because the loop is not
 designed for the stiffness of the spring.
@@ -77,5 +79,5 @@ def largest(estimate: Estimate) -> float:
 
 
 def amplitude(sine: Estimate, cosine: Estimate) -> float:
-    """Return the largest value of sine sin x + cosine cos x within the intervals."""
+    """Return the largest |s sin x + c cos x| for any x, s in `sine` and c in `cosine`."""
     return math.hypot(largest(sine), largest(cosine))

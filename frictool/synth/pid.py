@@ -3,10 +3,11 @@
     position         C(s) = K (1 + 1/(T_i s) + T_d s/(T_d s/a + 1)) on the position error
     speed_cascade    C(s) = K (1 + 1/(T_i s)) on the speed error
 
-Thesis (5.39) and 5.2.3 state these formulas. The output of C is an effort; the drive is the effort
-divided by the actuator's constant. C is sampled as a zero-order-hold equivalent with sample period
-T. The integral and the derivative's low-pass (tau = T_d/a) take the error of sample k into account
-after the command of sample k:
+K is the gain, T_i the integral time, T_d the derivative time, and T_d/a the time constant of the
+derivative's low-pass. Thesis (5.39) and section 5.2.3 of the thesis state these formulas. The
+output of C is an effort; the drive is the effort divided by the actuator's constant. C is sampled
+as a zero-order-hold equivalent with sample period T. The integral and the low-pass (tau = T_d/a)
+take the error of sample k into account after the command of sample k:
 
     C(z) = K (1 + (T/T_i)/(z - 1) + (T_d/tau) (z - 1)/(z - exp(-T/tau)))
 """

@@ -3,10 +3,12 @@
     R u = T r - S y    R = x R' monic with an integrator    A R + B S = P
     closed loop: y = B T/P r
 
-The variable x is s/w0 in continuous time and (z - 1)/(w0 T) at a period T. In both domains an
-integrator is a root at x = 0, and the coefficients have similar sizes; in powers of z, the
-equations would be ill-conditioned at 1 kHz. With deg A = n and deg R = m, R' has m - 1 unknown
-coefficients, S has n + 1, and P has n + m. The solution is unique if A x and B have no common root.
+r is the reference, y the measurement, u the drive, B/A the plant and P the desired denominator. The
+variable x of all polynomials is s/w0 in continuous time and (z - 1)/(w0 h) at a sample period h. In
+both domains an integrator is a root at x = 0, and the coefficients have similar sizes; in powers of
+z, the equations would be ill-conditioned at 1 kHz. With deg A = n and deg R = m, R' has m - 1
+unknown coefficients, S has n + 1, and P has n + m. The solution is unique if A x and B have no
+common root.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from frictool.typing import Vector
 class PlacementVariable:
     """Normalised variable x of the polynomials.
 
-    `around` is w0 [rad/s]; `period` is T [s], 0 for continuous time.
+    `around` is w0 [rad/s]; `period` is h [s], 0 for continuous time.
     """
 
     around: float
@@ -34,7 +36,7 @@ class PlacementVariable:
     def pole(self, s: complex) -> complex:
         """Return x for the continuous pole s [rad/s].
 
-        In discrete time, the pole is sampled first: z = exp(s T).
+        In discrete time, the pole is sampled first: z = exp(s h).
         """
         return (
             complex(np.expm1(s * self.period) / (self.around * self.period))

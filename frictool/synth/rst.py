@@ -132,7 +132,7 @@ class _PlacementSearch:
         self.prefilter = problem.design.prefilter
 
     def best(self) -> PlacementTrial:
-        """Search a coarse grid, then in halved logarithmic steps around the best trials."""
+        """Return the best trial of a coarse grid and of local searches around its best trials."""
         trials: list[PlacementTrial] = []
         for frequency in self.slowest * np.geomspace(1.0, 20.0, FREQUENCIES):
             for damping in DAMPINGS:

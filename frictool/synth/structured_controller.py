@@ -8,6 +8,10 @@
  w = b e^u,  m = m_lo^(1-y) m_hi^y        a pair, with m_hi = (b/w + w/b)/2 = cosh(u)
  parameters (u <= 0, ..., [u <= 0, 0 <= y <= 1], ..., n0 ... nr)
 
+k is the gain, w0 a frequency that scales the coefficients, and b the largest modulus of a pole; i
+is 1 with an integrator, else 0. p is a real pole; w and m are the natural frequency and the damping
+of a pair of poles, u and y the parameters of the poles, and m_lo is the least damping.
+
 A pair represents any two poles in the left half plane with modulus at most b and damping at least
 m_lo, complex or real. With w <= b, at least one pole of a real pair is within b. With m <= m_hi the
 polynomial is nonnegative at -b, so that the other pole is within b too. Real poles can therefore

@@ -6,7 +6,11 @@ acceleration    (share K u_max - F_c - load - sigma_v speed)/J, the smallest val
                 that supply voltage and back-EMF allow at that speed
 jerk            2 acceleration/(N T): N samples are a tenth of speed/acceleration, at least 4; or
                 one period of the lowest resonance, at which the moving average has a zero
-feedforward     the model's values; on: one encoder step in 10 samples, off: half of `on`
+feedforward     the model's values; the Coulomb term switches on at the speed of one encoder step in
+                10 samples, and off at half of this speed
+
+K is the actuator's constant, F_c the Coulomb friction, sigma_v the viscous friction, J the inertia,
+T the sample period, and share the design's `drive_share`.
 """
 
 from __future__ import annotations

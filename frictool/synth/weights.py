@@ -8,8 +8,8 @@ inputs of equal size. Quantities for a reference of amplitude A are therefore di
            M_mod and e_stat from the specification (thesis 5.56, 5.57)
     W1     1/A: full friction leaves an error of e_stat A, the static error of the
            specification. With W1 = 1, as in the thesis, the error is e_stat
-    W3     A over the drive's limit: a reference of A does not saturate (thesis 5.58)
-    W4     the encoder's step over A
+    W3     A/(drive's limit): a reference of A does not saturate the drive (thesis 5.58)
+    W4     (encoder's step)/A
     W_u    step/(share limit W4): at gamma 1 and any frequency, a signal with the amplitude
            of one count requests at most the fraction `share` of the drive's limit
 """

@@ -66,8 +66,8 @@ def check_corners(controller: Controller) -> None:
         if _parameters(corner) not in vertices:
             words = plant_words(corner, controller.bench)
             raise NoSolutionError(
-                f"{controller.name}: not verified: no vertex of the document is the corner with "
-                f"{words}; run frictool synth again"
+                f"{controller.name}: not verified: the document has no vertex for a corner of its "
+                f"box: {words}; run frictool synth again"
             )
 
 

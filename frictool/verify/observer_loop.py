@@ -90,9 +90,10 @@ def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
 
 
 def _tracking(observer: Observer, hold: Held) -> Lti:
-    """Return the system from m and the effort to minus v^.
+    """Return the system from m and the effort to minus the estimated speed.
 
-    Its states are the position difference after the correction and the model's step, v, and d.
+    The states are the measured minus the estimated position after a sample, and the predictions of
+    speed and disturbance for the next sample.
     """
     tracking = observer.tracking
     assert tracking is not None

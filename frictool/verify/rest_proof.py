@@ -5,9 +5,10 @@ disturbance. F is the smallest friction of all plants of the box. For |disturban
 
     J v' = K i(t) - friction + disturbance    =>    the axis moves by at most D = J w^2/(2 (F - d))
 
-before it stops, with w = |v| + K |i| lag/J: the motion is longest if the whole impulse of the
-decaying drive acts at the start of the motion. With a released drive and the position error e, all
-states with |e| + D <= band - (one count) therefore stop inside the band. There the reading is
+before it stops, with w = |v| + K |i| lag/J. J is the inertia, v the speed, K the actuator's
+constant, and `lag` the time constant of the drive. The motion is longest if the whole impulse of
+the decaying drive acts at the start of the motion. With a released drive and the position error e,
+all states with |e| + D <= band - (one count) therefore stop inside the band. There the reading is
 constant, the drive remains released, and only a disturbance above the smallest breakaway moves the
 axis again. No limit cycle contains such a state.
 

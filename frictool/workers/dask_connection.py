@@ -84,7 +84,7 @@ def _client(dask: Any, distributed: Any, address: str) -> Any:
     except (OSError, TimeoutError):
         raise ClusterError(_nobody(address)) from None
     except (ImportError, TypeError, ValueError) as error:
-        raise ClusterError(f"{address}: cannot be connected to: {error}") from None
+        raise ClusterError(f"{address}: the connection failed: {error}") from None
 
 
 def _certified(distributed: Any, address: str) -> dict[str, Any]:

@@ -234,7 +234,7 @@ def test_a_controller_with_its_vertices_deleted_is_not_exported(tmp_path: Path) 
     refused(
         run("export", path, "-o", tmp_path / "c"),
         4,
-        f"no vertex of the document is the corner with {corner}",
+        f"the document has no vertex for a corner of its box: {corner}",
     )
     path.write_text(
         to_yaml(

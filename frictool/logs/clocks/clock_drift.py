@@ -4,7 +4,8 @@
                                           delay is never negative. The closest line below all points
                                           gives offset and drift. It is an edge of the lower convex
                                           hull of the points.
-    both instruments measure one signal   Each of several windows gives the lag with the highest
+    both instruments measure one signal   Each of several windows gives the lag of the second record
+                                          y behind the first record x: the lag with the highest
                                           cross-correlation, refined by least squares of y(t) - x(t)
                                           = -lag x'(t). A Theil-Sen line through the lags gives
                                           offset and drift.

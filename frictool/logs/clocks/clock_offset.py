@@ -32,7 +32,12 @@ NORMAL_95 = 1.96  # standard deviations of a 95 % interval
 
 
 class ClockOffset(NamedTuple):
-    """Offset tau in s, bounds of its 95 % interval in s, and explained share of y's variance."""
+    """Estimated offset between two clocks, from one quantity that both instruments recorded.
+
+    value: time in s by which the second clock leads the first.
+    low, high: bounds in s of the 95 % interval of `value`.
+    explained: share of the second signal's variance that the shifted first signal explains.
+    """
 
     value: float
     low: float

@@ -3,8 +3,8 @@
 A step s from one sample to the next is long if it exceeds half of the position's range (outliers of
 one sample do not count for the range). At a wrap, the axis moves by u against the direction of s,
 and the period is P = |s| + u. The four steps around s bound u, so that each long step gives an
-interval of P. The search chooses the period that lies in most of these intervals. It then
-classifies the motion around each long step:
+interval that contains P. The search chooses a period that lies in as many of these intervals as
+possible. It then classifies the motion around each long step:
 
     forward     the axis moves against s both before and after the step, as an axis that continues
                 across the end of the period
@@ -298,9 +298,9 @@ def _directions(around: Matrix) -> tuple[int, int]:
 
 
 def _most_covered(low: Vector, high: Vector) -> tuple[float, float]:
-    """Return the bounds of the values that lie in most intervals.
+    """Return the bounds of the values that lie in the largest number of intervals.
 
-    Adjoining values that lie in at least MOSTLY times that number of intervals are included.
+    Adjoining values that lie in at least MOSTLY times this number of intervals are included.
 
     low, high: (n,) bounds of the intervals.
     """

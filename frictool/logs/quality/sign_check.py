@@ -1,9 +1,9 @@
 """Check of the signs of effort and motion.
 
-Friction dissipates energy. The work of the effort between two times of standstill, W = sum F dx,
-goes into friction and is positive. If the sign of one sensor is reversed, W is negative. A spring
-or a weight does not change W, because it returns its work. Other signals show which sensor is
-reversed:
+Friction dissipates energy. The work W = sum F dx of the effort F on the position x, between two
+times of standstill, goes into friction and is positive. If the sign of one sensor is reversed, W is
+negative. A spring or a weight returns its work when the axis moves back: it adds to W only the
+difference of its energy at the two standstills. Other signals show which sensor is reversed:
 
     correlation of velocity and differences of position    negative: velocity is reversed
     correlation of position and its reference              negative: position is reversed;

@@ -160,7 +160,11 @@ class _CdrReader:
         return start
 
     def length(self) -> int:
-        """Return the next length; add it to `guards`, because later offsets depend on it."""
+        """Read the length of a text or sequence.
+
+        The reader stores the bytes of this length in `guards`, because all later offsets depend on
+        the length.
+        """
         start = self.take(4, 4)
         raw = self.data[start : start + 4]
         self.guards.append((start, raw))

@@ -4,8 +4,9 @@
     in slip   F is the model x'' = a + d/J over one period
     n, a      white errors of the measured position and, through B, of the acceleration
 
-L are the gains, and C = [1 0 0]. Smith's doubling method computes the steady covariance of e. The
-unit of time is one period, so that the matrices depend on the gains only.
+e contains the errors of position, speed and d/J (d: disturbance effort, J: inertia). L are the
+gains, and C = [1 0 0]. Smith's doubling method computes the steady covariance of e. The unit of
+time is one period, so that the matrices depend on the gains only.
 """
 
 from __future__ import annotations

@@ -86,7 +86,10 @@ def turning_points(friction: FrictionMap, direction: int) -> list[float]:
 
 
 def _where(friction: FrictionMap, direction: int, low: float, high: float, part: float) -> float:
-    """Return the position at which friction has made `part` of its change from `low` to `high`."""
+    """Return the position between `low` and `high` at which friction has changed by `part`.
+
+    `part` is a fraction, 0 to 1, of the change between the two positions.
+    """
     first, last = (float(friction_at(friction, direction, end)) for end in (low, high))
     return float(
         scipy.optimize.brentq(

@@ -91,8 +91,8 @@ def verify(
     switching = max(radius(loops[j] @ loops[i]) for i, j in both)
     if switching >= 1.0:
         raise NoSolutionError(
-            "not verified: the error grows if two modes alternate, "
-            f"by {switching:.6g} in two samples"
+            "not verified: while two modes alternate, two samples multiply the error by "
+            f"{switching:.6g}; the factor must be below 1"
         )
     gain = _simulated(modes, loops, _sequences(switches), solution)
     if gain > gamma * (1.0 + ROUNDING):

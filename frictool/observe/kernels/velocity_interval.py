@@ -7,8 +7,8 @@
     ROUNDED    part of a count's rounding that passes the observer's dead zone
     h          predicted misfit |delta_a - low-pass of delta_a|/w with the bandwidth w;
                delta_a = unsure a + friction sign(v) is the possible error of the model's
-               acceleration. The disturbance estimate compensates a constant delta_a; a change of
-               delta_a acts for about 1/w
+               acceleration a (unsure, friction: VelocityIntervalConstants). The disturbance
+               estimate compensates a constant delta_a; a change of delta_a acts for about 1/w
     s          observed misfit: rms of (measured - predicted position) beyond the error of
                rounding, over about MEMORY samples in motion. s includes noise of the drive
     r          peak of the observed misfit, which decays with the observer's error. Impacts

@@ -4,7 +4,7 @@ Let e be the part of a move that the filter (A, P and r of filter_bank.py) did n
 covariance S = r A + A P A. Let h = A[:, w] be the effect of a unit step of parameter w on e. The
 maximum-likelihood step is delta = h'S^-1 e / h'S^-1 h, with the standard deviation (h'S^-1 h)^-1/2.
 To detect a drift that no single move shows, numerators and denominators of successive moves are
-summed. A move that is k moves old has the weight m^k, for each m in MEMORIES. Without a change,
+summed. A move that is j moves old has the weight m^j, for each m in MEMORIES. Without a change,
 delta is normal with this standard deviation, because the innovations are white.
 
 A change of one parameter resembles changes of others. Therefore only the most likely change is
@@ -26,7 +26,7 @@ EXPLAINED = 2.0  # standard deviations of a change after the walk has been enlar
 class ChangeDetector:
     """Detector of changes of the parameters of several filters.
 
-    shape: (k, r), the numbers of filters and of parameters. favoured: index of the wear among the r
+    shape: (k, n), the numbers of filters and of parameters. favoured: index of the wear among the n
     parameters.
     """
 
@@ -37,9 +37,9 @@ class ChangeDetector:
         )
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
-        """Return the standard deviations (k, r) of a step that explains a detected change, else 0.
+        """Return the standard deviations (k, n) of a step that explains a detected change, else 0.
 
-        step, weight: (k, r), h'S^-1 e and h'S^-1 h of the module docstring. The sums of a filter
+        step, weight: (k, n), h'S^-1 e and h'S^-1 h of the module docstring. The sums of a filter
         restart when the filter reports a change.
         """
         self._steps = MEMORIES * self._steps + step[..., None]

@@ -42,12 +42,12 @@ MEMORY_ROWS = 5000.0  # rows, memory of the variance
 
 
 class FilterBank:
-    """Bank of k filters for the same r parameters.
+    """Bank of k filters for the same n parameters.
 
     With each move, the parameter `name` makes a random step with the standard deviation `walk`
     [SI]; the other parameters step only after a detected change. restrictions: one for each slope
     in UNMODELLED, with equal matrices. variance: prior variance of a row's residual [(N m)^2 |
-    N^2]. states (k, r), spreads (k, r, r): means and covariances, relative to the prior mean, in
+    N^2]. states (k, n), spreads (k, n, n): means and covariances, relative to the prior mean, in
     units of the prior standard deviations.
     """
 
@@ -139,11 +139,11 @@ class FilterBank:
         return mean, math.sqrt(float(weights @ (variances + (values - mean) ** 2)))
 
     def _loosen(self, walked: Vector) -> None:
-        """Add steps of the parameters with standard deviations `walked` (k, r)."""
+        """Add steps of the parameters with standard deviations `walked` (k, n)."""
         self.spreads += walked[:, :, None] ** 2 * np.eye(walked.shape[1])
 
     def _information(self, move: Move) -> tuple[Vector, Vector, Vector]:
-        """Return A (k, r, r), b (k, r) and sum of squares (k,) of a move.
+        """Return A (k, n, n), b (k, n) and sum of squares (k,) of a move.
 
         All are relative to the prior mean and in units of the prior standard deviations.
         """
@@ -163,10 +163,10 @@ class FilterBank:
         )
 
     def _noise_of(self, information: Vector, missed: Vector, left: Vector, rows: int) -> float:
-        """Return r of a move [(N m)^2 | N^2].
+        """Return the noise variance r of a move [(N m)^2 | N^2].
 
-        r is the learned one, unless the move's own residual is significantly larger; r then
-        includes this residual. Otherwise a noisy first move would be weighted by the prior
+        r is the variance learned so far, unless the residual of the move is significantly larger; r
+        then includes this residual. Otherwise a noisy first move would be weighted by the prior
         variance, and its weight would stay too large. left: (k,), residuals of the present filters.
         """
         known = noise = self.noise
@@ -204,12 +204,12 @@ class FilterBank:
 
 
 def _times(matrices: Vector, vectors: Vector) -> Vector:
-    """Return the products (k, r) of matrices (k, r, r) and vectors (k, r)."""
+    """Return the products (k, n) of matrices (k, n, n) and vectors (k, n)."""
     return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
 
 
 def _gain(spreads: Vector, information: Vector, noise: float) -> Vector:
-    """Return (1 + P A/r)^-1 (k, r, r).
+    """Return the inverses (k, n, n) of 1 + P A/r; r is the noise variance `noise`.
 
     The result times P is P'. The result's transpose, divided by r and times the innovation e, is A
     S^-1 e with the covariance S of e.

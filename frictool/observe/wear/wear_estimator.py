@@ -119,10 +119,10 @@ class WearEstimator:
     def _going(self) -> float:
         """Lag of the filters behind a wear that keeps growing.
 
-        Each test in GOING_ON takes the steps between estimates that are some moves apart. If all
-        steps have the same sign, the test's lag is the smallest step, divided by the moves it spans
-        and times the moves by which the filters lag. Steps over one move show a fast drift, steps
-        over several moves a slow drift. The largest lag of all tests counts.
+        Each test in GOING_ON takes the steps between estimates that are a fixed number of moves
+        apart. If all steps have the same sign, the test's lag is the smallest step, divided by this
+        number and multiplied by the number of moves by which the filters lag. The largest lag of
+        all tests counts.
         """
         changes = [0.0]
         lately = list(self._lately)

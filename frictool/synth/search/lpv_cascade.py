@@ -8,9 +8,10 @@ by time, speed and encoder count. The search varies the factors `bandwidth` and 
     disturbance    0.03/v_s              noise             0.01 softness clip(q, 0.1, 1) step/50
     channel        0.03 F
 
-`step` is the longest step of the reference, `limit` the drive's limit, F the Coulomb friction, and
-q the quotient (encoder count)/step, divided by its value for the clutch. Softness and bandwidth are
-rounded to powers of 2, so that few sets of inequalities must be solved.
+t_s and v_s are the scales of time and speed, relative to the clutch. `response` is the specified
+response time, `step` the longest step of the reference, `limit` the drive's limit, F the Coulomb
+friction, and q the quotient (encoder count)/step, divided by its value for the clutch. Softness and
+bandwidth are rounded to powers of 2, so that few sets of inequalities must be solved.
 """
 
 from __future__ import annotations

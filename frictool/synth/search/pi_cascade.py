@@ -1,7 +1,11 @@
 """Cascade of a position law and a PI controller of the speed: the simplest candidate.
 
-K     gain_product = omega_c (dead time + 1/filter), omega_c = K/J of the lightest plant
-T_i   integral_product = T_i omega_c of the heaviest plant
+The gain is such that the plant with the largest acceleration per unit of the drive has the
+crossover frequency omega_h of the speed loop; omega_l is the crossover frequency with the same gain
+and the plant with the smallest acceleration. The search varies two products:
+
+    gain_product        omega_h (dead time + 1/(bandwidth of the speed filter))
+    integral_product    omega_l (integral time)
 """
 
 from __future__ import annotations

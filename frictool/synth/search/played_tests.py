@@ -21,7 +21,7 @@ STANDSTILL, PER_ERROR = 2.0, 0.3
 
 
 class JudgedRuns(Protocol):
-    """Results of one controller with p plants for r requirements."""
+    """Results of one controller in a simulated test with several plants."""
 
     @property
     def metrics(self) -> Sequence[Any]:
@@ -33,15 +33,19 @@ class JudgedRuns(Protocol):
 
     @property
     def values(self) -> Vector:
-        """Return the worst values (p, r) in SI."""
+        """Return the worst value of each requirement, shape (plants, requirements), in SI."""
 
     @property
     def reserves(self) -> Vector:
-        """Return the relative reserves (p, r): negative for a violation, NaN if undecided."""
+        """Return the distances of `values` from their limits, relative to the limits.
+
+        The array has the shape (plants, requirements). A distance is negative if the requirement
+        is violated, and NaN if it is undecided.
+        """
 
     @property
     def met(self) -> Any:
-        """Return (p, r): 1 if met, 0 if violated, -1 if undecided."""
+        """Return an array (plants, requirements): 1 if met, 0 if violated, -1 if undecided."""
 
     @property
     def failed(self) -> Mapping[int, str]:
@@ -52,18 +56,18 @@ class CandidateJudge(Protocol):
     """Simulation of a controller with all plants, or with the plants of index `only`."""
 
     def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> JudgedRuns:
-        """Return the figures of a controller."""
+        """Simulate a controller and return the results."""
 
 
 @dataclass(frozen=True)
 class PlayedTests:
     """Tests of rising cost; only a candidate that passes a test is played in the next one.
 
-    screen: two short steps with some plants. short: all steps, without their holds, with all
-    plants. whole: the complete test, which decides. others: short steps with other plants and from
-    other initial positions, which a found design must pass without the reserve. places: short steps
-    with the worst plants of the whole test, from many initial positions within a count, without the
-    reserve. hard: plants with which the search begins.
+    screen: two short steps with some plants. short: all steps, each without the hold after it, with
+    all plants. whole: the complete test, which decides. others: short steps with other plants and
+    from other initial positions. places: short steps with the worst plants of the whole test, from
+    many initial positions within one encoder count. A design must pass `others` and `places`
+    without the reserve. hard: plants with which the search begins.
     """
 
     screen: CandidateJudge
@@ -81,7 +85,7 @@ class PlayedTests:
 
 
 def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
-    """Return the shortfalls (p, r): the wanted minus the actual relative reserve of each value.
+    """Return the wanted minus the actual relative reserve, shape (plants, requirements).
 
     A shortfall of 0 or less means that the requirement is met with the reserve. An undecided
     requirement has the shortfall 0. Above 1 a shortfall grows logarithmically. If a response does
