@@ -6,8 +6,11 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
+import pytest
+
 from tests.mutation.mutants import draw, mutants_of
 from tests.mutation.selection import files_that_reach, import_graph
+from tests.mutation.tree import FAILED
 
 SOURCE = '''"""A docstring - no code."""
 def f(a: float | None, b: int = -3) -> float | None:
@@ -70,3 +73,20 @@ def test_the_nearest_tests_come_first():
         ["tests/c/test_x.py"],
         ["tests/b/test_y.py"],
     ]
+
+
+@pytest.mark.parametrize(
+    ("line", "test"),
+    [
+        ("FAILED tests/a/test_x.py::test_it - assert 1 == 2", "tests/a/test_x.py::test_it"),
+        (
+            "FAILED tests/a/test_x.py::test_it[full rank] - E: no",
+            "tests/a/test_x.py::test_it[full rank]",
+        ),
+        ("ERROR tests/a/test_x.py", "tests/a/test_x.py"),
+    ],
+)
+def test_a_failed_test_is_named_as_pytest_finds_it(line: str, test: str) -> None:
+    found = FAILED.search(f"1 failed\n{line}\n2 passed")
+    assert found is not None
+    assert found.group(1) == test

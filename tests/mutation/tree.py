@@ -17,7 +17,7 @@ from frictool.runtime import kernel_folders, kernels
 from tests.mutation.mutants import Mutant
 from tests.mutation.selection import files_that_reach, import_graph
 
-FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
+FAILED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
 NO_TESTS = 5  # pytest's exit code
 
 
