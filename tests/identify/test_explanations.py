@@ -17,13 +17,17 @@ from frictool.documents.laws import Laws
 from frictool.documents.load_terms import LoadTerms, RipplePeriod, Term
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load as load_document
-from frictool.identify.estimators.explanation_search import search_explanations
+from frictool.identify.estimators.explanation_search import (
+    ExplanationSearch,
+    search_explanations,
+)
 from frictool.identify.estimators.position_spectrum import highest_peak
 from frictool.identify.fit_result import Explanation, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, run
-from frictool.identify.motion_record import MotionRecord, record_of
+from frictool.identify.motion_record import MotionRecord, make_record, record_of
 from frictool.identify.regression.joint_test import joint_probability
 from frictool.identify.regression.tsqr import triangles
+from frictool.identify.rows.slip_fit import stroke_samples
 from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
 from frictool.identify.text_view import explanation_line, explanation_place
@@ -270,3 +274,19 @@ def test_the_text_says_where_an_effort_is_and_what_settles_it(
 def test_a_linear_axis_has_no_eccentric_encoder() -> None:
     with pytest.raises(ValueError, match="eccentricity belongs to the encoder of a rotary axis"):
         msgspec.structs.replace(linear_bench(), load=LoadTerms(("offset", "eccentricity")))
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.5, 2.0, 3.0, 1e3])
+def test_a_smoother_search_has_the_odd_windows_nearest_to_the_factor(factor: float) -> None:
+    time = np.arange(6_000) * 1e-3
+    logs = [
+        make_record("log", time, np.floor(np.sin(rate * time) / step) * step, time, step, 0.0)
+        for rate, step in ((5.0, 1e-3), (9.0, 1e-4))
+    ]
+    search = ExplanationSearch.of(logs, rotary_bench(None), USUAL)
+    longest = [0.25 * stroke_samples(log) for log in logs]
+    for before, after, most in zip(
+        search.windows, search.smoother(factor).windows, longest, strict=True
+    ):
+        assert after % 2 == 1
+        assert abs(after - max(before, min(factor * before, most))) <= 1.0

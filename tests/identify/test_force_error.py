@@ -17,8 +17,16 @@ from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
-from frictool.identify.force_error import MOST_SAMPLES, force_error, friction_in_slip, motion_rows
+from frictool.identify.force_error import (
+    MOST_SAMPLES,
+    force_error,
+    friction_in_slip,
+    motion_rows,
+    slip_rows,
+)
 from frictool.identify.motion_record import make_record
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, stroke_samples
+from frictool.identify.rows.smoothing import choose_window
 from frictool.plant.axis import rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels
 from frictool.plant.axis_friction_laws import AxisLaws as AxisLaws
@@ -178,3 +186,16 @@ def test_a_ripple_shorter_than_the_window_is_smoothed_with_the_effort() -> None:
     error = force_error(rows, SLIDING, Laws(load=Load(ripple=ripple)))
     assert error is not None
     assert error < 0.02
+
+
+@pytest.mark.parametrize(("moving", "halvings"), [(60, 2), (100, 1), (250, 0)])
+def test_the_window_is_halved_until_the_axis_slips_over_it(moving: int, halvings: int) -> None:
+    """The axis moves for `moving` samples of each stroke and sticks for the rest of it."""
+    stroke = 0.5 - 0.5 * np.cos(np.pi * np.clip(np.arange(1200) / moving, 0.0, 1.0))
+    position = np.round(50.0 * np.tile(np.append(stroke, 1.0 - stroke), 4)) * 1e-3
+    still = np.zeros(position.size)
+    log = make_record("log", np.arange(position.size) * PERIOD, position, still, 1e-3, 0.0)
+    rows = slip_rows(log, linear_bench())
+    assert rows is not None
+    longest = choose_window(log, stroke_samples(log), SMALLEST_SHARE)
+    assert rows.window == pytest.approx(longest * 0.5**halvings, abs=1.0)

@@ -15,7 +15,7 @@ from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.rows.regression_samples import RegressionSamples, fit
-from frictool.identify.unmodelled_effects import widened
+from frictool.identify.unmodelled_effects import _regression, widened
 from frictool.typing import Vector
 from tests.support.loaded_axis import rotary_bench
 
@@ -159,3 +159,20 @@ def test_coulomb_friction_belongs_to_the_viscous_friction_of_the_model() -> None
     slips = np.abs(velocity) > 0.2
     mean = float(np.mean(20.0 - (1.5 + machine.viscous) * np.abs(velocity[slips])))
     assert result.identified["coulomb"].value == pytest.approx(mean, rel=0.05)
+
+
+@pytest.mark.parametrize("few", [True, False])
+def test_noise_of_the_acceleration_adds_a_variance_if_few_rows_determine_viscous_friction(
+    few: bool,
+) -> None:
+    """The reversals alone determine it in strokes of one speed, half of the rows in sines."""
+    draw = np.random.default_rng([5, 52])
+    velocity = smooth(draw) if few else 4.0 * np.cos(4.0 * TIME) + 3.0 * np.cos(9.1 * TIME)
+    machine = machine_of(draw, velocity, (0.05, 0.4), 2e4)
+    record = machine.record(0.0, 1e-3 * float(np.max(np.abs(machine.effort))))
+    result = least_squares([record], machine.bench, SETTINGS)
+    regression = _regression(result, [record], machine.bench, 0.95)
+    assert regression is not None
+    variance = regression._variance_by_noise(regression.rows.table(regression.used))
+    assert bool(np.all(variance > 0.0)) is few
+    assert bool(np.all(variance == 0.0)) is not few

@@ -3,12 +3,17 @@ reported."""
 
 from __future__ import annotations
 
+from datetime import UTC, datetime, timedelta, timezone
+
 import numpy as np
 import pytest
 from scipy.stats import binom, norm
 
+from frictool.identify.batch import BatchModel, BatchResult, LogGroup
+from frictool.identify.batch_table import batch_populations
 from frictool.identify.fit_result import Interval
 from frictool.identify.population import Population, UnitValue, population, populations
+from frictool.logs.origin import LogOrigin
 
 CONFIDENCE, DRAWS = 0.95, 500
 Z = float(norm.ppf(0.975))
@@ -133,3 +138,18 @@ def test_intervals_that_are_cut_at_zero_or_points_are_taken() -> None:
     points = [UnitValue(Interval(value, value, value)) for value in (1.0, 1.0, 1.5)]
     assert not population(points, CONFIDENCE, 0.05).one
     assert population(points[:2], CONFIDENCE, 0.05).one
+
+
+def test_the_drift_of_a_batch_is_per_day_and_an_hour_of_a_zone_counts() -> None:
+    slope, start = 1e-4, datetime(2025, 3, 1, tzinfo=UTC)
+    batch = []
+    for number, zone in enumerate((0, 9, -5, 0, 2)):
+        day = 40.0 * number
+        date = (start + timedelta(days=day)).astimezone(timezone(timedelta(hours=zone)))
+        value = Interval.around(MEAN + slope * day, 1e-3)
+        model = BatchModel({"coulomb": value}, "least-squares", None, "", {}, ())
+        origin = LogOrigin("U1", date.isoformat())
+        batch.append(BatchResult(LogGroup(f"log{number}", ()), origin, model))
+    drift = batch_populations(batch, CONFIDENCE)["coulomb"].drift
+    assert drift is not None
+    assert drift.slope.value == pytest.approx(slope, rel=1e-9)

@@ -18,7 +18,7 @@ from frictool.documents.registry import load
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import check_reference, limits_of
 from frictool.identify.excite.cramer_rao import SLIDING, information
-from frictool.identify.excite.precise_ramps import precise_ramps
+from frictool.identify.excite.precise_ramps import FEWEST_ONSETS, _onsets, precise_ramps
 from frictool.identify.excite.precise_strokes import (
     QUANTILE,
     PrecisionRequest,
@@ -227,3 +227,20 @@ def test_refusals_name_limit_and_remedy(tmp_path: Path) -> None:
     short = excite("--for", "inertia=0.1%", "--duration", "5")
     assert short.code == 1
     assert "missed within 5 s: inertia" in short.stderr
+
+
+@pytest.mark.parametrize("limit", [0.3, 0.5, 1.0, 1.001, 1.5, 3.0])
+def test_the_fewest_ramps_whose_mean_is_precise_enough(limit: float) -> None:
+    """n onsets average their scatter, and not the error that they have in common."""
+    single, common = 4.0, 1.0
+
+    def deviation(onsets: float) -> float:
+        return math.sqrt(common**2 + (single**2 - common**2) / onsets)
+
+    onsets = _onsets(single, common, limit)
+    if limit <= common:
+        assert onsets == math.inf
+        return
+    assert onsets % 2.0 == 0.0
+    assert deviation(onsets) <= limit
+    assert onsets == FEWEST_ONSETS or deviation(onsets - 2.0) > limit

@@ -3,14 +3,24 @@ exactly."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from frictool.identify.fit_result import Interval, SlidingFit
 from frictool.identify.motion_record import make_record
-from frictool.identify.rows.slip_fit import SMALLEST_SHARE, shortest_window, slipping_window
+from frictool.identify.rows.slip_fit import (
+    LARGEST_SHARE,
+    SMALLEST_SHARE,
+    _bearable_share,
+    shortest_window,
+    slipping_window,
+)
 from frictool.identify.rows.smoothing import (
     acceleration_filter,
     bump,
@@ -118,3 +128,17 @@ def test_records_of_two_encoders_share_the_window_of_the_coarser_one() -> None:
         assert (
             shortest_window(records, SMALLEST_SHARE) == slipping_window(records, None) == alone[1]
         )
+
+
+@pytest.mark.parametrize("half", [1e-6, 1e-4, 1e-3])
+def test_the_attenuation_of_the_inertia_stays_far_below_its_deviation(half: float) -> None:
+    """A share s of noise attenuates the inertia by s^2; no share is above the largest one."""
+    inertia = 2.0
+    reach = half * inertia * float(scipy.special.ndtri(0.975))
+    result = SlidingFit({"inertia": Interval.around(inertia, reach)}, {}, 0.0, None, 1.0, 1)
+    share = _bearable_share(result, 0.95)
+    assert share**2 == pytest.approx(0.2 * half)
+    assert _bearable_share(result, 0.99) < share
+    wide = SlidingFit({"inertia": Interval.around(inertia, inertia)}, {}, 0.0, None, 1.0, 1)
+    assert _bearable_share(wide, 0.95) == LARGEST_SHARE
+    assert _bearable_share(replace(result, parameters={}), 0.95) == LARGEST_SHARE

@@ -66,6 +66,8 @@ def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: B
     plain, wide = fit.parameters["coulomb"], result.fit.parameters["coulomb"]
     assert not plain.low <= COULOMB <= plain.high
     assert wide.low <= COULOMB <= wide.high
+    # the end moves by the error that the effect causes, and not by a multiple of it
+    assert wide.value - wide.low < 1.6 * (wide.value - COULOMB)
     assert wide.value == plain.value
     (warning,) = result.warnings(result.fit.parameters)
     assert result.warnings({"coulomb": plain}) == ()
