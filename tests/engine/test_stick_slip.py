@@ -207,6 +207,25 @@ def test_the_knee_changes_the_viscous_friction_beyond_it() -> None:
     assert run.friction[0] == pytest.approx(COULOMB + VISCOUS * 0.5, rel=1e-12)
 
 
+@pytest.mark.parametrize("speed", [0.8, 2.0])
+def test_coasting_down_through_the_knee_by_hand(speed: float) -> None:
+    """Beyond the knee friction is constant, a uniform braking; below it as without a knee."""
+    knee = 0.5
+    law = np.array([COULOMB, COULOMB, 1.0, 2.0, VISCOUS])
+    body = table31(
+        law=law,
+        breakaway=(COULOMB, COULOMB),
+        straight_from=0.0,
+        knee=knee,
+        viscous_beyond=(0.0, 0.0),
+    )
+    run = ok(simulate(body, [(5.0, held(0.0))], [5.0], state=moving(0.0, speed)))
+    passed = (speed - knee) / (COULOMB + VISCOUS * knee)
+    stop = passed + np.log1p(VISCOUS * knee / COULOMB) / VISCOUS
+    assert run.times_of(PASSES_KNEE).tolist() == pytest.approx([passed], rel=1e-12)
+    assert run.times_of(STOPS).tolist() == pytest.approx([stop], rel=1e-11)
+
+
 def test_a_ball_between_end_stops_comes_to_rest() -> None:
     """Rebounds shorten without end: the rule ends them, and says so."""
     body = table31(stops=(-1.0, 0.2), restitution=0.5)

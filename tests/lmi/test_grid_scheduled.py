@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm
 
-from frictool.lmi.gridded_controllers import certified_gamma, lyapunov, scheduled_controllers
+from frictool.lmi.gridded_controllers import (
+    _ScheduledPlant,
+    certified_gamma,
+    lyapunov,
+    scheduled_controllers,
+)
 from frictool.lmi.gridded_synthesis import GriddedSolution, GridSchedule, minimise
 from frictool.plant.generalised_plant import (
     FirstOrderWeight,
@@ -146,3 +151,15 @@ def test_what_is_not_covered_is_refused() -> None:
     )
     with pytest.raises(ValueError, match="X of degree 0"):
         scheduled_controllers(both, [(0.0,)], [_plant(0.0, WEIGHTS)])
+
+
+def test_the_weight_is_the_largest_half_decade_for_which_both_inequalities_hold() -> None:
+    """Without full ranks e > 0 keeps the controller finite; it is not made smaller than needed."""
+    found, value = _found(NO_COMMAND), (0.1,)
+    plant = _plant(*value, NO_COMMAND)
+    cell = _ScheduledPlant(found, value, found.frame.plant(plant).transformed(found.t))
+    largest = next(e for e in 10.0 ** (-0.5 * np.arange(21)) if cell.holds(float(e)))
+    (k,) = scheduled_controllers(found, [value], [plant])
+    wanted = found.frame.back(cell.controller(float(largest)), 0.0)
+    for part in "abcd":
+        np.testing.assert_allclose(getattr(k, part), getattr(wanted, part), rtol=1e-9, atol=1e-12)
