@@ -62,6 +62,7 @@ def test_one_row_per_signal_with_what_the_machine_needs(tmp_path: Path):
     }
     assert all(row.keys() >= needed for row in found["channels"])
     assert found.keys() >= {"channels", "duration_s", "encoder_step", "lost"}
+    assert found["duration_s"] == 7.0  # of the longest stream
 
 
 @pytest.mark.parametrize("kind", ["sines", "ramp", "steps"])

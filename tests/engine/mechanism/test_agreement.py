@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from frictool.engine.axis_motion import advance as advance_axis
 from frictool.engine.mechanism.energy import balance
-from frictool.engine.mechanism.events import JAMS, STRIKES, TOUCHES
+from frictool.engine.mechanism.events import JAMS, LEAVES_STOP, STRIKES, TOUCHES
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.state import work_by_element
 from frictool.plant.axis import LOAD_POSITION, POSITION, AxisParameters, rest
@@ -107,6 +107,22 @@ def test_a_ball_bounces_as_by_hand_and_comes_to_rest() -> None:
     assert instants(result, STRIKES, 0)[:4] == pytest.approx(expected, rel=1e-9)
     assert result.speeds[0, -1] == 0.0
     assert work_by_element(machine, state).stops[0] == pytest.approx(9.81, rel=1e-9)
+
+
+def test_two_blocks_leave_their_end_stops_when_their_sources_pull() -> None:
+    """A pull of 3 N against a weight of 1 N lifts the first block at 0.5 s, the second at 1 s."""
+    b = Builder()
+    for i in range(2):
+        b.block(1.0)
+        b.push(i, -1.0)
+        b.stop(i, low=0.0)
+        b.source(i)
+    pulls = [[0.0, 0.0]] * 5 + [[3.0, 0.0]] * 5 + [[3.0, 3.0]] * 5
+    result, _, _ = moved(b, pulls, 0.1, start=[0.01, 0.02])
+    for stop, (leaves, height) in enumerate(((0.5, 0.01), (1.0, 0.02))):
+        assert instants(result, STRIKES, stop)[0] == pytest.approx(math.sqrt(2.0 * height))
+        assert instants(result, LEAVES_STOP, stop) == pytest.approx([leaves], rel=1e-9)
+        assert result.positions[stop, -1] == pytest.approx((1.5 - leaves) ** 2, rel=1e-9)
 
 
 def test_an_impact_goes_through_a_row_of_balls() -> None:
