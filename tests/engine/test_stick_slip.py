@@ -3,6 +3,8 @@ must hold of any run."""
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -11,6 +13,7 @@ from hypothesis import strategies as st
 from frictool.engine.body import (
     BOUNCES,
     BREAKS_AWAY,
+    MASS,
     PASSES_KNEE,
     RESTS_AT_STOP,
     SLIPS_BACK,
@@ -19,6 +22,7 @@ from frictool.engine.body import (
 )
 from frictool.engine.drive import EffortFunction, held, pid, ramped, spring
 from frictool.engine.status_codes import EVENTS_FULL, NOT_FINITE
+from frictool.engine.stick_slip import pieces_allowed
 from frictool.engine.stick_slip_run import simulate
 from studies.references.stick_slip import (
     BREAKAWAY,
@@ -289,3 +293,23 @@ def test_segments_and_times_in_order() -> None:
         simulate(table31(), [(1.0, SPRING)], [2.0])
     with pytest.raises(ValueError, match="finite"):
         simulate(table31(), [(1.0, EffortFunction(offset=np.nan))], [])
+
+
+@pytest.mark.parametrize("gain", ["proportional", "derivative", "integral", "frequency"])
+def test_the_limit_of_pieces_grows_with_every_rate_and_with_the_length_of_the_run(
+    gain: str,
+) -> None:
+    """A faster loop has more events, which an endless cycle must not be mistaken for."""
+    body = table31(straight_from=0.0).as_array()
+
+    def allowed(value: float, span: float = 10.0, events: int = 5) -> float:
+        return pieces_allowed(body, EffortFunction(**{gain: value}).as_array(), span, events)
+
+    rates = [allowed(value) for value in (0.0, 1.0, 8.0, 1e3)]
+    assert all(one < other for one, other in itertools.pairwise(rates))
+    assert allowed(8.0, span=20.0) > allowed(8.0)
+    assert allowed(8.0, events=6) > allowed(8.0)
+    root = {"proportional": 0.5, "integral": 1.0 / 3.0}.get(gain, 1.0)
+    # each rate of the loop comes a hundred times in the limit
+    mass = float(body[MASS]) if gain != "frequency" else 1.0
+    assert rates[2] - rates[0] == pytest.approx(100.0 * (8.0 / mass) ** root * 10.0)

@@ -25,6 +25,7 @@ from frictool.identify.excite.excitation_kinds import MAKERS, ExcitationSettings
 from frictool.identify.excite.excitation_sequence import ExcitationSequence
 from frictool.identify.excite.half_sines import TOP_SHARE, reachable_speed
 from frictool.identify.excite.multisine import crest, low_crest, schroeder
+from frictool.identify.excite.picture import picture
 from frictool.identify.excite.sine import best_stroke, condition
 from frictool.identify.excite.sines import plan
 from frictool.identify.fit_result import Interval
@@ -320,3 +321,13 @@ def test_the_command_line(tmp_path: Path) -> None:
     assert run("excite", "--help").stdout.index("Example:") < run("excite", "--help").stdout.index(
         "Options:"
     )
+
+
+@pytest.mark.parametrize("names", [("current",), ("position", "speed factor")])
+def test_a_picture_has_a_panel_of_every_column_over_one_time(names: tuple[str, ...]) -> None:
+    columns = {name: np.sin(np.arange(50) * 0.1 * (k + 1)) for k, name in enumerate(names)}
+    units = dict.fromkeys(names, "1") | {names[0]: "A"}
+    drawn = picture(ExcitationSequence("sine", 1e-3, columns, units, ""))
+    assert drawn == picture(ExcitationSequence("sine", 1e-3, columns, units, ""))
+    assert drawn.count("<clipPath") == len(names)
+    assert drawn.count("time, s") >= 1

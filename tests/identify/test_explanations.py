@@ -290,3 +290,21 @@ def test_a_smoother_search_has_the_odd_windows_nearest_to_the_factor(factor: flo
     ):
         assert after % 2 == 1
         assert abs(after - max(before, min(factor * before, most))) <= 1.0
+
+
+def test_the_joint_test_does_not_reject_what_the_rows_do_not_determine() -> None:
+    draw = np.random.default_rng(12)
+    cluster = np.repeat(np.arange(8), 10)
+    columns = draw.standard_normal((3, 80))
+    target = 5.0 * columns[0] + draw.standard_normal(80)
+
+    def probability(tested: tuple[int, ...], *used: Vector) -> float:
+        parts = triangles((*used, target), np.ones(80), np.arange(0, 80, 10))
+        return joint_probability(parts, np.arange(8), tested)
+
+    assert probability((0,), *columns) < 1e-3
+    assert probability((0,), columns[0], 2.0 * columns[0]) == 1.0  # two equal regressors
+    alone = np.where(cluster == 3, columns[0], 0.0)
+    assert probability((0,), alone, columns[1]) == 1.0  # one cluster determines the parameter
+    many = draw.standard_normal((8, 80))
+    assert probability(tuple(range(7)), *many) == 1.0  # as many tested as degrees of freedom

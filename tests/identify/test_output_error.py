@@ -3,6 +3,7 @@ EMPS record."""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,12 +14,12 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.engine.bench_position_loop import PositionServo
-from frictool.identify.estimators.output_error import simulation_error
+from frictool.identify.estimators.output_error import _cluster_numbers, simulation_error
 from frictool.identify.estimators.segment_simulation import SegmentSimulation, estimate
 from frictool.identify.estimators.structure_selection import choose_terms, halves
 from frictool.identify.fit_result import SLIDING, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, run
-from frictool.identify.motion_record import record_of
+from frictool.identify.motion_record import make_record, record_of
 from frictool.identify.regression.term_selection import clearly_better
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, SPRING, possible
 from frictool.identify.rows.segments import RecordSegment, thinned, whole
@@ -179,3 +180,21 @@ def test_of_a_long_log_a_part_is_compared_evenly_over_it() -> None:
     assert sum(one.last - one.first for one in few) == 4000
     (long,) = thinned([RecordSegment(record, 0, 12_000)], 5000)
     assert (long.first, long.last) == (0, 5000)
+
+
+@pytest.mark.parametrize("strokes", [20, 70, 130])
+def test_strokes_are_joined_to_at_most_sixty_clusters(strokes: int) -> None:
+    """Neighbouring strokes join, and no stroke is divided."""
+    size = np.random.default_rng(3).uniform(0.02, 0.2, strokes)
+    ends = np.concatenate(([0.0], np.cumsum(size * (-1.0) ** np.arange(strokes))))
+    share = 0.5 - 0.5 * np.cos(np.pi * np.arange(100) / 100.0)
+    position = np.concatenate([a + (b - a) * share for a, b in itertools.pairwise(ends)])
+    time = np.arange(position.size) * PERIOD
+    record = make_record("log", time, position, np.zeros(time.size), ENCODER_STEP, 0.0)
+    simulated = SegmentSimulation(whole([record]), linear_bench())
+    (number,) = _cluster_numbers(simulated, [record.effort])
+    used = np.unique(number)
+    assert np.array_equal(used, np.arange(used.size))
+    assert used.size == -(-strokes // (-(-strokes // 60)))
+    turns = np.flatnonzero(np.diff(number)) + 1
+    assert np.all(np.minimum(turns % 100, -turns % 100) <= 1)

@@ -30,7 +30,12 @@ from frictool.identify.excite.stroke_candidates import (
     worst_axis,
     worst_sensing,
 )
-from frictool.identify.excite.stroke_design import FEWEST_PAIRS, best_within, shortest
+from frictool.identify.excite.stroke_design import (
+    FEWEST_PAIRS,
+    StrokeProgram,
+    best_within,
+    shortest,
+)
 from frictool.identify.excite.stroke_profile import unit_profile
 from frictool.lmi.optimal_design import optimal_shares
 from studies.command_line import CommandResult, run
@@ -244,3 +249,22 @@ def test_the_fewest_ramps_whose_mean_is_precise_enough(limit: float) -> None:
     assert onsets % 2.0 == 0.0
     assert deviation(onsets) <= limit
     assert onsets == FEWEST_ONSETS or deviation(onsets - 2.0) > limit
+
+
+def test_the_shortest_test_mixes_strokes_up_to_the_heating_of_the_drive() -> None:
+    """Mean squares 0.5, 0.2 and 0 of strokes with information 1, 0.6 and 0 each second.
+
+    A sixth of the first and five sixths of the second give the most information at 0.25: 0.667.
+    """
+    program = StrokeProgram(
+        np.array([1.0, 0.6, 0.0])[:, None, None],
+        np.ones(3),
+        np.array([0.5, 0.2, 0.0]),
+        np.array([1.0 / 400.0]),
+        rms=0.5,
+    )
+    times = shortest(program)
+    assert times is not None
+    assert program.allowed(times)
+    assert program.worst(times) <= 1.0
+    assert 600.0 <= times @ program.duration <= 601.0

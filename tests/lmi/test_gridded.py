@@ -10,8 +10,13 @@ import pytest
 
 from frictool.errors import NoSolutionError
 from frictool.lmi import hinf_synthesis
-from frictool.lmi.grid_inequalities import ParameterBasis, Values
-from frictool.lmi.gridded_synthesis import GriddedSolution, GridSchedule, minimise
+from frictool.lmi.grid_inequalities import ParameterBasis, Values, _least
+from frictool.lmi.gridded_synthesis import (
+    GriddedSolution,
+    GridSchedule,
+    _GridSearch,
+    minimise,
+)
 from frictool.plant.generalised_plant import (
     FirstOrderWeight,
     GeneralisedPlant,
@@ -20,6 +25,7 @@ from frictool.plant.generalised_plant import (
     template,
 )
 from frictool.plant.linear_axis import AxisRates
+from frictool.typing import Matrix
 from frictool.verify.hinf_norm import norm
 
 WEIGHTS = PlantWeights(template(20.0, 0.5, 2 / 63), 0.1, 0.05, 0.02, FirstOrderWeight(0.01))
@@ -154,3 +160,32 @@ def test_what_cannot_be_stabilised_ends_in_one_error() -> None:
     )
     with pytest.raises(NoSolutionError):
         minimise(lambda values: [unseen], GridSchedule((0.0,), (1, 1), 2), RECENTRING)
+
+
+def test_a_search_that_never_holds_between_the_points_ends_after_twelve_refinements(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each refinement adds the points that fail; the grid of three points grows to fifteen."""
+    grids = []
+
+    def solved(self: _GridSearch) -> tuple[Matrix, Matrix, float]:
+        grids.append(len(self.grid))
+        return np.eye(1), np.eye(1), 1.0
+
+    monkeypatch.setattr(_GridSearch, "solved", solved)
+    monkeypatch.setattr(_GridSearch, "failing", lambda *_: [(0.3,)])
+    schedule = GridSchedule((0.0,), (0, 0), 3)
+    with pytest.raises(NoSolutionError, match="fail between its points after 12 refinements"):
+        minimise(lambda values: [_plant((0.0, values[0]))], schedule, RECENTRING)
+    assert grids == list(range(3, 15))
+
+
+@pytest.mark.parametrize(
+    ("values", "least"), [((1.0, 4.0), 0.25), ((-8.0, 2.0), -1.0), ((-1.0, 5.0), -0.2)]
+)
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_the_margin_of_an_inequality_has_no_unit(
+    values: tuple[float, float], least: float, unit: float
+) -> None:
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    assert _least(unit * turn @ np.diag(values) @ turn.T) == pytest.approx(least, rel=1e-12)

@@ -50,3 +50,36 @@ def test_each_end_of_the_viscous_friction_moves_its_end_of_the_interval() -> Non
     value, low, high = exact
     assert slower == pytest.approx([value, value - np.hypot(value - low, half), high], rel=1e-6)
     assert faster == pytest.approx([value, low, value + np.hypot(high - value, half)], rel=1e-6)
+
+
+@pytest.mark.parametrize("share", [-0.9, -0.5, 0.0, 0.5, 0.9])
+def test_at_rest_friction_balances_the_effort(share: float) -> None:
+    model = clutch()
+    p = model.parameters
+    held = share * p.coulomb.value
+    time = np.arange(100) * PERIOD
+    still = np.zeros(time.size)
+    piece = MotionBlock(time, still, still + held + p.offset.value, follows=False)
+    known = estimate_starts(piece, WearEstimator(model).estimate, [])
+    value, low, high = FrictionTracker(model).take(piece, np.zeros((3, time.size)), known)[:, -1]
+    assert [value, low, high] == pytest.approx([held] * 3, abs=1e-12)
+
+
+def test_after_a_reversal_the_axis_is_in_its_backlash_for_the_width_of_it() -> None:
+    model = clutch()
+    width, loose = model.bench.mechanics.backlash, model.bench.mechanics.backlash_coulomb
+    assert width is not None
+    assert loose is not None
+    step = 0.01 * width.value
+    turn = int(2.0 * max(width.interval) / step)
+    path = step * np.concatenate((np.arange(turn), turn - np.arange(turn)))
+    time = np.arange(path.size) * PERIOD
+    velocity = np.tile(np.where(np.arange(path.size) < turn, SPEED, -SPEED), (3, 1))
+    piece = MotionBlock(time, path, np.zeros(path.size), follows=False)
+    known = estimate_starts(piece, WearEstimator(model).estimate, [])
+    friction = FrictionTracker(model).take(piece, velocity, known)[0]
+    inside = np.isclose(np.abs(friction), loose.value)
+    assert np.all(np.sign(friction) == np.sign(velocity[0]))
+    assert inside[turn:].sum() * step == pytest.approx(width.value, abs=2.0 * step)
+    assert not inside[-1]
+    assert not inside[turn - 1]

@@ -268,3 +268,18 @@ def test_moves_that_are_alike_count_as_one() -> None:
     assert repeats.each == 3.0
     repeats.take(forth + back)
     assert repeats.each == pytest.approx(7.0 / 3.0)
+
+
+def test_components_that_are_left_out_leave_their_weight_to_the_others() -> None:
+    """Priors that are alike give one posterior, whatever the weights of the priors are."""
+    gram = np.array([[4.0, 1.0], [1.0, 3.0]])
+    right = np.array([2.0, -1.0])
+    mean, belief = np.array([0.3, 0.1]), np.diag([0.5, 2.0])
+    alike = [mean] * 20, [belief] * 20
+    rare = np.full(20, np.log(9e-4))
+    rare[0] = 0.0
+    best = np.linalg.solve(gram, right)
+    theta, spread = mixture(gram, right, best, *map(np.array, alike), rare)
+    expected, covariance = posterior(gram, right, mean, belief)
+    np.testing.assert_allclose(theta, expected, rtol=1e-12)
+    np.testing.assert_allclose(spread, covariance, rtol=1e-12)

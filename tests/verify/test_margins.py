@@ -160,3 +160,20 @@ def test_the_open_loop_closes_to_the_sensitivity() -> None:
     assert closed_loop(controller, rates, LAG, 2).response(w)[:, 0, 0] == pytest.approx(
         1.0 / (1.0 + loop), rel=1e-9
     )
+
+
+@pytest.mark.parametrize("gain", [1e-4, 0.1, 0.7, 1.5])
+@pytest.mark.parametrize("scale", [1.0, 1e4])
+def test_the_crossings_of_a_delayed_integrator_are_its_closed_form(
+    gain: float, scale: float
+) -> None:
+    """L = k / (z (z - 1)): |L| = 1 at 2 asin(k/2), and arg L = -pi/2 - 3/2 angle is -pi at pi/3."""
+    loop = Lti(
+        np.array([[1.0, 1.0], [0.0, 0.0]]),
+        np.array([[0.0], [gain / scale]]),
+        np.array([[scale, 0.0]]),
+        np.zeros((1, 1)),
+        PERIOD,
+    )
+    assert gain_crossings(loop) * PERIOD == pytest.approx([2.0 * np.arcsin(0.5 * gain)], rel=1e-13)
+    assert phase_crossings(loop) * PERIOD == pytest.approx([np.pi / 3.0, np.pi], rel=1e-13)

@@ -16,7 +16,7 @@ from frictool.documents.spec import Spec
 from frictool.synth.cycle_search import find_cycle
 from frictool.synth.design import design_controller
 from frictool.verify.recheck import verify
-from frictool.verify.rest_proof import prove_rest
+from frictool.verify.rest_proof import least_friction, prove_rest
 from frictool.verify.rest_view import rest_lines
 from studies.rigs.clutch_model import ROOT
 from tests.support.certified_controllers import certified
@@ -120,3 +120,34 @@ def test_the_cycle_of_table_5_1_is_found() -> None:
         assert (cycle is not None) == cycles
         if cycle is not None:
             assert cycle.period_s == pytest.approx(36.0, rel=0.05)  # numbers.md, table 5.1
+
+
+@pytest.mark.parametrize("name", ["speed", "fast"])
+def test_the_bounds_of_the_proof_are_those_of_uniform_braking(name: str) -> None:
+    """v^2 = 2 a s on the heaviest axis, with the friction that the stopping disturbance leaves."""
+    controller = certified(name)  # type: ignore[arg-type]
+    assert controller.certificate is not None
+    assert controller.position_law is not None
+    proof = _rest(controller)
+    heaviest = controller.certificate.box.inertia[1]
+    braking = (proof.disturbance - proof.stopping_disturbance) / heaviest
+    band, step = controller.position_law.band, controller.bench.encoder.resolution
+    (arrival,) = (check for check in proof.checks if check.name == "arrival_speed")
+    for speed, distance in ((proof.speed, band - step), (arrival.limit, 2.0 * band - step)):
+        assert speed**2 / (2.0 * braking) == pytest.approx(distance, rel=1e-6)
+        assert speed**2 / (2.0 * braking) <= distance
+    assert proof.stop_time_s == pytest.approx(proof.speed / braking, rel=1e-6)
+
+
+@pytest.mark.parametrize("low", [0.0, 0.01, 0.05, 0.2])
+def test_the_least_friction_is_that_inside_the_backlash(low: float) -> None:
+    """It falls with the friction of the axis, and is never above either of the two."""
+    controller = certified("speed")
+    assert controller.certificate is not None
+    mechanics = controller.bench.mechanics
+    assert mechanics.backlash_coulomb is not None
+    box = msgspec.structs.replace(controller.certificate.box, coulomb=(low, 0.3))
+    inside = mechanics.backlash_coulomb.interval[0] * min(1.0, low / mechanics.coulomb.value)
+    least = least_friction(controller, box)
+    assert least == pytest.approx(min(low, inside), rel=1e-6)
+    assert least <= min(low, inside)

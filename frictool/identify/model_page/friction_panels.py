@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import AutoLocator
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 SIDES = ((1.0, FORWARD, "forward", "-"), (-1.0, BACKWARD, "backward", (0, (4, 2))))
 POINTS = 201  # points of a curve
 LEVELS = 15  # colour levels of the map
-TICKS = 8  # most intervals of the colour scale
 REACH = 1.05  # largest speed drawn, relative to the fastest sample
 MARGIN = 0.03  # free share of an axis beyond the data
 
@@ -214,7 +213,7 @@ def _over_both(model: Model, samples: SlipSamples | None) -> FigurePanel:
         figure.colorbar(
             drawn[0],
             ax=axes,
-            ticks=MaxNLocator(TICKS),
+            ticks=AutoLocator(),
             label=f"friction in slip [{si_unit('effort', model.axis)}]",
         )
         axes.set(
