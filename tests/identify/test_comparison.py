@@ -369,6 +369,14 @@ def test_pooled_logs_that_agree_are_not_said_to_disagree(folder: Path) -> None:
         replace(fit, parameters=found, method="least-squares"),
     )
     assert told
+    singles = [
+        run("least-squares", [one], bench, IdentificationSettings()).parameters
+        for one in (alone, record)
+    ]
+    for line in told:
+        name = line.split(":")[0]
+        narrowest = min(one[name].half_width for one in singles)
+        assert f" is {wide[name] / narrowest:.3g} times as wide as that of " in line
     assert not any("because the logs disagree" in line for line in told)
     assert all("although the logs agree on it" in line for line in told)
 

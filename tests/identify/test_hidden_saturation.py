@@ -12,7 +12,15 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.identify.hidden_saturation import hidden_saturation
+from frictool.identify.hidden_saturation import (
+    HIGHEST,
+    SHARPNESS,
+    START,
+    _linear,
+    _samples,
+    _saturating,
+    hidden_saturation,
+)
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.typing import Vector
 from studies.command_line import run
@@ -216,3 +224,19 @@ def test_an_effort_that_another_effect_bends_is_kept(
     step, constant = bench.encoder.resolution, bench.actuator.constant.value
     motion = make_record("log", log.time, log.counts * step, log.current * constant, step, 0.0)
     assert hidden_saturation(motion, bench) is None
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_the_fit_of_a_clip_starts_near_its_limits(tmp_path: Path, seed: int) -> None:
+    """The efforts below the clip determine the limits to a few percent in a few evaluations."""
+    arm, position, effort = rig(seed)
+    level = float(np.quantile(np.abs(effort), 0.6))
+    clipped = record(arm, position, noisy(effort, seed, -level, level))
+    samples = _samples(clipped, bench_of(tmp_path, arm))
+    assert samples is not None
+    scale = float(np.quantile(np.abs(samples.effort), HIGHEST))
+    linear = _linear(samples.model, samples.effort / scale)
+    start = np.append(linear, 2 * [np.log(START)])
+    found = _saturating(samples.model, samples.effort / scale, SHARPNESS[-1], start)
+    assert np.exp(found.x[-2:]) * scale == pytest.approx(level, rel=0.02)
+    assert found.nfev <= 10
