@@ -75,7 +75,7 @@ class EstimatePlot:
             _limit(axes[0], limit)
             axes[0].set_ylim(*_range(low[0], high[0], float(low[1, -1]), float(high[2, -1]), limit))
             axes[-1].set_xlabel(f"time [{unit}]")
-            return render(figure, f"wear, friction and velocity over time, {name}")
+            return render(figure, f"wear, friction and velocity against time, {name}")
 
 
 def _velocity(axis: Axis) -> str:

@@ -53,7 +53,7 @@ def trend(table: Sequence[FleetRow], limit: float | None) -> str:
         _abscissa(axes, dated)
         if 1 < len(units) <= MOST_NAMED:
             axes.legend(loc="best", fontsize="small", framealpha=0.9)
-        return render(figure, "wear of each unit over the date")
+        return render(figure, "wear of each unit against the date")
 
 
 def _abscissa(axes: Axes, dated: bool) -> None:

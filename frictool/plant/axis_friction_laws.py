@@ -203,5 +203,5 @@ def _maps(
                 negative = (
                     f"{name} {('backward', 'forward')[index]} is {smallest:.3g} at {where:.4g}"
                 )
-                raise ValueError(f"position: {negative}; allowed: >= 0 over the polynomials' range")
+                raise ValueError(f"position: {negative}; allowed: >= 0 in the polynomials' range")
     return out.ravel()

@@ -255,7 +255,7 @@ def _judged(
         played = _played(test, loop, plant, start, metric)
         if isinstance(played, float) and played > bound:
             return ProvedRequirement(key, "refuted", bound, shown, start=start)
-        reason = "the bounds of a run violate the limit, but its simulation from the start does not"
+        reason = "a proved bound violates the limit, but the simulated run does not"
         return ProvedRequirement(key, "undecided", bound, shown, reason=reason)
     missing = next((value for _, value in values if isinstance(value, str)), "")
     reason = missing or next((one.reason for one in runs if one.reason), "")

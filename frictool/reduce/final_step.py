@@ -78,7 +78,7 @@ def _of_play(one: OneInertia, inertia: str, effort: str, position: str) -> list[
 
     return [
         StepFigure("inertia inside the play", one.inner, inertia),
-        StepFigure("inertia inside the play over the whole inertia", one.inner / one.inertia, ""),
+        StepFigure("share of the inertia inside the play", one.inner / one.inertia, ""),
         StepFigure("backlash", one.play.width, position),
         StepFigure("friction inside the play", one.inside, effort),
         StepFigure(

@@ -101,7 +101,7 @@ def _losses_report(
 ) -> StepReport:
     return StepReport(
         "losses",
-        "losses of links as friction by direction over the position",
+        "losses of links as friction that depends on direction and position",
         "losses of links during accelerations",
         predicted,
         "the accelerating effort",

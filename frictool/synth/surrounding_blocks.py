@@ -247,7 +247,7 @@ class _BlockRules:
             levels = {"speeds": tuple(speeds.tolist()), "efforts": tuple(efforts.tolist())}
         if self.model.laws is not None and self.model.laws.position is not None:
             self.notes.append(
-                "friction compensation: friction over the position is not compensated"
+                "friction compensation: friction's dependence on the position is not compensated"
             )
         return stored.FrictionCompensation(
             source="model",

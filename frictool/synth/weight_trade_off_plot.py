@@ -20,7 +20,7 @@ def picture(trade: Trade, name: str) -> str:
     with drawing("relax"):
         return render(
             figure(trade),
-            f"{name}: gamma over disturbance rejection and effort, and the trade chosen",
+            f"{name}: gamma against the weights W1 and W3, and the chosen weights",
         )
 
 

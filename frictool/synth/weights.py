@@ -174,7 +174,7 @@ class _WeightRules:
                 "static_error",
                 relative,
                 "",
-                "static_error of the specification over mechanics.travel",
+                "static_error of the specification, divided by mechanics.travel",
             )
         if error is None:
             raise FrictoolError(
@@ -218,13 +218,13 @@ class _WeightRules:
                 "disturbance",
                 STRICTEST / amplitude,
                 "",
-                f"{STRICTEST:g} over {source}, at which relax: auto starts",
+                f"{STRICTEST:g} divided by {source}, at which relax: auto starts",
             )
         return self._tell(
             "disturbance",
             1.0 / amplitude,
             "",
-            f"1 over {source}: full friction leaves an error of static_error times it",
+            f"1 divided by {source}: the error under full friction is static_error times {source}",
         )
 
     def _drive(self) -> float:
@@ -232,7 +232,10 @@ class _WeightRules:
             return self.provided.drive
         amplitude, source = self._amplitude("drive")
         return self._tell(
-            "drive", amplitude / self.limit, "", f"{source} over the drive's limit {self.limit:g}"
+            "drive",
+            amplitude / self.limit,
+            "",
+            f"{source} divided by the drive's limit {self.limit:g}",
         )
 
     def _noise(self) -> float:
@@ -241,7 +244,10 @@ class _WeightRules:
         amplitude, source = self._amplitude("noise")
         step = self.model.bench.encoder.resolution
         return self._tell(
-            "noise", step / amplitude, "", f"the encoder's step {step:.4g} over {source}"
+            "noise",
+            step / amplitude,
+            "",
+            f"the encoder's step {step:.4g} divided by {source}",
         )
 
     def _command_of_noise(self, noise: float) -> float:

@@ -150,7 +150,7 @@ def _simulated(
 ) -> float:
     """Return the largest |z|/|Delta| over the sequences.
 
-    Raises NoSolutionError if e' P e does not fall by lambda^2 without a disturbance.
+    Raises NoSolutionError if a sample without disturbance multiplies e' P e by more than lambda^2.
     """
     numbers = sorted(modes)
     index = np.searchsorted(numbers, sequences).T  # (SAMPLES + 1, k)
@@ -203,7 +203,7 @@ def _adjoint(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], z: M
 
 
 def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) -> None:
-    """Raise NoSolutionError if e' P e falls by less than decay^2 in a sample.
+    """Raise NoSolutionError if a sample multiplies e' P e by more than decay^2.
 
     The sequences start from a random error.
     """
@@ -214,8 +214,8 @@ def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) 
         after = np.einsum("ki,kij,kj->k", e, p[then], e)
         if np.any(after > decay**2 * value * (1.0 + ROUNDING)):
             raise NoSolutionError(
-                "not verified: in simulation the error's Lyapunov function does not fall "
-                "by the decay that was proved"
+                "not verified: in simulation a sample multiplies the error's Lyapunov function by "
+                f"more than {decay**2:.6g}, which was proved; choose a --decay nearer to 1"
             )
         value = np.where(after > 1e-200, after, 0.0)
         e = np.where(after[:, None] > 1e-200, e, 0.0)
