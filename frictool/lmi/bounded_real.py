@@ -81,7 +81,7 @@ class ProjectedInequality:
         )
 
     def at(self, v: Matrix, gamma: float) -> Matrix:
-        """Return the left side of the inequality, which must be positive definite."""
+        """Return the left side for v = R or S and a gamma; it must be positive definite."""
         if self.disc:
             return np.asarray(
                 self.fixed + gamma * self.level - self.p @ v @ self.p.T + self.e @ v @ self.e.T
@@ -91,7 +91,10 @@ class ProjectedInequality:
 
     @property
     def columns(self) -> Matrix:
-        """Return the coefficient matrix of each entry of v, its upper triangle in a column."""
+        """Return the inequality's coefficient matrices of the entries of R or S.
+
+        A column is the upper triangle of one coefficient matrix.
+        """
         return _columns(self.p, self.e, self.disc)
 
     def reduced(self, n_w: int) -> tuple[Matrix, Matrix, Matrix]:
@@ -118,7 +121,7 @@ def _columns(p: Matrix, e: Matrix, disc: bool) -> Matrix:
 
 
 def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Matrix:
-    """Return the coefficient matrices of left v right' for the entries of the symmetric v.
+    """Return the coefficient matrices of left v right' for the entries of the symmetric matrix v.
 
     Rows are the upper triangle `rows` of a coefficient matrix, columns the upper triangle `pairs`
     of v.
@@ -170,7 +173,7 @@ class BoundedRealInequalities:
         ]
 
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
-        """Return R and S from a decision vector."""
+        """Return the Lyapunov blocks R and S for the decision vector `x`."""
         return gamma * symmetric(x[: self.half], self.n), gamma * symmetric(
             x[self.half : 2 * self.half], self.n
         )
@@ -219,7 +222,7 @@ class BoundedRealInequalities:
         return AffineConstraint(np.zeros((2 * n, 2 * n)) if b is None else b * side, columns)
 
     def hold(self, r: Matrix, s: Matrix, gamma: float) -> bool:
-        """Return True if every inequality (in its unreduced form) holds strictly."""
+        """Return True if the blocks `r`, `s` solve all inequalities at `gamma` strictly."""
         n = self.n
         matrices = [side.at(r, gamma) for side in self.sides_r] + [
             side.at(s, gamma) for side in self.sides_s

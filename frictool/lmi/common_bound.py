@@ -60,14 +60,17 @@ def common_bound(loops: Sequence[Lti]) -> float:
 
 
 def _in_time_unit(loop: Lti, unit: float) -> Lti:
-    """Return a continuous loop with time in `unit` s; P is the same."""
+    """Return a continuous loop with time in units of `unit` s; Lyapunov matrices stay the same."""
     if loop.period:
         return loop
     return replace(loop, a=unit * loop.a, b=np.sqrt(unit) * loop.b, c=np.sqrt(unit) * loop.c)
 
 
 def _solved(loops: Sequence[Lti]) -> tuple[float, Matrix]:
-    """Return the smallest gamma that the solver's P proves, infinite without a proof, and P."""
+    """Return the smallest gamma that the solver's Lyapunov matrix P proves, and P.
+
+    gamma is infinite without a proof.
+    """
     n = loops[0].order
     unknowns = n * (n + 1) // 2 + 1  # P, then gamma
 
@@ -95,7 +98,10 @@ def _ports(loop: Lti) -> int:
 
 
 def _inequality(loop: Lti, p: Matrix) -> Matrix:
-    """Return the bounded-real inequality without its gamma, for `p` (k, n, n)."""
+    """Return the left sides of the bounded-real inequality, without the terms in gamma.
+
+    `p` (k, n, n): k Lyapunov matrices; the result has one left side for each of them.
+    """
     n, w = loop.b.shape
     inner = 2 * n if loop.period else n
     whole = np.zeros((len(p), inner + w + len(loop.c), inner + w + len(loop.c)))
@@ -110,7 +116,7 @@ def _inequality(loop: Lti, p: Matrix) -> Matrix:
 
 
 def _smallest_gamma(whole: Matrix, loop: Lti) -> float:
-    """Return the smallest gamma with whole - diag(0, gamma I) < 0.
+    """Return the smallest gamma for which whole - diag(0, gamma I) is negative definite.
 
     It is infinite if the block without gamma is not negative.
     """

@@ -55,13 +55,13 @@ class ParameterBasis:
         )
 
     def at(self, values: Sequence[float]) -> Vector:
-        """Return the values (terms,) of the basis functions at r = values."""
+        """Return the values (terms,) of the basis functions at the parameter values `values`."""
         return np.array(
             [np.prod([values[j] for j in term]) for term in self.terms], dtype=np.float64
         )
 
     def along(self, values: Sequence[float], motion: Sequence[float]) -> Vector:
-        """Return the derivatives (terms,) of the basis functions at r = values for r' = motion."""
+        """Return the time derivatives (terms,) of the basis functions for rates `motion`."""
         weights = []
         for term in self.terms:
             others = [
@@ -125,7 +125,7 @@ class GridInequalities:
         return sum(self.sizes)
 
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
-        """Return the coefficients (terms, n, n) of X and of Y from a decision vector."""
+        """Return the coefficients (terms, n, n) of X and of Y for the decision vector `x`."""
         first = x[: self.sizes[0]]
         second = x[self.sizes[0] : self.unknowns]
         return gamma * symmetric(first.reshape(-1, self.half), self.n), gamma * symmetric(
@@ -255,12 +255,12 @@ class GridInequalities:
 
 
 def _flowing(side: ProjectedInequality) -> ProjectedInequality:
-    """Return the inequality with -p v p' as its only term in v; unchanged in continuous time."""
+    """Return a sampled inequality without its term e v e'; unchanged in continuous time."""
     return replace(side, e=np.zeros_like(side.e)) if side.disc else side
 
 
 def _compared(side: ProjectedInequality) -> ProjectedInequality:
-    """Return the inequality with e v e' as its only term in v."""
+    """Return the inequality with e v e' as its only term in v = X or Y."""
     return replace(side, p=np.zeros_like(side.p), disc=True)
 
 

@@ -102,7 +102,7 @@ class _ScheduledPlant:
         )
 
     def hats(self, small: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:
-        """Return C^, B^, L1, L2."""
+        """Return C^, B^, L1, L2 of the module docstring for the regularising weight e = `small`."""
         p = self.plant
         e = self.e
         f = self.f
@@ -114,7 +114,10 @@ class _ScheduledPlant:
         return np.asarray(c), np.asarray(b), np.asarray(first + e @ c), np.asarray(second + f @ b.T)
 
     def holds(self, small: float) -> bool:
-        """Return True if both inequalities hold, the second at every corner of the rates."""
+        """Return True if the inequalities in C^ and B^ hold for the regularising weight `small`.
+
+        The inequality in B^ must hold at every corner of the rates.
+        """
         p = self.plant
         c, b, first, second = self.hats(small)
         flow_x = p.a @ self.x + p.b2 @ c
@@ -127,7 +130,7 @@ class _ScheduledPlant:
         )
 
     def controller(self, small: float) -> Lti:
-        """Return the controller of thesis (5.63) with M = I."""
+        """Return the controller of thesis (5.63), M = I, for the regularising weight `small`."""
         p, x, y = self.plant, self.x, self.y
         c, b, first, second = self.hats(small)
         a = -self.a.T - second.T @ self.v @ first

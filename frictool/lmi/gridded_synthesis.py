@@ -232,7 +232,10 @@ class _GridSearch:
         )
 
     def failing(self, x: Matrix, y: Matrix, gamma: float, points: Sequence[Values]) -> list[Values]:
-        """Return the points at which the inequalities do not hold, the worst first."""
+        """Return the points at which X and Y violate the inequalities at `gamma`, the worst first.
+
+        x, y: coefficients of X and Y.
+        """
         margins = self.inequalities(points).margins(x, y, gamma)
         return [points[k] for k in np.argsort(margins) if not margins[k] > 0.0]
 

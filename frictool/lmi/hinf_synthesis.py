@@ -232,7 +232,7 @@ def _optimum(problem: BoundedRealInequalities) -> tuple[float, Matrix, Matrix]:
 
 
 def _next(*pairs: tuple[Matrix, Matrix]) -> Matrix:
-    """Return the balancing by the first pair (R, S) that is finite and positive.
+    """Return the balancing transformation of the first pair (R, S) that is finite and positive.
 
     Raises NoSolutionError if there is none.
     """

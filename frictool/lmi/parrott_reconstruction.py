@@ -31,7 +31,9 @@ CAYLEY_STEPS = (
 
 
 def central(plant: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float) -> Lti:
-    """Return the central controller for (R, S) at `gamma`, of the plant's order and domain.
+    """Return the central controller for the Lyapunov blocks R = `r`, S = `s` and the norm `gamma`.
+
+    The controller has the order and the time domain of the plant.
 
     Raises NoSolutionError if (R, S) do not admit a controller to working precision.
     """
@@ -55,7 +57,7 @@ def central(plant: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float) -> Lti:
 
 
 def _cayley(p: GeneralisedPlant, h: float) -> tuple[GeneralisedPlant, Matrix]:
-    """Return the plant in z = (1 + h s)/(1 - h s), and its D22."""
+    """Return the continuous plant `p` as a discrete one in z = (1 + h s)/(1 - h s), and its D22."""
     identity = np.eye(len(p.a))
     inverse = np.linalg.inv(identity - h * p.a)
     root = np.sqrt(2.0 * h)
@@ -76,7 +78,7 @@ def _cayley(p: GeneralisedPlant, h: float) -> tuple[GeneralisedPlant, Matrix]:
 def _discrete(
     p: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float, d22: Matrix, period: float
 ) -> Lti:
-    """Return Parrott's central controller for a plant with the direct term `d22`."""
+    """Return the central controller of a discrete plant `p` with D22 = `d22`, for R and S."""
     n = len(p.a)
     n_w = p.b1.shape[1]
     n_z = len(p.c1)

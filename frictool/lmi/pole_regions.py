@@ -69,7 +69,7 @@ class TransformVariable:
         )
 
     def back(self, k: Lti, period: float) -> Lti:
-        """Convert a controller from the variable p to s or z."""
+        """Convert the controller `k` from the variable p to s (`period` 0) or z."""
         root = np.sqrt(self.scale)
         return Lti(
             k.a / self.scale + self.shift * np.eye(k.order), k.b / root, k.c / root, k.d, period

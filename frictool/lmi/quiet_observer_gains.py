@@ -168,14 +168,18 @@ class _QuietProblem:
         return self.weight * self.entering * math.sqrt(square) if square > 0.0 else 0.0
 
     def quietest(self, gamma: float) -> SwitchedGains | None:
-        """Return the gains with the smallest nu for a gamma."""
+        """Return the gains with the smallest noise gain nu for a bound gamma of the model error."""
         level = (gamma / (self.weight * self.entering)) ** 2
         constraints = [self.inequality(i, j, level, False) for i, j in self.switches]
         constraints += [self.inequality(i, j, None, True) for i, j in self.switches]
         return self.proved_gains(solve(np.eye(self.count)[-1], constraints).x)
 
     def inequality(self, i: int, j: int, level: float | None, of_noise: bool) -> AffineConstraint:
-        """Return the module's matrix for a switch; `level` is gamma^2, None if unknown."""
+        """Return the constraint of the switch from mode i to mode j (module docstring).
+
+        level: gamma^2; None if the last unknown replaces it. of_noise: True for the noise
+        inequality.
+        """
         mode = self.posed[i]
         same = i == j
         unknowns = self.sizes[i]
@@ -204,14 +208,14 @@ class _QuietProblem:
         )
 
     def multipliers(self, index: int, x: Matrix) -> tuple[Matrix, Matrix]:
-        """Return G_i (k, n, n) and V_i (k, n, m) from their unknowns (k, n n + n m)."""
+        """Return k matrices G_i (n, n) and k matrices V_i (n, m) from k rows of unknowns `x`."""
         of_g, of_v = self.masks[index]
         return of_g * x[:, : self.n**2].reshape(-1, *of_g.shape), of_v * x[:, self.n**2 :].reshape(
             -1, *of_v.shape
         )
 
     def proved_gains(self, x: Vector) -> SwitchedGains | None:
-        """Return L_i = G_i'^-1 V_i in the modes' own states and the gamma that they prove.
+        """Return the gains L_i = G_i'^-1 V_i for the unknowns `x`, and the gamma that they prove.
 
         The result is None if P_i or G_i + G_i' is not positive.
         """

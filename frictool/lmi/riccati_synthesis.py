@@ -137,7 +137,7 @@ def _radius(x: Matrix, y: Matrix) -> float:
 
 
 def _solutions(plant: GeneralisedPlant, gamma: float) -> tuple[Matrix, Matrix] | None:
-    """Return X and Y; None if one does not exist or is indefinite."""
+    """Return the stabilising solutions X and Y; None if one does not exist or is indefinite."""
     p = plant
     n_z, n_w = p.d11.shape
     x = _stabilising(p.a, np.hstack([p.b1, p.b2]), p.c1, np.hstack([p.d11, p.d12]), gamma, n_w)

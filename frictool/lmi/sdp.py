@@ -33,7 +33,7 @@ class AffineConstraint:
     columns: Matrix
 
     def at(self, x: Vector) -> Matrix:
-        """Return the matrix at one decision vector."""
+        """Return the matrix fixed + sum x_k F_k at the decision vector `x`."""
         return np.asarray(self.fixed + symmetric(self.columns @ x, len(self.fixed)))
 
 

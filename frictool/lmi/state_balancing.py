@@ -48,13 +48,16 @@ def _whole(p: GeneralisedPlant) -> Matrix:
 
 
 def balancing(r: Matrix, s: Matrix) -> Matrix:
-    """Return t with t^-1 R t^-T = t' S t diagonal."""
+    """Return the matrix t for which t^-1 R t^-T and t' S t are equal and diagonal.
+
+    r, s: R and S, positive definite.
+    """
     root_r, root_s = _root(r), _root(s)
     _, values, v = scipy.linalg.svd(root_s.T @ root_r)
     return np.asarray(root_r @ v.T @ np.diag(values**-0.5))
 
 
 def _root(m: Matrix) -> Matrix:
-    """Return a square root of a matrix that is positive up to rounding."""
+    """Return a square root of the matrix `m`, which is positive semidefinite up to rounding."""
     values, vectors = np.linalg.eigh(m)
     return np.asarray(vectors * np.sqrt(np.maximum(values, SMALLEST * values[-1])))

@@ -110,7 +110,9 @@ def switched_gains(
 def _candidates(
     modes: Mapping[int, ObserverMode], switches: Switches, decay: float, t: Matrix
 ) -> list[SwitchedGains]:
-    """Return gains slightly inside the optimum, last pass first, then gains at the optimum.
+    """Return gains slightly inside the optimum, then gains at the optimum, one of each per pass.
+
+    The last pass comes first. t: scaling of the states in the first pass.
 
     A last entry with infinite gamma stands for no result.
     """
@@ -228,7 +230,10 @@ class _SwitchedProblem:
         return self.gains(solve(-np.eye(self.count)[-1], constraints).x)
 
     def inequality(self, i: int, j: int) -> AffineConstraint:
-        """Return minus the matrix of thesis (6.6) for a switch, among all unknowns."""
+        """Return the constraint that minus the matrix of thesis (6.6) is positive, on all unknowns.
+
+        i, j: modes before and after the switch.
+        """
         mode = self.posed[i]
         same = i == j
         unknowns = self.half + self.n * len(self.posed[i].c)
@@ -254,7 +259,7 @@ class _SwitchedProblem:
         )
 
     def gains(self, x: Matrix) -> SwitchedGains:
-        """Return L_i = P_i^-1 V_i' in the original states, and the gamma that they prove.
+        """Return the gains L_i = P_i^-1 V_i' for the unknowns `x`, and the gamma that they prove.
 
         gamma is infinite if P is not positive.
         """

@@ -115,7 +115,7 @@ def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> Ax
 
 
 def thresholds(state: AxisSet, p: PlantBox) -> tuple[RoundedInterval, RoundedInterval]:
-    """Return the breakaway forwards and backwards [N m | N]."""
+    """Return the breakaway forwards and backwards [N m | N] of plants `p` in a set of states."""
     return (
         p.breakaway if _carries(state, p, 1) else p.gap_breakaway,
         p.breakaway if _carries(state, p, -1) else p.gap_breakaway,
@@ -145,7 +145,10 @@ def _decay(time: float, lag: float) -> RoundedInterval:
 
 
 def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
-    """Return the set after a rest, and the duration of the rest; a breakaway ends the rest."""
+    """Return the set of states after a rest, and the duration of the rest [s].
+
+    A breakaway ends the rest, or the time `left` [s].
+    """
     forward, backward = thresholds(state, p)
     drive = _held_drive(state.drive, command, p, left)
     efforts = _effort(state.drive, p), _effort(drive, p)
@@ -166,7 +169,7 @@ def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[A
 def _broken_away(
     state: AxisSet, command: float, p: PlantBox, left: float, sign: int
 ) -> tuple[AxisSet, float]:
-    """Return the set just after the breakaway that happens within `left`, and its time.
+    """Return the set of states just after a breakaway, and the latest time [s] of the breakaway.
 
     The drive tends to the command monotonically, so that the effort exceeds the threshold from the
     breakaway on. The latest and the earliest time of the breakaway are found by bisection.
@@ -209,7 +212,10 @@ def _broken_away(
 def _shifted(
     state: AxisSet, distance: RoundedInterval, speed: RoundedInterval, p: PlantBox
 ) -> AxisSet:
-    """Return the set after a motion by `distance` >= 0 in its direction, at the new speed >= 0."""
+    """Return the set of states after a motion by `distance` >= 0 in its direction.
+
+    The motion ends with `speed` >= 0.
+    """
     signed = distance if state.direction >= 0 else -distance
     velocity = speed if state.direction >= 0 else -speed
     if _carries(state, p, state.direction):
@@ -225,7 +231,10 @@ def _shifted(
 
 
 def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
-    """Return the set after a slip, and the duration of the slip; contact or stop ends the slip."""
+    """Return the set of states after a slip, and the duration of the slip [s].
+
+    A contact in the backlash, a stop, or the time `left` [s] ends the slip.
+    """
     carries = _carries(state, p, state.direction)
     phase = _phase(state, command, p, carries)
     room = math.inf if carries else _room(state, p)
@@ -400,7 +409,7 @@ def _tail(size: float, beta: float, step: float) -> float:
 def _stopped(
     state: AxisSet, command: float, p: PlantBox, left: float, fastest: float
 ) -> tuple[AxisSet, float]:
-    """Return the set after a stop, and a time within which the stop happens.
+    """Return the set of states after a stop, and a time [s] within which the stop happens.
 
     The time is the highest speed divided by |`fastest`|, the smallest deceleration.
     """
@@ -433,7 +442,7 @@ def _stopped(
 
 
 def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
-    """Return the set after a contact in the backlash, and a time within which the contact happens.
+    """Return the set of states after a contact in the backlash, and a latest time of the contact.
 
     The motion lies between two motions: without contact, and with the axis's friction all the time.
     """

@@ -93,7 +93,7 @@ def curve_at(curves: Curves, number: int, x: Vector) -> Vector:
 
 
 def _loads(packed: PackedMechanism, block: int, x: Vector) -> tuple[Vector, float]:
-    """Return S (n,) and the damping of springs to the frame."""
+    """Return the load S (n,) at positions x (n,), and the damping of the springs to the frame."""
     load = np.zeros_like(x)
     damping = 0.0
     couplings, pushes = packed.couplings, packed.pushes
@@ -114,7 +114,7 @@ def _loads(packed: PackedMechanism, block: int, x: Vector) -> tuple[Vector, floa
 def _frictions(
     packed: PackedMechanism, block: int, x: Vector
 ) -> tuple[Vector, Vector, tuple[SpeedDependentFriction, ...]]:
-    """Return Coulomb friction (n,), breakaway (n,) and the speed-dependent parts."""
+    """Return Coulomb friction and breakaway at positions x (n,), and the speed-dependent parts."""
     frictions = packed.frictions
     falling = []
     slip = np.zeros_like(x)

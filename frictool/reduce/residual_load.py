@@ -129,7 +129,7 @@ def _line(x: Vector, mean: Vector, degree: int) -> ResidualLoad:
 
 
 def _harmonic(x: Vector, mean: Vector, number: float) -> ResidualLoad:
-    """Return the harmonic with this number, fitted by least squares."""
+    """Return the harmonic with `number`, fitted by least squares to the loads `mean` at x."""
     columns = np.column_stack([np.ones_like(x), np.sin(number * x), np.cos(number * x)])
     offset, sine, cosine = (float(one) for one in np.linalg.lstsq(columns, mean)[0])
     return ResidualLoad(offset, 0.0, number, sine, cosine)
@@ -143,7 +143,7 @@ def _numbers(x: Vector) -> tuple[float, float]:
 
 
 def _any_harmonic(x: Vector, mean: Vector, least: float, most: float) -> ResidualLoad:
-    """Return the best harmonic with a number between `least` and `most`."""
+    """Return the harmonic, number `least` to `most`, that is nearest to the loads `mean` at x."""
 
     def squares(number: float) -> float:
         return float(np.sum((mean - _harmonic(x, mean, number).at(x)) ** 2))
@@ -167,7 +167,10 @@ def _left(one: ResidualLoad, x: Vector, mean: Vector) -> float:
 
 
 def _short(one: ResidualLoad, x: Vector, mean: Vector, half: Vector) -> float:
-    """Return the largest amount by which the remaining load exceeds the friction [N m | N]."""
+    """Return the largest excess [N m | N] of the remaining load over the friction at positions x.
+
+    mean, half: load and friction (n,) at x.
+    """
     return float(np.max(np.abs(mean - one.at(x)) - half))
 
 

@@ -11,7 +11,7 @@ from frictool.typing import Matrix
 
 
 def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.float64]]:
-    """Return a stable system in balanced coordinates and its Hankel singular values, largest first.
+    """Return the stable system `k` in balanced coordinates, and its Hankel singular values.
 
     In these coordinates both Gramians are the same diagonal matrix, whose entries are the Hankel
     singular values. States that are unreachable or unobservable to working precision are left out,

@@ -71,12 +71,15 @@ def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[
 
 
 def truncated(k: Lti, order: int) -> Lti:
-    """Return a balanced system truncated to its first `order` states."""
+    """Return the balanced system `k` truncated to its first `order` states."""
     return Lti(k.a[:order, :order], k.b[:order], k.c[:, :order], k.d, k.period)
 
 
 def residualised(k: Lti, order: int) -> Lti:
-    """Return a balanced system with `order` states; the removed states take their steady values."""
+    """Return the balanced system `k` with its first `order` states.
+
+    The other states are replaced by their steady values.
+    """
     kept = slice(0, order)
     gone = slice(order, k.order)
     settled = (

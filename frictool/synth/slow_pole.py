@@ -19,7 +19,7 @@ SLOW = 0.1  # share of the bandwidth below which a pole is slow
 
 
 def with_integrator(k: Lti, bandwidth: float) -> Lti:
-    """Return the controller with its slowest pole at s = 0 or z = 1; `bandwidth` in rad/s.
+    """Return the controller `k` with its slowest pole moved to s = 0 or z = 1.
 
     Raises NoSolutionError if no real pole is slower than a tenth of the bandwidth.
     """
@@ -27,7 +27,7 @@ def with_integrator(k: Lti, bandwidth: float) -> Lti:
 
 
 def stabilise_slow_pole(k: Lti, bandwidth: float, pole: float) -> Lti:
-    """Return the controller; an unstable slowest pole is moved to s = -`pole` [rad/s].
+    """Return the controller `k`; if its slowest pole is unstable, this pole moves to s = -`pole`.
 
     Raises NoSolutionError if an unstable pole is not slow.
     """
@@ -37,7 +37,7 @@ def stabilise_slow_pole(k: Lti, bandwidth: float, pole: float) -> Lti:
 
 
 def moved(k: Lti, bandwidth: float, to: float) -> Lti:
-    """Return the controller with its slowest pole at `to` (in s or z) and an unchanged residue."""
+    """Return the controller `k` with its slowest pole moved to `to` (in s or z)."""
     poles = np.linalg.eigvals(k.a).astype(np.complex128)
     rates = np.abs(poles - 1.0) / k.period if k.period else np.abs(poles)
     slowest = int(np.argmin(rates))

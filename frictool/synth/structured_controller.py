@@ -110,7 +110,10 @@ class StructuredController:
     def response(
         self, parameters: Vector, points: ComplexVector
     ) -> tuple[ComplexVector, ComplexVector]:
-        """Return K (k,) and its derivatives (k, size) at the complex frequencies s (k,)."""
+        """Return the controller's response K (k,) and its derivatives (k, size) by the parameters.
+
+        points: complex frequencies s (k,).
+        """
         x = points / self.around
         factors, slopes = self._denominator(parameters, points)
         powers = x[:, None] ** np.arange(self.numerator)
@@ -130,7 +133,7 @@ class StructuredController:
     def _denominator(
         self, parameters: Vector, s: ComplexVector
     ) -> tuple[ComplexVector, ComplexVector]:
-        """Return the factors (k, factors) and their derivatives by the pole parameters.
+        """Return the denominator's factors (k, factors) at k values of s, and their derivatives.
 
         The derivatives have the shape (k, free).
         """

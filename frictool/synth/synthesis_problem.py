@@ -210,7 +210,7 @@ class ControllerCandidate:
 
 
 def check_claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> float:
-    """Return the computed norm of the loop with a plant of the method.
+    """Return the computed norm of the loop of the controller `k` and `plant`.
 
     Raises NoSolutionError if the norm exceeds `gamma` by more than 1 %.
     """
@@ -225,7 +225,7 @@ def check_claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> fl
 
 
 def with_register(k: Lti) -> Lti:
-    """Return the controller with one sample of delay at its output."""
+    """Return the controller `k` with one sample of delay at its output."""
     n = k.order
     a = np.block([[k.a, np.zeros((n, 1))], [k.c, np.zeros((1, 1))]])
     return Lti(a, np.vstack([k.b, k.d]), np.eye(n + 1)[n:], np.zeros((1, 1)), k.period)

@@ -59,12 +59,12 @@ class OpenLoopResponses:
         )
 
     def sensitivity(self) -> OpenLoopResponses:
-        """Return the open-loop responses for which the closed loop T is S."""
+        """Return the open-loop responses whose closed loop is the sensitivity."""
         one = np.ones_like(self.p22)
         return OpenLoopResponses(one[:, None, None], self.p22[:, None], one[:, None], self.p22)
 
     def gains(self, k: ComplexVector) -> Vector:
-        """Return the largest singular values (k,) of T for the controller's response K (k,)."""
+        """Return the closed loop's largest singular values for the controller's response `k`."""
         _, gram = self._gram(k)
         return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, -1], 0.0)))
 
@@ -94,7 +94,10 @@ class OpenLoopResponses:
         )
 
     def _gram(self, k: ComplexVector) -> tuple[ComplexVector, ComplexVector]:
-        """Return T and T^H T (k, w, w), whose largest eigenvalue is the squared gain."""
+        """Return the closed loop T at k frequencies, and T^H T (k, w, w).
+
+        The largest eigenvalue of T^H T is the squared gain.
+        """
         closed = self._closed(k)
         return closed, closed.conj().transpose(0, 2, 1) @ closed
 
@@ -106,7 +109,7 @@ class OpenLoopResponses:
 
 
 def sensitivity_plant(plant: GeneralisedPlant) -> GeneralisedPlant:
-    """Return the generalised plant whose closed loop is S.
+    """Return the generalised plant whose closed loop is the sensitivity of `plant`.
 
     The input w is added to the measurement, and the output z is the measurement.
     """
@@ -118,7 +121,7 @@ def sensitivity_plant(plant: GeneralisedPlant) -> GeneralisedPlant:
 
 
 def all_stable(k: Lti, plants: Sequence[GeneralisedPlant]) -> bool:
-    """Return True if the controller stabilises every plant; all plants must have the same order."""
+    """Return True if the controller `k` stabilises all plants, which must have the same order."""
     poles = np.linalg.eigvals(np.array([plant.closed(k).a for plant in plants]))
     return bool(np.all(np.abs(poles) < 1.0) if k.period else np.all(poles.real < 0.0))
 
@@ -126,7 +129,7 @@ def all_stable(k: Lti, plants: Sequence[GeneralisedPlant]) -> bool:
 def true_norms(
     k: Lti, plants: Sequence[GeneralisedPlant], looks: Sequence[Sequence[float]] | None = None
 ) -> list[tuple[float, float]]:
-    """Return the norm of each closed loop and its peak frequency [rad/s].
+    """Return, for each plant, the norm of the loop with the controller `k` and its peak frequency.
 
     An unstable loop gives (inf, nan). `looks`: earlier peak frequencies of each plant, which reduce
     the computing time.

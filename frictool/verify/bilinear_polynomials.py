@@ -89,7 +89,7 @@ def _binomials(plus: int, minus: int) -> list[int]:
 
 
 def product(x: Polynomial, y: Polynomial) -> Polynomial:
-    """Return the product of two polynomials."""
+    """Return the product of the polynomials x and y, in coefficients of p^j q^(degree - j)."""
     whole = [Fraction(0)] * (len(x) + len(y) - 1)
     for i, one in enumerate(x):
         for j, other in enumerate(y):
@@ -98,7 +98,7 @@ def product(x: Polynomial, y: Polynomial) -> Polynomial:
 
 
 def total(x: Polynomial, y: Polynomial) -> Polynomial:
-    """Return the sum of two polynomials of the same formal degree."""
+    """Return the sum of the polynomials x and y, which have the same formal degree."""
     return [one + other for one, other in zip(x, y, strict=True)]
 
 

@@ -130,7 +130,10 @@ def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
 
 
 def _nested(ratio: Fraction, last: int, one: int) -> dict[int, tuple[int, int]]:
-    """Return centre and radius of `one` times v_j for j up to `last`."""
+    """Return, for j up to `last`, an integer centre and radius of the interval of `one` times v_j.
+
+    v_j: sums of `exponential_series`. one: power of 2 that scales numbers to integers.
+    """
     begun = last + 64 + 4 * math.ceil(ratio)
     enclosures = {begun: (one >> 1, (one >> 1) + 1)}
     for j in range(begun - 1, 0, -1):

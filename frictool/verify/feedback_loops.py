@@ -55,7 +55,7 @@ class FeedbackLoop:
 
 
 def running_form(linear: LinearController, period: float) -> Lti:
-    """Return C(z) in the form that runs on the target.
+    """Return the linear controller in the form that runs on the target.
 
     For sections, the states are s1, s2 of each section in the order of the chain.
     """
@@ -193,7 +193,7 @@ def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[F
 
 
 def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
-    """Return F(z) of the velocity block, of order 1 or 2, with rounded coefficients.
+    """Return the low-pass F(z) of the velocity block, of order 1 or 2, with rounded coefficients.
 
     F is 1 without a filter. Raises ValueError for an observer, because its input is not only the
     position.
@@ -236,7 +236,10 @@ def open_loop(
     delay_samples: int,
     resonance: Lti | None = None,
 ) -> Lti:
-    """Return L(z) with one plant; `lag` [s]; `resonance`: of adapters/resonance_filter.py."""
+    """Return the loop gain L(z) with one plant; `lag` is the drive's time constant [s].
+
+    `resonance`: filter of a resonance (adapters/resonance_filter.py), or None.
+    """
     blocks, sums = _diagram(feedback, rates, lag, delay_samples, resonance)
     return connect(blocks, {**sums, "returned": {"u": -1.0}}, ("entering",), ("returned",))
 
@@ -299,7 +302,9 @@ def measured_axis(
 
 
 def _one_plus_integral(rate: float, period: float) -> Lti:
-    """Return 1 + rate T z/(z - 1): eta plus the integral of the speed that it requests.
+    """Return the system 1 + rate T z/(z - 1); T is the `period` [s].
+
+    For the input eta, the output is eta plus the integral of the requested speed, rate eta.
 
     The integral includes the current sample.
     """

@@ -64,7 +64,7 @@ def feedback_polynomials(loop: CertificateLoop) -> FeedbackPolynomials:
 
 
 def _filter(speed: SpeedFeedback, period: float) -> tuple[Polynomial, Polynomial]:
-    """Return numerator and denominator of F, with the coefficients that run on the target."""
+    """Return numerator and denominator of the speed's filter, as it runs on the target."""
     passed, filtered = [Fraction(1)], [Fraction(1)]
     bandwidth = speed.velocity.bandwidth_rad_s
     if bandwidth:

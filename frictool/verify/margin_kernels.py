@@ -48,7 +48,7 @@ def exponential(matrix: Matrix) -> Matrix:
 
 @kernel
 def _product(a: Matrix, b: Matrix) -> Matrix:
-    """Return a b; for matrices of a few rows faster than a library."""
+    """Return the matrix product of a and b; for few rows, this is faster than a library."""
     n = a.shape[0]
     out = np.zeros((n, n))
     for i in range(n):
@@ -181,7 +181,7 @@ def _solve(matrix: NDArray[np.complex128], right: ComplexVector) -> bool:
 
 @kernel
 def _by_modes(poles: ComplexVector, residues: ComplexVector, point: complex) -> float:
-    """Return |1/(1 + L)| at a point of the unit circle from the modes of the loop."""
+    """Return the magnitude of the sensitivity at a point of the unit circle, from its modes."""
     total = complex(1.0)
     for k in range(poles.shape[0]):
         total += residues[k] / (point - poles[k])
@@ -190,7 +190,7 @@ def _by_modes(poles: ComplexVector, residues: ComplexVector, point: complex) -> 
 
 @kernel
 def _by_matrices(loop: tuple[Matrix, Vector, Vector], point: complex) -> float:
-    """Return |1/(1 + L)| at a point of the unit circle from the matrices of the loop."""
+    """Return the magnitude of the sensitivity at a point of the unit circle, from its matrices."""
     a, b, c = loop
     matrix = -a.astype(np.complex128)
     for k in range(b.shape[0]):

@@ -203,7 +203,7 @@ def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], floa
 
 
 def sensitivity(loop: Lti) -> Lti:
-    """Return 1/(1 + L)."""
+    """Return the sensitivity 1/(1 + L) of the loop gain L = `loop`."""
     inverse = 1.0 / (1.0 + loop.d[0, 0])
     return Lti(
         loop.a - inverse * loop.b @ loop.c,

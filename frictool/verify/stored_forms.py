@@ -61,7 +61,7 @@ def check_forms(controller: Controller) -> None:
 
 
 def limited_radius(linear: LinearController, period: float) -> float:
-    """Return the spectral radius of a - l c, the state matrix while the drive is limited.
+    """Return the spectral radius of the controller's state matrix while the drive is limited.
 
     Integrators that are held meanwhile are left out.
     """

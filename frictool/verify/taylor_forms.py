@@ -34,7 +34,7 @@ def modulus(z: complex) -> float:
 
 @kernel
 def taxicab(x: Form) -> float:
-    """Return the sum of |Re| + |Im| over the coefficients c, t, k, s."""
+    """Return the sum of |Re| + |Im| of the coefficients c, t, k, s of the form x."""
     c, t, k, s, _ = x
     total = abs(c.real) + abs(c.imag) + abs(t.real) + abs(t.imag)
     return float(total + abs(k.real) + abs(k.imag) + abs(s.real) + abs(s.imag))
@@ -42,13 +42,13 @@ def taxicab(x: Form) -> float:
 
 @kernel
 def constant(value: float) -> Form:
-    """Return a real number as a form."""
+    """Return a real number as a Taylor form."""
     return complex(value, 0.0), 0j, 0j, 0j, 0.0
 
 
 @kernel
 def times(x: Form, y: Form) -> Form:
-    """Return the product of two forms."""
+    """Return the product of the Taylor forms x and y."""
     c, t, k, s, r = x
     d, u, j, v, q = y
     m, a = modulus(c), modulus(t) + modulus(k) + modulus(s)
@@ -59,7 +59,7 @@ def times(x: Form, y: Form) -> Form:
 
 @kernel
 def plus(x: Form, y: Form) -> Form:
-    """Return the sum of two forms."""
+    """Return the sum of the Taylor forms x and y."""
     c, t, k, s, r = x
     d, u, j, v, q = y
     z = (c + d, t + u, k + j, s + v, 0.0)
@@ -68,7 +68,7 @@ def plus(x: Form, y: Form) -> Form:
 
 @kernel
 def scaled(x: Form, g: float) -> Form:
-    """Return the product of a form and a number g; g has a relative error of at most 2 U."""
+    """Return the product of the Taylor form x and a number g with a relative error <= 2 U."""
     c, t, k, s, r = x
     z = (c * g, t * g, k * g, s * g, 0.0)
     return z[0], z[1], z[2], z[3], (abs(g) * r + 4.0 * U * taxicab(z)) * UP + TINY
@@ -76,13 +76,13 @@ def scaled(x: Form, g: float) -> Form:
 
 @kernel
 def minus(x: Form, y: Form) -> Form:
-    """Return the difference of two forms."""
+    """Return the difference x - y of two Taylor forms."""
     return plus(x, scaled(y, -1.0))
 
 
 @kernel
 def inverse(x: Form) -> Form:
-    """Return 1/x; its radius is infinite if the form x contains zero.
+    """Return 1/x of the Taylor form x; the radius is infinite if x contains zero.
 
     1/(c + h) = 1/c - h/c^2 + h^2/(c^2 (c + h))
     """
@@ -103,7 +103,7 @@ def inverse(x: Form) -> Form:
 
 @kernel
 def power(x: Form, n: int) -> Form:
-    """Return x^n, n >= 0."""
+    """Return the power x^n of the Taylor form x, n >= 0."""
     y = constant(1.0)
     for _ in range(n):
         y = times(y, x)

@@ -167,7 +167,10 @@ def _prove_bound(loop: CertificateLoop, box: Box, below: float) -> int | OpenCel
 
 
 def _require_stable(loop: KernelLoop, plants: KernelBox, plant: tuple[float, float]) -> None:
-    """Raise NoSolutionError unless the roots of D are proved to be in the unit circle."""
+    """Raise NoSolutionError unless the loop of one plant is proved to be stable.
+
+    plant: kappa and sigma - middle of the kernel.
+    """
     order = loop.denominator.shape[1] + int(not loop.free) + int(loop.lagged) + loop.delay
     angle, error = turn(loop, plants, plant, MOST_CELLS)
     if not abs(angle - 0.5 * math.pi * order) + error < 0.25 * math.pi:
@@ -189,7 +192,7 @@ def _kernel_box(box: Box, period: float) -> KernelBox:
 
 
 def _surroundings(box: Box, period: float) -> tuple[Interval, Interval]:
-    """Return the smallest intervals of kappa and sigma that contain every plant."""
+    """Return the smallest intervals of K T^2/J and sigma_v T/J for all plants of the box."""
     t = Fraction(period)
     inertia, constant = _ends(box.inertia), _ends(box.constant)
     rates = [end * t / j for end in _ends(box.viscous) for j in inertia]
@@ -200,7 +203,7 @@ def _surroundings(box: Box, period: float) -> tuple[Interval, Interval]:
 
 
 def _middle(box: Box, period: float) -> tuple[Fraction, Fraction]:
-    """Return kappa and sigma of the plant with the mean of each parameter."""
+    """Return K T^2/J and sigma_v T/J of the plant with the mean of each parameter."""
     t = Fraction(period)
     inertia, constant, viscous = (
         (low + high) / 2 for low, high in map(_ends, (box.inertia, box.constant, box.viscous))
@@ -252,7 +255,10 @@ def _kernel_loop(loop: CertificateLoop, holds: HoldPolynomials) -> KernelLoop:
 
 
 def _lost(holds: HoldPolynomials, lag: float) -> float:
-    """Return 1 - e, the nearest double; raise ValueError if e is not known well enough for it."""
+    """Return the double nearest to 1 - e, e = exp(-period/lag).
+
+    Raises ValueError if e is not known well enough.
+    """
     lost = 1 - holds.kept
     if lag and holds.kept_error > ROUNDING / 4 * lost:
         raise ValueError("actuator.loop_time_constant_s is too long")
@@ -260,7 +266,7 @@ def _lost(holds: HoldPolynomials, lag: float) -> float:
 
 
 def _charts(polynomial: Polynomial, scale: Fraction) -> ComplexVector:
-    """Return the coefficients (2, m + 1) of the powers of t on both halves of the circle."""
+    """Return the coefficients (2, m + 1) of a polynomial in t, in chart 0 and in chart 1."""
     turns = (1.0 + 0j, 1j, -1.0 + 0j, -1j)  # i^j, exact
     values = [float(value * scale) for value in polynomial]
     row = [complex(x * turns[j % 4].real, x * turns[j % 4].imag) for j, x in enumerate(values)]
@@ -268,7 +274,7 @@ def _charts(polynomial: Polynomial, scale: Fraction) -> ComplexVector:
 
 
 def _filter(weight: Filter, period: Fraction) -> tuple[float, float, float]:
-    """Return gain, zero and pole of a filter's Tustin equivalent gain (q + zero p)/(q + pole p)."""
+    """Return gain, zero and pole of a weight's Tustin equivalent gain (q + zero p)/(q + pole p)."""
     zero, pole = (
         0.0 if value is None else float(2 / (period * Fraction(value)))
         for value in (weight.zero, weight.pole)

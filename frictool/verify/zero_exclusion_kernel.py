@@ -203,7 +203,10 @@ def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
 
 @part_kernel
 def _filtered(weight: tuple[float, float, float], p: Form, q: Form) -> Form:
-    """Return gain (q + zero p)/(q + pole p); the gain alone without a pole."""
+    """Return the weight gain (q + zero p)/(q + pole p) as a form; the gain alone if the pole is 0.
+
+    weight: gain, zero and pole. p, q: forms of the module docstring.
+    """
     gain, zero, pole = weight
     if pole == 0.0:
         return constant(gain)
@@ -212,7 +215,7 @@ def _filtered(weight: tuple[float, float, float], p: Form, q: Form) -> Form:
 
 @part_kernel
 def _held(loop: KernelLoop, index: int, at: tuple[float, float], space: KernelWorkspace) -> Form:
-    """Return h_1, h_2, a or b for sigma - middle = at[0] +- at[1]."""
+    """Return the form of h_1, h_2, a or b (`index` 0 to 3) for sigma - middle = at[0] +- at[1]."""
     centre, slope, radius = shifted(loop.holds[index], at[0], at[1], space.polynomial)
     return centre, 0j, 0j, slope, (radius + loop.errors[index]) * UP
 
@@ -300,7 +303,7 @@ def loop_terms(
 
 @part_kernel
 def _from_reference(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
-    """Return X, e and eta, each over D, per unit of the reference."""
+    """Return X/D, e/D and eta/D per unit of the reference (table of the module docstring)."""
     if not loop.speed:
         common = times(at.poles, at.over)
         return common, times(at.kept, common), scaled(times(at.moved, at.over), -1.0)
@@ -313,7 +316,7 @@ def _from_reference(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
 
 @part_kernel
 def _from_friction(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
-    """Return X, e and eta, each over D, per unit of the friction."""
+    """Return X/D, e/D and eta/D per unit of the friction (table of the module docstring)."""
     friction = times(scaled(at.phi, loop.disturbance), at.over)
     common = times(friction, times(at.axis, at.big_q))
     eta = times(at.kept, common)
@@ -327,7 +330,7 @@ def _from_friction(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
 
 @part_kernel
 def _from_noise(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
-    """Return X, e and eta, each over D, per unit of the noise."""
+    """Return X/D, e/D and eta/D per unit of the noise (table of the module docstring)."""
     noise = times(at.noise, at.over)
     common = times(times(at.two_p, at.hold), noise)
     eta = scaled(times(at.moved, noise), -1.0)
@@ -340,7 +343,7 @@ def _from_noise(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
 
 @part_kernel
 def _write(space: KernelWorkspace, row: int, column: int, entry: Form) -> float:
-    """Write the first-order parts of an entry of T; return the square of its remainder."""
+    """Write the first-order parts of an entry of the loop's T; return its squared remainder."""
     space.parts[0, row, column] = entry[0]
     space.parts[1, row, column] = entry[1]
     space.parts[2, row, column] = entry[2]
@@ -356,7 +359,10 @@ def _write_column(
     signals: tuple[Form, Form, Form],
     space: KernelWorkspace,
 ) -> float:
-    """Write a column of T from its X, e and eta; return the sum of the squares of remainders."""
+    """Write a column of the closed loop T; return the sum of the squared remainders.
+
+    signals: X/D, e/D and eta/D for the input of this column.
+    """
     common, error, eta = signals
     remainder = _write(space, 0, column, times(at.error, error))
     row = 1

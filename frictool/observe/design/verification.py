@@ -59,7 +59,10 @@ class ObserverVerification:
 
 
 def motion_samples(growth: float, decay: float) -> float | None:
-    """Return the number of samples in which e' P e falls by `growth`; None without decay."""
+    """Return the number of samples in which e' P e (e: error) falls by the factor `growth`.
+
+    None if there is no decay.
+    """
     return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 
 
@@ -116,7 +119,7 @@ def radius(matrix: Matrix) -> float:
 
 
 def _sequences(switches: Sequence[Switch]) -> NDArray[np.intp]:
-    """Return allowed sequences (k, SAMPLES + 1) of mode numbers."""
+    """Return k sequences of modes with allowed switches, (k, SAMPLES + 1)."""
     allowed = set(switches)
     after = {i: sorted(j for i_, j in allowed if i_ == i) for i in sorted({i for i, _ in allowed})}
     first = np.arange(SAMPLES + 1) <= SAMPLES // 2
@@ -148,7 +151,7 @@ def _simulated(
     sequences: NDArray[np.intp],
     solution: SwitchedGains,
 ) -> float:
-    """Return the largest |z|/|Delta| over the sequences.
+    """Return the largest gain |z|/|Delta| from disturbance to weighted error in all sequences.
 
     Raises NoSolutionError if a sample without disturbance multiplies e' P e by more than lambda^2.
     """
@@ -176,14 +179,17 @@ def _simulated(
 
 
 def _norm(signal: Matrix) -> Matrix:
-    """Return the 2-norms (k,), over samples and components, of k signals (samples, k, m)."""
+    """Return the norms (k,) of k signals (samples, k, m): roots of the sums of squares."""
     return np.asarray(np.sqrt(np.sum(signal**2, axis=(0, 2))))
 
 
 def _forward(
     a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], delta: Matrix
 ) -> Matrix:
-    """Return z (samples, k, p) for disturbances (samples, k, w), from zero error."""
+    """Return the weighted errors z (samples, k, p) of k sequences of modes, from zero error.
+
+    delta: disturbances (samples, k, w). a, q, weight: matrices of each mode. index: sequences.
+    """
     e = np.zeros((index.shape[1], a.shape[1]))
     out = []
     for now, disturbance in zip(index[:-1], delta, strict=True):
@@ -193,7 +199,7 @@ def _forward(
 
 
 def _adjoint(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], z: Matrix) -> Matrix:
-    """Apply the adjoint of `_forward` to outputs (samples, k, p); return (samples, k, w)."""
+    """Return the adjoint of `_forward`, (samples, k, w), applied to `z` (samples, k, p)."""
     s = np.zeros((index.shape[1], a.shape[1]))
     out = []
     for now, seen in zip(index[-2::-1], z[::-1], strict=True):

@@ -45,14 +45,17 @@ def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
 
 @kernel
 def viscous_friction(p: Vector, direction: float, speed: float) -> float:
-    """Return the viscous friction [N m | N], including the knees of the speed regimes."""
+    """Return the viscous friction [N m | N] of an axis, including the knees of the speed regimes.
+
+    p (EXTENDED_SIZE,): parameters of the axis.
+    """
     added, viscous = straight_line(p, direction, speed)
     return added + viscous * speed
 
 
 @kernel
 def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[float, float, float]:
-    """Return value, low, high of the wear at x.
+    """Return value, low, high of the wear at the position x.
 
     factors: (3, 3), rows forward, backward, added.
     """
@@ -80,7 +83,7 @@ def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Ma
 def _in_slip(
     axes: Matrix, gap: Vector, x: float, v: float, factors: Matrix, zones: Matrix, loose: float
 ) -> tuple[float, float, float]:
-    """Return value, low, high of the friction in slip.
+    """Return value, low, high of the friction in slip at the position x and the velocity v.
 
     loose: fraction of the three backlash widths for which the axis is inside its gap.
     """

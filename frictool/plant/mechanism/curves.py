@@ -33,11 +33,11 @@ class PiecewiseCubic:
     cubic: Vector
 
     def value(self, x: Vector) -> Vector:
-        """Return the curve at x (any shape), constant beyond its ends."""
+        """Return the curve's values at positions x (of any shape); constant beyond its ends."""
         return self._at(x)[0]
 
     def slope(self, x: Vector) -> Vector:
-        """Return the derivative at x; 0 beyond the ends."""
+        """Return the derivative of the curve at positions x; 0 beyond the ends of the curve."""
         value = self._at(x)[1]
         return np.where(
             (np.asarray(x) < self.breaks[0]) | (np.asarray(x) > self.breaks[-1]), 0.0, value
@@ -62,7 +62,7 @@ def monotone_cubic(positions: Sequence[float], values: Sequence[float]) -> Piece
 
 
 def _slopes(x: Vector, y: Vector) -> Vector:
-    """Return the slopes at the points, 0 if the secants change sign there."""
+    """Return the slopes at the points (x, y), 0 if the secants change sign there."""
     step = np.diff(x)
     secant = np.diff(y) / step
     if len(x) == 2:

@@ -76,7 +76,7 @@ class LinearMechanism:
     inertia: Vector
 
     def state_space(self) -> Lti:
-        """Return the continuous system with the states x = [p | p'].
+        """Return the continuous system; its states are the coordinates p, then their rates p'.
 
         Its inputs and outputs are in the order of `sources` and `sensors`.
         """
