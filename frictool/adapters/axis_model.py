@@ -71,7 +71,7 @@ def _dry(model: Model, overrides: dict[str, float]) -> float:
 
 
 def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float]:
-    """Return the function from a viscous friction of the model to that of the axis."""
+    """Return the function from a viscous coefficient of the model to the overridden one."""
     if "viscous" not in overrides:
         return lambda value: value
     wanted = overrides["viscous"]

@@ -3,13 +3,14 @@
     speed_cascade   reference ─▶ prefilter ─▶ e = filtered - y ─▶ position law, band ─▶ omega_c
                     ─▶ eta = integral(omega_c) - y ─▶ linear controller ─▶ drive stages
     position        reference ─▶ prefilter ─▶ e = filtered - y ─▶ linear controller
-                    ─▶ drive stages, with limiter and virtual friction (thesis 5.7, 5.41)
+                    ─▶ drive stages, with limiter and virtual friction (thesis, (5.7), (5.41))
     drive stages    ─▶ feedforward, friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
 
-y is the measured position. A profile replaces the prefilter. With a feedforward, the filtered
-reference in e is delayed by the samples that the drive needs to act, and a cascade adds the speed
-of the delayed reference to omega_c. A linear controller with the input `speed_error` takes omega_c
-minus the measured speed instead of eta.
+y is the measured position. Near the target, the band or the limiter releases the drive
+(control/target_band.py, control/limit_cycle_limiter.py). A profile replaces the prefilter. With a
+feedforward, the filtered reference in e is delayed by the samples that the drive needs to act, and
+a cascade adds the speed of the delayed reference to omega_c. A linear controller with the input
+`speed_error` takes omega_c minus the measured speed instead of eta.
 """
 
 from __future__ import annotations
@@ -194,7 +195,7 @@ class _Composition:
             )
 
     def _motion(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """Return the position's difference, and the speed if a block uses the speed."""
+        """Return the position's change since the last sample, and the speed; None if not used."""
         settings = self.document.velocity
         program = self.program
         measured = None
@@ -450,7 +451,7 @@ def _equation(space: StateSpace, gains: tuple[float, ...]) -> DifferenceEquation
 
 
 def _integrators(equations: list[DifferenceEquation]) -> list[int]:
-    """Return the states that are integrators at every corner, and so between the corners."""
+    """Return the indices of the states that are integrators in the equations of all corners."""
     return [
         i for i in equations[0].integrators if all(i in other.integrators for other in equations)
     ]

@@ -60,7 +60,8 @@ def drive_bound(
     length
         Length of the step, rad | m, above 0.
     overshoot
-        Largest overshoot relative to the length; None if the only limit is the 95 % zone.
+        Largest overshoot relative to the length; None if only the zone of 5 % of the length around
+        the target limits it.
 
     Returns
     -------

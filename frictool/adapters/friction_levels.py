@@ -9,7 +9,8 @@ A vertex or a randomly drawn plant has one number for Coulomb friction and one f
               with c times this number has c times every slope, and the same knees. If the model has
               no viscous friction, the number is the slope at every speed
 
-The friction map therefore keeps its shape. A plant with the numbers of the model is the model.
+A knee is a speed at which the slope changes. The friction map keeps its shape. A plant with the
+numbers of the model is the model.
 """
 
 from __future__ import annotations

@@ -15,9 +15,8 @@ from frictool.plant.uncertainty_channel import UncertainPlant, with_channel
 def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polytope:
     """Return the polytope of `intervals(model)` that `scheduled` spans.
 
-    The documents do not allow an inertia or constant that may be zero. Raises FrictoolError if
-    regimes are scheduled and the model has none, ValueError if `scheduled` is empty or contains a
-    parameter twice.
+    Raises FrictoolError if regimes are scheduled and the model has none, ValueError if `scheduled`
+    is empty or contains a parameter twice.
     """
     box = intervals(model)
     levels = regime_levels(model, box["coulomb"]) if "regime" in scheduled else None
@@ -76,18 +75,19 @@ def default_unit(model: Model) -> float:
 
 
 def uncertain_centre(model: Model, unit: float | None = None) -> UncertainPlant:
-    """Return the LFT form of annex (22): the centre of all intervals, every parameter uncertain."""
+    """Return the LFT form (thesis, annex, (22)): the centre, with every parameter uncertain."""
     return with_channel(polytope(model).centre, half_widths(model), unit or default_unit(model))
 
 
 def uncertain_polytope(
     model: Model, scheduled: Sequence[Parameter], unit: float | None = None
 ) -> tuple[Polytope, tuple[UncertainPlant, ...]]:
-    """Return the mixed form of annex (28)-(29): the polytope, and its vertices with a channel each.
+    """Return the polytope, and its vertices with an uncertainty channel each.
 
-    The polytope spans the scheduled parameters; the channel contains the other parameters. The
-    speed regimes include viscous and Coulomb friction (annex 5.1), so that scheduling the regimes
-    removes both from the channel. Raises FrictoolError and ValueError as `polytope` does.
+    This is the mixed form of the thesis, annex, (28)-(29). The polytope spans the scheduled
+    parameters; the channel contains the other parameters. The speed regimes include viscous and
+    Coulomb friction, so that scheduling the regimes removes both from the channel. Raises
+    FrictoolError and ValueError as `polytope` does.
     """
     box = polytope(model, scheduled)
     left = unscheduled_half_widths(model, scheduled)

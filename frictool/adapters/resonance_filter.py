@@ -23,7 +23,7 @@ def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
 
 
 def _filter(resonances: Resonances, end: int | None) -> Lti:
-    """Return second-order sections in series, each with as many zeros as remain."""
+    """Return H with frequencies at `end` of their intervals (0 low, 1 high), nominal for None."""
     below = [_pair(one, end) for one in resonances.poles] + _reals(resonances.real_poles_rad_s)
     above = [_pair(one, end) for one in resonances.zeros] + _reals(resonances.real_zeros_rad_s)
     whole = gain(1.0, 0.0)
@@ -40,13 +40,13 @@ def _filter(resonances: Resonances, end: int | None) -> Lti:
 
 
 def _pair(one: Oscillation, end: int | None) -> np.ndarray:
-    """Return 1 + 2 d s/w + s^2/w^2, highest power first."""
+    """Return the coefficients of 1 + 2 damping s/w + s^2/w^2, w in rad/s, highest power first."""
     w = one.rad_s if end is None or one.interval_rad_s is None else one.interval_rad_s[end]
     return np.array([1.0 / w**2, 2.0 * one.damping / w, 1.0])
 
 
 def _reals(frequencies: tuple[float, ...]) -> list[np.ndarray]:
-    """Return the factors 1 + s/w, two of them to a section."""
+    """Return the factors 1 + s/w for the frequencies w [rad/s], multiplied in pairs."""
     factors = [np.array([1.0 / w, 1.0]) for w in frequencies]
     return [
         np.polymul(*factors[k : k + 2]) if len(factors[k : k + 2]) == 2 else factors[k]

@@ -2,7 +2,8 @@
 
     F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)         (thesis 2.33 and 2.34)
 
-viscous(v) is linear between the knees of the speed regimes (figure 4.10).
+F_c is the Coulomb friction, F_s the breakaway, v_s the Stribeck velocity and delta an exponent.
+viscous(v) is linear between the knees, at which its slope changes (figure 4.10 of the thesis).
 """
 
 from __future__ import annotations

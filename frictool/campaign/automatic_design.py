@@ -271,7 +271,7 @@ def _hard(test: DesignTest) -> tuple[int, ...]:
 
 
 def _likeness(plant: PlantValues, plants: Sequence[PlantValues], extreme: PlantValues) -> float:
-    """Return a number that is largest for the vertex that `extreme` describes by signs."""
+    """Return the score of `plant`: largest at the range ends with the signs in `extreme`."""
     total = 0.0
     for name, sign in extreme.items():
         values = [one[name] for one in plants]

@@ -70,8 +70,8 @@ class DesignTest:
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
         """Return judges with plants and positions that the test does not contain.
 
-        There is a judge for each entry of MOVED. It simulates the vertices and OTHERS newly drawn
-        plants, with start and targets shifted within an encoder count.
+        Each judge simulates the nominal plant, the vertices and OTHERS newly drawn plants. An entry
+        of MOVED shifts the start positions and the targets of a judge within an encoder count.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -89,8 +89,8 @@ class DesignTest:
     def judges_of_places(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
         """Return a judge for each of TARGETS shifts of the targets; each plant has PLACES starts.
 
-        In a judge, start k of plant i has the index i PLACES + k. Starts and targets are
-        distributed evenly within an encoder count.
+        In a judge, start number k of plant number i has the index i times PLACES plus k. Starts and
+        targets are distributed evenly within an encoder count.
         """
         plants = [plant for plant in self.plants for _ in range(PLACES)]
         return tuple(

@@ -72,8 +72,8 @@ json_option = click.option(
 class FiniteRange(click.FloatRange):
     """Range of a number option that rejects NaN and implausible magnitudes.
 
-    click's own range accepts NaN, because every comparison with it is false. A magnitude outside
-    LEAST to LARGEST is probably a typing error, and the square may overflow.
+    click's own range accepts NaN, because every comparison with it is false. A nonzero magnitude
+    below LEAST or above LARGEST is probably a typing error.
     """
 
     LEAST, LARGEST = 1e-15, 1e12

@@ -193,7 +193,7 @@ def _check(
 ) -> None:
     """Raise InputFileError if a parameter is outside a law's range or violates a condition.
 
-    The conditions are those for the stability of the hybrid laws. With --allow, a violated
+    The conditions are the inequalities of friction/hybrid_time_step.py. With --allow, a violated
     condition is a warning only. A note names each parameter that has its default value.
     """
     from frictool.compare.law_simulator import LawSimulator, setting_violations

@@ -1,9 +1,11 @@
 """Parameters of a law comparison for an identified actuator, from its model and bench.
 
 A parameter that neither document contains is taken from thesis table 3.1 and scaled to the
-actuator's units of length and time. m is the inertia, F_s the breakaway, T_s the sample period,
-delta_x the encoder's step, and T_e the simulation's step. `fall` is (F_s - F_c)/F_c divided by its
-value in table 3.1. The numbers in parentheses are equations of the thesis.
+actuator's units of length and time. m is the inertia, F_s the breakaway, F_c the Coulomb friction,
+sigma_v the viscous coefficient, v_s the Stribeck velocity, z_max the largest presliding
+displacement, k_1 and k_2 the stiffness and damping of presliding, T_s the controller's sample
+period, delta_x the encoder's step, and T_e the time step of the simulation. `fall` is (F_s -
+F_c)/F_c divided by its value in table 3.1. The numbers in parentheses are equations of the thesis.
 
 unit of time   (m/sigma_v)/2.5, or less to stay within the bench's travel and top speed
 v_s            1e-3 fall (unit of length)/(unit of time); at most delta_x p0/5

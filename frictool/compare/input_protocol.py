@@ -88,7 +88,7 @@ def drift(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def presliding_path(presliding: float, points: int) -> tuple[Vector, Vector]:
-    """Return the positions (10 points + 1,) [m | rad] and the indices (11,) of the turning points.
+    """Return positions (10 * points + 1,) [m | rad], and the indices (11,) of the turning points.
 
     `presliding`: z_max [m | rad].
     `points`: number of steps between two turning points.

@@ -62,7 +62,8 @@ class CompiledProgram(NamedTuple):
 
     - 0 to 2: indices of the inputs `PORTS`
     - 3: index of the output
-    - 4 to 6: indices of the guard's state `holds_left`, its next value and its constant hold time
+    - 4 to 6: indices of the state `holds_left` of the guard (control/measurement_guard.py), its
+      next value and its constant hold time
     - 7 to 9: indices of the inputs after the guard has replaced invalid ones
     - 10: number of rows of `code` that belong to the guard
     """
@@ -253,10 +254,10 @@ def _give(v: Values, ports: IntVector, reference: float, position: float, veloci
 
 @bare_kernel
 def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
-    """Return the first row of `code` to run: 0, or the row behind the guard.
+    """Return the first row of `code` to run: 0, or the row after those of the measurement guard.
 
-    If this sample and the last one are valid, only the inputs behind the guard change; they are set
-    here and the guard's rows are left out.
+    If this sample and the last one are valid, the guard would only copy the inputs. They are copied
+    here instead, and the guard's rows are left out.
     """
     if (
         not valid

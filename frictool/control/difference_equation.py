@@ -2,13 +2,14 @@
 
     u[k] = c x[k] + d e[k],   x[k+1] = a x[k] + b e[k] + l (limited u[k] - u[k])
 
-The order of the sums is d e, then c x for the output, and b e, then l (limited u - u), then a x for
-the state. Terms whose coefficient is 0 are left out.
+x is the state, e the input, u the drive before its limit, and l the anti-windup gain. The order of
+the sums is d e, then c x for the output, and b e, then l (limited u - u), then a x for the state.
+Terms whose coefficient is 0 are left out.
 
 An integrator is a state whose row of `a` equals the row of the identity matrix. It keeps its value
-while the drive is released (5.2.2). With `conditional` it also keeps its value at rest, and while
-the drive is limited and the input would move the drive further into its limit. At rest every other
-state is set to 0.
+while the drive is released (section 5.2.2 of the thesis). With `conditional` it also keeps its
+value at rest, and while the drive is limited and the input would move the drive further into its
+limit. At rest every other state is set to 0.
 
 Property: the state obeys x+ = (a - l c) x + (b - l d) e + l (limited u) for any u. If a - l c is
 stable, sums of the absolute impulse responses from e and from the limited u bound every state.

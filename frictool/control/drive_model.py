@@ -3,6 +3,8 @@
     tau i' = u - i         u: delayed command, i: current after the lag of its loop
     mean of i over the period = u + (i - u) (1 - exp(-T/tau)) tau/T          exact for a constant u
 
+tau is the time constant of the current loop, T the sample period.
+
 Limit: the target does not measure the current. A current loop slower than tau, or a supply whose
 voltage drops, acts as a disturbance on the observer.
 """

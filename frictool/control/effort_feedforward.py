@@ -4,15 +4,16 @@
 
     sign(v)   becomes +1 or -1 if |v| > on; becomes 0 if |v| < off or v changes its sign
 
-The two speeds form a hysteresis around zero: a reference that creeps or rests causes no Coulomb
-term, and noise of the reference does not switch that term on and off. The feedforward is added to
-the drive before the limit.
+v and a are the speed and the acceleration of the reference, J the inertia, sigma_v the viscous
+coefficient, and F_c the Coulomb friction. `on` and `off` form a hysteresis around zero: a reference
+that creeps or rests causes no Coulomb term, and noise of the reference does not switch that term on
+and off. The feedforward is added to the drive before the limit.
 
-v and a are means over the sample in which the drive acts. A prefilter or a profile has the position
-f and the speed v at each sample, with f[k] - f[k-1] = T/2 (v[k-1] + v[k]); its mean acceleration is
-(v[k] - v[k-1])/T. The drive computed from them acts after the delay of the target. The loop
-therefore compares the measured position with f[k - 1 - delay samples] (`delayed`). Property: if the
-axis equals the model, the position error is 0.
+Both v and a are means over the sample period T in which the drive acts. A prefilter or a profile
+has the position f and the speed v at each sample, with f[k] - f[k-1] = T/2 (v[k-1] + v[k]); its
+mean acceleration is (v[k] - v[k-1])/T. The drive computed from them acts after the delay of the
+target. The loop therefore compares the measured position with f[k - 1 - delay samples] (`delayed`).
+Property: if the axis equals the model, the position error is 0.
 
 Feedforward and profile are outside the feedback loop: no margin depends on them.
 """

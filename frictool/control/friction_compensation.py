@@ -7,12 +7,15 @@
     observer   F' = L (K u - J v' - F)           in state form q = F + L J v,  q' = L (K u - F),
                                                  by Euler's method
 
-Section 5.1 of the thesis argues against friction compensation; it serves as a baseline. The model
-needs the sign of v near v = 0, which a coarse encoder cannot provide. If the model has too much
-friction, the axis moves without a command. At rest the observer integrates the effort, so that the
-axis breaks away, overshoots and hunts. docs/theory/control.md compares this compensation with the
-laws that use friction. Choose the bandwidth L below the bandwidth of the measured speed, and v_s
-above the speed of one encoder count per sample.
+F is the friction, F_c its Coulomb part, sigma_v the viscous coefficient, v_s a smoothing speed, u
+the drive, K the effort per unit of drive, J the inertia, and L the observer's bandwidth.
+
+Section 5.1 of the thesis argues against friction compensation; here the compensation serves as a
+baseline. The model needs the sign of v near v = 0, which a coarse encoder cannot provide. If the
+model has too much friction, the axis moves without a command. At rest the observer integrates the
+effort, so that the axis breaks away, overshoots and hunts. docs/theory/control.md compares this
+compensation with the laws that use friction. Choose the bandwidth L below the bandwidth of the
+measured speed, and v_s above the speed of one encoder count per sample.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
-"""Scheduled coefficients: a weighted sum of the matrices at the corners (thesis 5.46, 5.64).
+"""Scheduled coefficients: a weighted sum of the corners' matrices (thesis, (5.46), (5.64)).
 
     alpha_i = product over the parameters of (distance to the end opposite to corner i)/(width)
 
-The parameters are states that the caller sets, such as the torque constant from a temperature, or
-the friction from an observer. A value outside its interval is replaced by the nearer end. The
-weights alpha_i are not negative, and their sum is 1 up to rounding.
+A corner combines one end of the interval of each parameter. The parameters are states that the
+caller sets, such as the torque constant from a temperature, or the friction from an observer. A
+value outside its interval is replaced by the nearer end. The weights alpha_i are not negative, and
+their sum is 1 up to rounding.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@
     v+ = v* within v - a T ... v + a T,     d+ = d - T/2 (v + v+)
     p  = r - d+,   f = mean of p over N samples                smoothing
 
+a is the largest acceleration, T the sample period, r the reference; + marks values at this sample.
 The braking law v*(w) is the largest speed from which the axis can stop at its target if the speed
 changes by at most a T per sample. On its square root, v+ = v - a T; on its straight line, two
 samples end the motion. If |d+| <= END a T^2 and |v+| <= END a T, both are set to 0. The target may

@@ -3,11 +3,13 @@
     energy   | |e| - J v^2/(2 F') | < delta_e,  F' = F_c + F_cv (5.40)
     error    |e| < delta_e, the cut-off that section 5.2.1 of the thesis argues against
 
-F_c is the real friction; the virtual friction F_cv is an effort of the drive that brakes the axis.
-With `energy` the drive is released if real and virtual friction alone stop the axis within delta_e
-of the target. The released effort is -F_cv tanh(v/v_r) (5.41). The branches of (5.41) are exchanged
-here: as printed, the brake acts outside the band and the axis never starts. The integrator is
-frozen while the drive is released (5.2.2); the other states of the controller are updated as usual.
+e is the position error, v the speed, J the inertia, and delta_e the half-width of a band around the
+target. F_c is the real friction; the virtual friction F_cv is an effort of the drive that brakes
+the axis. With `energy` the drive is released if real and virtual friction alone stop the axis
+within delta_e of the target. The effort of the released drive is -F_cv tanh(v/v_r) (5.41), with the
+speed scale v_r. The branches of (5.41) are exchanged here: as printed, the brake acts outside the
+band and the axis never starts. The integrator is frozen while the drive is released; the other
+states of the controller are updated as usual.
 
 Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
 0. The derivative (5.12) has no definite sign: boundedness and rest are proved, but no Lyapunov

@@ -2,12 +2,14 @@
 
     f' = v,   v' = w0^2 (r - f) - 2 m w0 v        f filtered reference, v its speed, r reference
 
-The trapezoidal rule with h = T/2, applied to both equations, gives f and v at the new sample. Hence
-f[k] - f[k-1] = h (v[k] + v[k-1]) holds exactly, and v = 0 shows that f has settled. If f = r and v
-= 0, no bit changes.
+w0 is the natural frequency [rad/s], m the damping ratio, and T the sample period. The trapezoidal
+rule with h = T/2, applied to both equations, gives f and v at the new sample. Hence f[k] - f[k-1] =
+h (v[k] + v[k-1]) holds exactly, and v = 0 shows that f has settled. If f = r and v = 0, no bit
+changes.
 
 Properties: unit gain, delay 2 m/w0, overshoot exp(-pi m/sqrt(1 - m^2)) (1.5 % at m = 0.8). Rule
-(5.4.3.2): w0 = 6/(specified response time) and m = 0.8; the bandwidth of the loop should be higher.
+(section 5.4.3.2 of the thesis): w0 = 6/(specified response time) and m = 0.8; the bandwidth of the
+loop should be higher.
 """
 
 from __future__ import annotations
@@ -23,7 +25,10 @@ from frictool.control.program import Program, ProgramNode
 def prefilter_coefficients(
     natural_frequency: float, damping: float, period: float
 ) -> tuple[float, float, float]:
-    """Return (h, p, q) of v[k] = p v[k-1] + q (r[k] + r[k-1] - 2 f[k-1]) with h = T/2."""
+    """Return (h, p, q) of v[k] = p v[k-1] + q (r[k] + r[k-1] - 2 f[k-1]) with h = T/2.
+
+    r is the reference, f the filtered reference, v its speed, and T the sample period [s].
+    """
     h = 0.5 * period
     friction = 2.0 * damping * natural_frequency * h
     stiffness = natural_frequency * natural_frequency * h * h

@@ -2,9 +2,11 @@
 
     f' = v,   v' = a,   a' = j = w^3 (r - f) - 3 w^2 v - 3 w a         r/(1 + s/w)^3
 
-The states are d = r - f, v and a, sampled by Tustin, so that they are exactly 0 at rest. The filter
-lags by 3/w. The speed and the acceleration of the reference after a further time `ahead` [s] follow
-from the higher derivatives of f, with (1 + s/w)^3 exp(s ahead) = 1 + c1 s + c2 s^2 + ...:
+r is the reference, f the filtered reference with the speed v and the acceleration a, and w the
+bandwidth. The states are d = r - f, v and a, sampled by Tustin's rule, so that they are exactly 0
+at rest. The filter lags by 3/w. The speed and the acceleration of the reference after a further
+time `ahead` [s] follow from the higher derivatives of f, with (1 + s/w)^3 exp(s ahead) = 1 + c1 s +
+c2 s^2 + ...:
 
     v + c1 a + c2 j,   a + c1 j        c1 = 3/w + ahead,   c2 = 3/w^2 + 3 ahead/w + ahead^2/2
 

@@ -2,11 +2,11 @@
 
     y = b0 e + s1,   s1+ = b1 e - a1 y + s2,   s2+ = b2 e - a2 y
 
-The y of one section is the e of the next. Anti-windup adds a gain times (limited drive - drive) to
-every state, as in control/difference_equation.py. A chain of sections has no separate integrator
-state; a controller that must hold its integrator (limiter, conditional integration) uses
-state-space form. Property: each coefficient belongs to one pair of poles, so that rounding a
-coefficient moves this pair only.
+e is the input and y the output of a section; s1 and s2 are its states. The y of one section is the
+e of the next. Anti-windup adds a gain times (limited drive - drive) to every state, as in
+control/difference_equation.py. A chain of sections has no separate integrator state; a controller
+that must hold its integrator (limiter, conditional integration) uses state-space form. Property:
+each coefficient belongs to one pair of poles, so that rounding a coefficient moves this pair only.
 """
 
 from __future__ import annotations

@@ -3,9 +3,11 @@
     order 1   v = w u/(s + w)                              u = (y[k] - y[k-1])/T
     order 2   v = u/(s^2/w^2 + 2 s/w + 1), two equal poles      (5.70) is s y through this filter
 
-The filter is sampled by Tustin. Properties: the lag is T/2 + 1/w (order 1) or T/2 + 2/w (order 2).
-One encoder count causes a peak of u of (encoder step)/T; the peak of v is about w (encoder step).
-Rule (5.4.3.2): w is ten times w0 of the prefilter. The verification of the loop includes this lag.
+y is the measured position, T the sample period, and w the bandwidth. The filter is sampled by
+Tustin's rule. Properties: the lag is T/2 + 1/w (order 1) or T/2 + 2/w (order 2). One encoder count
+causes a peak of u of (encoder step)/T; the peak of v is about w (encoder step). Rule (section
+5.4.3.2 of the thesis): w is ten times w0 of the prefilter. The verification of the loop includes
+this lag.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from frictool.control.program import Program, ProgramNode
 def first_order(bandwidth: float, period: float) -> tuple[float, float]:
     """Return (a, b) of v[k] = a v[k-1] + b (u[k] + u[k-1]).
 
-    bandwidth [rad/s], period: the sample period [s].
+    u is the input and v the output of the filter. bandwidth [rad/s], period: sample period [s].
     """
     x = bandwidth * period
     return (2.0 - x) / (2.0 + x), x / (2.0 + x)

@@ -1,4 +1,4 @@
-"""The switched observers of the thesis (6.4), (6.22): a model and correction gains for each mode.
+"""Switched observers of the thesis, (6.4) and (6.22): a model and correction gains per mode.
 
     mode   0 if |omega| < Sigma, else the cell of the direction that contains theta (6.17)
     e      = y - theta
@@ -9,15 +9,17 @@
     alpha' = alpha + L3 e                    slipping, within [alpha_min, alpha_max]
            = alpha                           stuck
 
-y is the measured position; theta, omega and alpha are the estimates of position, speed and wear at
-one sample, which determine the mode. F has the sign of omega, which is definite in every mode
-except 0. While stuck, alpha is frozen, since thesis (6.14) treats the estimate of alpha as a
-measurement.
+T is the sample period, J the inertia, u the effort, F the friction, and Sigma the switching speed.
+A cell is an interval of positions in one direction of motion with the gains L1, L2, L3 and the
+friction f_i; f(theta) is a polynomial. y is the measured position; theta, omega and alpha are the
+estimates of position, speed and wear at one sample, which determine the mode. F has the sign of
+omega, which is definite in every mode except 0. While stuck, alpha is frozen, since thesis (6.14)
+treats the estimate of alpha as a measurement.
 
-Limit: the certificate of (6.6) takes the mode as known. It does not cover the samples in which
-plant and observer are in different modes. Choose Sigma as some encoder steps per period. With a
-coarse encoder, the speed is below this Sigma during most of the travel, and both observers fail
-(figures: docs/theory/observers.md).
+Limit: the certificate of the thesis, (6.6), takes the mode as known. It does not cover the samples
+in which plant and observer are in different modes. Choose Sigma as some encoder steps per period.
+With a coarse encoder, the speed is below this Sigma during most of the travel, and both observers
+fail (figures: docs/theory/observers.md).
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
 
 @dataclass(frozen=True)
 class SlipMode:
-    """Interval of position in one direction of motion, up to the position `high` [rad | m].
+    """Cell: interval of positions in one direction of motion, up to the position `high` [rad | m].
 
     friction: magnitude f_i [N m | N]. gains: L1 [1], L2 [1/s], L3 [wear per rad | m].
     """
@@ -50,10 +52,11 @@ class SwitchedParameters:
     inertia [kg m2 | kg], switch_speed Sigma [rad/s | m/s]. forward, backward: cells in order of
     position; the first and the last also apply beyond the travel. stuck: (L1, L2) of mode 0. kept:
     factor a of omega in mode 0. additive: True if wear is an increase of friction, False if it is a
-    factor. curves (forward, backward): polynomials f of the position over `travel`, rising powers,
-    used instead of the cells' friction if `additive`. viscous: viscous friction [N m s/rad | N
-    s/m], 0 in the thesis. offset [N m | N]: constant effort against a positive drive, 0 in the
-    thesis. top_speed: bound of the estimated speed. wear: (alpha_min, alpha_max).
+    factor. curves (forward, backward): if `additive`, coefficients of the friction f as a
+    polynomial of the position, lowest power first, used instead of the cells' friction. travel:
+    (low, high) position, beyond which the polynomials keep their values. viscous: viscous friction
+    [N m s/rad | N s/m], 0 in the thesis. offset [N m | N]: constant effort against a positive
+    drive, 0 in the thesis. top_speed: bound of the estimated speed. wear: (alpha_min, alpha_max).
     """
 
     period: float
@@ -163,11 +166,11 @@ class _DirectionCells:
         ]
 
     def gain(self, row: int) -> ProgramNode:
-        """Return the gain L of the cell that contains the position."""
+        """Return the gain L1, L2 or L3 (`row` 0, 1 or 2) of the cell that contains the position."""
         return self._of_cell(f"gain_{row}", [cell.gains[row] for cell in self.cells])
 
     def friction(self) -> ProgramNode:
-        """Return the friction f_m of the cell that contains the position."""
+        """Return the friction of the cell that contains the position."""
         return self._of_cell("friction", [cell.friction for cell in self.cells])
 
     def _of_cell(self, what: str, values: Sequence[float]) -> ProgramNode:

@@ -1,4 +1,4 @@
-"""The band of position around the target, in which the drive is released (thesis 5.2.2, 5.2.3).
+"""The band of position around the target, in which the drive is released.
 
 ====  =====  ==================================================================
 code  mode   action
@@ -8,11 +8,12 @@ code  mode   action
 2     REST   the drive is 0; the speed loop is open and reset
 ====  =====  ==================================================================
 
-A limit cycle cannot start while the drive is 0. The band acts if |e| <= band and the prefilter has
-settled, |f'| < settled_speed. Without the second condition, the drive would be cut during a move
-whenever the axis follows the filtered reference closely. `cut` enters REST immediately; `brake`
-first brings the measured speed below `rest_speed`. The mode is RUN again when the error leaves the
-band or the prefilter moves.
+The band is that of sections 5.2.2 and 5.2.3 of the thesis. A limit cycle cannot start while the
+drive is 0. The band acts if the position error satisfies |e| <= band and the prefilter has settled:
+the speed f' of the filtered reference satisfies |f'| < settled_speed. Without the second condition,
+the drive would be cut during a move whenever the axis follows the filtered reference closely. `cut`
+enters REST immediately; `brake` first brings the measured speed below `rest_speed`. The mode is RUN
+again when the error leaves the band or the prefilter moves.
 
 Property: the motion is bounded and ends at rest. This is no proof of stability, because the
 derivative (5.12) has no definite sign. Choose a band above two encoder steps, and above the

@@ -7,11 +7,13 @@
            0 if this effort cannot move the axis: Coulomb friction by an implicit step
     x+   = x^ + T (v^ + v+)/2
 
-Within the cell the encoder shows no error, so that nothing is corrected: between two counts the
-model determines the speed, which is 0 at rest. The dry friction is the value of the friction map at
-x^; while the backlash is open, it is the friction of the motor alone. The backlash follows thesis
-(4.45). The disturbance d [N m | N] is the effort that the model lacks, added to the drive. At rest,
-d is between 0 and the value that reduces the drive's effort to the breakaway.
+The mark ^ denotes a corrected estimate, + the prediction for the next sample. T is the sample
+period, J the inertia, e the drive's effort, and `cell` the width of the dead zone. Within this cell
+nothing is corrected: between two counts the model determines the speed, which is 0 at rest. The dry
+friction is the value of the friction map at x^; while the backlash is open, it is the friction of
+the motor alone. The backlash follows thesis (4.45). The disturbance d [N m | N] is the effort that
+the model lacks, added to the drive. At rest, d is between 0 and the value that reduces the drive's
+effort to the breakaway.
 
 Property: in slip, while m is outside the cell, the error is linear with three poles at exp(-w T)
 (observe/design/tracking.py). With cell = 0 the observer is linear. A cell of one encoder step is
@@ -39,11 +41,12 @@ class TrackingParameters:
     """Parameters of the tracking observer, in SI.
 
     gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]. cell, step: widths of the innovation's dead zone
-    and of an encoder step [rad | m]. forward, backward: friction [N m | N] as a polynomial of the
-    position over `travel`, lowest power first. breakaway: ratio of friction at rest to friction in
-    slip. knees: (speed, increase of the viscous coefficient above that speed). backlash: width of
-    the gap [rad | m]. loose: friction while the gap is open. top_speed, most_effort: bounds of the
-    speed and the disturbance.
+    and of an encoder step [rad | m]. forward, backward: coefficients of the friction [N m | N] as a
+    polynomial of the position [rad | m], lowest power first. travel: (low, high) position, beyond
+    which the friction is constant. breakaway: ratio of friction at rest to friction in slip. knees:
+    (speed, increase of the viscous coefficient above that speed). backlash: width of the gap [rad |
+    m]. loose: friction while the gap is open. top_speed, most_effort: bounds of the speed and the
+    disturbance.
     """
 
     period: float

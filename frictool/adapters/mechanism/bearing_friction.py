@@ -18,7 +18,7 @@ def law_row(law: Law) -> int:
 
 
 def pack_law(key: str, friction: FrictionOf, kind: Axis, inertia: float) -> tuple[Law, Vector]:
-    """Return the law and its array p, in SI, for a block that turns or slides.
+    """Return the law and the array p of its parameters in SI, for a block that turns or slides.
 
     inertia: inertia that the block carries, for laws that need an inertia; an inertia among the
     document's parameters replaces it.

@@ -39,7 +39,7 @@ Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 
 
 class CouplingRow(NamedTuple):
-    """Row of `Couplings`; curve: index of a curve, -1 for none."""
+    """Row of `Couplings` (plant/mechanism/packed_mechanism.py); curve: index of a curve or -1."""
 
     a: int
     b: int

@@ -15,7 +15,7 @@ DRIVE_UNITS = {"current": "A", "voltage": "V"}
 
 
 def pack_sources(document: Mechanism, blocks: BlockNames, collected: ElementArrays) -> PackedDrives:
-    """Return the sources in the document's order; constant efforts are added to the pushes.
+    """Return the sources in the document's order; add constant efforts to `collected.pushes`.
 
     Raises ElementError if a block or units do not fit.
     """

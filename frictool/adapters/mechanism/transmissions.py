@@ -2,13 +2,14 @@
 
     q_b = ratio q_a        effort at a: ratio lambda + loss, with lambda the effort at b
 
-If power flows from end a to end b, effort_a = ratio lambda/eta, so that drive_loss = |ratio| (1/eta
-- 1) per unit of lambda. If power flows from end b to end a, effort_a = ratio lambda eta_back, so
-that back_loss = |ratio| (1 - eta_back). The same friction in both directions means eta_back = 2 -
-1/eta. For a thread with mu = tan phi, the torque at the screw per force of the nut is radius
-tan(alpha + phi) if the screw drives, and radius tan(alpha - phi) if the nut drives. Equations of
-the thesis: gear (2.3), with stiffness and damping (2.4)-(2.5); belt (2.6); thread (2.10)-(2.13);
-pistons (2.16); play (2.18); rack (2.19)-(2.20).
+If power flows from end a to end b with the efficiency eta, effort_a = ratio lambda/eta, so that
+drive_loss = |ratio| (1/eta - 1) per unit of lambda. If power flows from end b to end a with the
+efficiency eta_back, effort_a = ratio lambda eta_back, so that back_loss = |ratio| (1 - eta_back).
+The same friction in both directions means eta_back = 2 - 1/eta. For a thread with the lead angle
+alpha and the friction coefficient mu = tan phi, the torque at the screw per force of the nut is
+radius tan(alpha + phi) if the screw drives, and radius tan(alpha - phi) if the nut drives.
+Equations of the thesis: gear (2.3), with stiffness and damping (2.4)-(2.5); belt (2.6); thread
+(2.10)-(2.13); pistons (2.16); play (2.18); rack (2.19)-(2.20).
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmiss
 def _ratio(
     key: str, link: Transmitting, ends: tuple[str, str], blocks: BlockNames
 ) -> tuple[float, float]:
-    """Return the signed ratio, and the travel of the compliance per unit of q_b.
+    """Return the signed ratio, and the deflection of the compliance per unit of q_b.
 
     The second value is the radius of a belt, 1 for other links.
     """
@@ -111,7 +112,7 @@ def _ratio(
 
 
 def tangent_of_lead(key: str, link: Screw) -> float:
-    """Return tan(alpha); raise ElementError if a thread cannot have this angle."""
+    """Return the tangent of the lead angle; raise ElementError for an impossible angle."""
     if link.lead is not None:
         return link.lead.value / (2.0 * math.pi * link.radius.value)
     assert link.lead_angle is not None
@@ -124,7 +125,7 @@ def tangent_of_lead(key: str, link: Screw) -> float:
 
 
 def _losses(key: str, link: Transmitting, ratio: float) -> tuple[float, float, float, float]:
-    """Return drive_loss, back_loss, thread and thesis_screw."""
+    """Return the fields drive_loss, back_loss, thread and thesis_screw of `Transmission`."""
     if isinstance(link, Screw) and link.friction_coefficient is not None:
         return _thread_losses(key, link, link.friction_coefficient)
     efficiency: float | None = getattr(link, "efficiency", None)

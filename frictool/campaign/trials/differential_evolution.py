@@ -157,7 +157,8 @@ def _child(
 ) -> Vector:
     """Return a current-to-pbest/1 child with binomial crossover, clipped to the cube.
 
-    The clipping places points on the faces, which often contain the worst point.
+    `f` is the step factor, `cr` the crossover rate. The clipping places points on the faces, which
+    often contain the worst point.
     """
     size, factors = units.shape
     leaders = np.argsort(-values, kind="stable")[: max(2, round(BEST * size))]
