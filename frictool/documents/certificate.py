@@ -148,9 +148,10 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `disturbance`: Largest sum of disturbance and offset at which a resting axis stays at rest [N
       m | N].
     - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` are valid [N m | N].
-    - `speed`: Largest speed at the target from which the axis stops inside the band after the drive
-      has decayed [rad/s | m/s]; 0 if the release of the drive depends on the speed.
-    - `stop_time_s`: Longest time until the axis, moving at `speed`, stands still.
+    - `speed`: Largest speed [rad/s | m/s] for which an axis at the target, with a drive that has
+      decayed to 0, stops inside the band; 0 if the condition that releases the drive contains the
+      speed.
+    - `stop_time_s`: Longest time until an axis that moves at `speed` stands still.
     - `checks`: Hypotheses with their figures.
     """
 

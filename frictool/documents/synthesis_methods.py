@@ -34,10 +34,10 @@ class SynthesisMethod:
     - reads: keys of a design that this method reads and some other method does not
     - structures: structures of a design for which the method works
     - check: raises ValueError if a design with this method contradicts itself
-    - searched: `synth` searches structure, gains and weights by simulation; the design may fix
-      blocks
-    - provided_gains: the design provides the gains. Such a controller takes the speed error in a
-      cascade, holds its integral while the drive is limited, and needs no weights
+    - searched: True if `synth` searches structure, gains and weights by simulation; the design may
+      provide blocks
+    - provided_gains: True if the design provides the gains. Such a controller takes the speed error
+      in a cascade, holds its integral while the drive is limited, and needs no weights
     - more_margin: advice if the loop has too little margin
     - less_noise: advice if the encoder's noise is amplified too much
     """

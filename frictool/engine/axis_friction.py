@@ -153,7 +153,7 @@ def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
 
 @kernel
 def speed_band(p: Vector, w: float) -> tuple[float, float]:
-    """Return the lowest and highest speed of the piece of the friction law at speed w."""
+    """Return the lowest and highest speed of the range around w in which the law is smooth."""
     lower = 0.0
     upper = math.inf
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):

@@ -201,7 +201,7 @@ def _straight_slip(
 
 @kernel
 def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
-    """Pass the map edge or hit the end stop ahead of `start`; return the new direction.
+    """Pass the end of the position maps or hit the end stop ahead; return the new direction.
 
     If the effort pushes the motor against the stop, the motor rebounds infinitely often in finite
     time; the last rebounds are left out.

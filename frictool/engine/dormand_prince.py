@@ -87,7 +87,7 @@ class _Slip(NamedTuple):
 
 @bare_kernel
 def _rate(slip: _Slip, t: float, x: float, v: float, q: float) -> float:
-    """Return v' of a slip."""
+    """Return the acceleration v' of a slip at the time t and the state x, v, q."""
     force, law, mobility, direction, drive = slip
     return (effort(t, x, v, q, drive) - force(v, direction, law)) * mobility
 
@@ -111,7 +111,7 @@ def layer_step(
     y: Vector,
     slopes: Vector,
 ) -> float:
-    """Try one step of length h from y = (x, v, q) at t; return the error of v [m/s | rad/s].
+    """Try one step of length h from y = (x, v, q) at time t; return the error of v [m/s | rad/s].
 
     start: acceleration at t. slopes (3, 7): filled with x', v', q' at the stages. `force(v,
     direction, law)` opposes the motion.
@@ -153,7 +153,7 @@ def layer_step(
 
 @bare_kernel
 def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
-    """Fill the first 5 columns of `piece` with polynomials of the time since the step's start.
+    """Fill the first 5 columns of `piece` with coefficients of polynomials of the time in the step.
 
     `piece` and `slopes` (rows, 7) have one row for each state.
     """

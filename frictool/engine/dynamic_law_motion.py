@@ -45,7 +45,7 @@ AT_REVERSAL = 1e-3  # speed below which a step may pass v = 0, relative to the s
 
 @kernel
 def _hold(laws: Laws, y: Vector) -> float:
-    """Write the parameters at y into the workspace; return the friction of the speed regimes."""
+    """Write the law's parameters at the state y to p; return the friction of the speed regimes."""
     forward, backward, table, p = laws
     if table.shape[0] == 0:
         return 0.0
@@ -65,7 +65,7 @@ class _DrivenBody(NamedTuple):
 
 
 class _Linearisation(NamedTuple):
-    """Derivatives of the field (rosenbrock.py `complete_stage`)."""
+    """Derivatives of the state's rate y' (rosenbrock.py `complete_stage`)."""
 
     gains: Vector
     couplings: Vector
@@ -74,7 +74,7 @@ class _Linearisation(NamedTuple):
 
 @kernel
 def _field(driven: _DrivenBody, t: float, y: Vector, out: Vector) -> int:
-    """Fill out with y'; return a status code."""
+    """Fill `out` with the rate y' of the state y; return a status code."""
     rate, force, laws, mass, drive = driven
     added = _hold(laws, y)
     law = laws[3]
@@ -91,7 +91,7 @@ def _field(driven: _DrivenBody, t: float, y: Vector, out: Vector) -> int:
 def _linearise(
     driven: _DrivenBody, t: float, y: Vector, slope: Vector, scales: Vector, linear: _Linearisation
 ) -> int:
-    """Fill the derivatives of the field at y for engine/rosenbrock.py; `slope`: field at y.
+    """Fill the derivatives of y' at the state y for engine/rosenbrock.py; `slope`: y' at y.
 
     The difference quotients step away from v = 0, and along the motion of z: a hysteresis is
     stiffer in the opposite direction.
@@ -150,7 +150,7 @@ def _try_step(
 ) -> float:
     """Try one step of length h from y to `end`; return error/tolerance, inf on failure.
 
-    slope: field at y. stages (6, n).
+    slope: rate y' at y. stages (6, n).
     """
     gains, couplings, in_time = linear
     rows = CONTACT + couplings.shape[1]

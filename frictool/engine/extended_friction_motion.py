@@ -272,7 +272,7 @@ def rest_piece(
 def _field(
     driven: DrivenBody, laws: ExtendedLaws, state: Vector, t: float, y: Vector, out: Vector
 ) -> None:
-    """Fill out with (x', v', q', w')."""
+    """Fill `out` with the rates of position x, velocity v, integral q and film velocity w."""
     force, drive = driven.force, driven.drive
     lag = laws[2][LAG]
     w = y[3] if lag > 0.0 else y[1]

@@ -3,11 +3,11 @@
     y' = w        w' = (d (K i(t) - offset - load(x)) - F_c(x) - (F_s - F_c)(x) exp(-|w/v_s|^delta)
                   - added - viscous w)/J    x = x0 + d y
 
-Here d is the direction of motion, y the distance and w >= 0 the speed. While the backlash is open,
-only its friction acts. The drive i(t) is an exponential, and the load (plant/position_load.py)
-depends on the position. Knees, the edge of the Stribeck layer, ends of the position maps and the
-flank of the backlash are events, located as roots of the dense output. Each piece therefore has
-smooth derivatives.
+Here d is the direction of motion, y the distance, w >= 0 the speed, K the effort per unit of the
+drive i, and J the inertia. While the backlash is open, only its friction acts. i(t) is an
+exponential, and the load (plant/position_load.py) depends on the position. Knees, the edge of the
+Stribeck layer, ends of the position maps and the flank of the backlash are events, located as roots
+of the dense output. Each piece therefore has smooth derivatives.
 """
 
 from __future__ import annotations

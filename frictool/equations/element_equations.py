@@ -154,7 +154,7 @@ def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquat
 
 
 def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
-    """Return the equations of an end stop: N at rigid ends, -k s - d s' beyond compliant ones."""
+    """Return the equations of an end stop: its force N, or -k s - d s' beyond compliant ends."""
     key = f"links.{name}"
     block = element.on
     kind = notation.kinds[block]

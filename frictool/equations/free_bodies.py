@@ -167,7 +167,7 @@ def rest_condition(
 
 
 def _modulus(term: Term) -> Term:
-    """Return the size of a term: without sign, and with |p| and |W|, which may be negative."""
+    """Return the magnitude of a term: without its sign, and with |p| and |W| for p and W."""
 
     def sized(atom: Atom) -> Atom:
         signed = atom.text.startswith(("p_", "W_"))

@@ -98,7 +98,7 @@ def link_equations(
 def _relations(
     name: str, link: Transmitting, notation: Notation, ratio: Term, offset: float, constrains: bool
 ) -> tuple[Equation, ...]:
-    """Return q_b = ratio q_a + o and its rate, or else the deviation e = q_b - ratio q_a - o."""
+    """Return the equations of q_b = ratio q_a + o for a constraint, else of its deviation e."""
     a, b = link.between
     key = f"links.{name}"
     source = SOURCES[str(link.__struct_config__.tag)]
@@ -136,7 +136,7 @@ def _relations(
 def _yielding(
     name: str, link: Transmitting, notation: Notation, along: Term, force: Term, plays: bool
 ) -> tuple[Equation, ...]:
-    """Return lambda = -k s - d s' at the second end.
+    """Return the effort lambda = -k s - d s' at the second end for the strain s.
 
     Stiffness and damping of a belt are along the belt, at its radius r_b.
     """

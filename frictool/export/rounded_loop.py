@@ -192,7 +192,7 @@ def _margin(
 
 
 def _brake(controller: Controller, number: Number) -> None:
-    """Raise NoSolutionError if the steepest virtual friction of the limiter is unstable."""
+    """Raise NoSolutionError if the limiter's virtual friction, at its steepest, is unstable."""
     limiter = controller.limiter
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return

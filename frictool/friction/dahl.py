@@ -24,7 +24,7 @@ EXPONENT = LawParameter(  # i; 1 in (2.38)
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out (1,); return a status code."""
+    """Write the rate z' [m/s | rad/s] of the state z to out (1,); return a status code."""
     towards = 1.0 if v >= 0.0 else -1.0
     a = 1.0 - p[1] * z[0] * towards / p[0]
     slipped = v * math.copysign(abs(a) ** p[2], a)
@@ -36,7 +36,7 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @kernel
 def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
-    """Return sigma z [N | N m]."""
+    """Return the friction sigma z [N | N m] at the state z."""
     return float(p[1] * z[0])
 
 

@@ -33,7 +33,7 @@ Z_BA = 7
 
 @kernel
 def plasticity(z: float, v: float, p: Vector) -> float:
-    """Return alpha(z, v) of thesis (2.45)-(2.46), from 0 (elastic) to 1 (plastic)."""
+    """Return the plastic share alpha(z, v) of thesis (2.45)-(2.46), 0 (elastic) to 1 (plastic)."""
     size = abs(z)
     yielded = p[BREAKAWAY] / p[SIGMA_0]
     if z * v <= 0.0 or size < p[Z_BA]:
@@ -47,7 +47,7 @@ def plasticity(z: float, v: float, p: Vector) -> float:
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out (1,) (thesis 2.44); return a status code."""
+    """Write the rate z' [m/s | rad/s] of the state z to out (1,); return a status code."""
     slipped = v - plasticity(z[0], v, p) * p[SIGMA_0] * abs(v) * z[0] / curve(v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE

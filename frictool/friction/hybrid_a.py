@@ -60,13 +60,13 @@ def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Return v' [m/s^2 | rad/s^2] (thesis 3.28, 3.29)."""
+    """Return the body's acceleration v' [m/s^2 | rad/s^2] (thesis 3.28, 3.29)."""
     return float(-p[RATE] * v if mode == STUCK else (u - sliding_force(v, u, p)) / p[MASS])
 
 
 @kernel
 def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
-    """Write t_0' to out (1,); return a status code."""
+    """Write the rate t_0' of the time at rest to out (1,); return a status code."""
     out[0] = 1.0 if mode == STUCK and z[0] < p[HOLD] else 0.0
     return OK if math.isfinite(v) else NOT_FINITE
 

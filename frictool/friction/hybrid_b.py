@@ -91,7 +91,7 @@ def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out[0] and 0 to all other entries; return a status code."""
+    """Write the rate of z [m/s | rad/s] to out[0], 0 to all other entries; return a status code."""
     out[:] = 0.0
     if mode == STUCK:
         out[0] = v

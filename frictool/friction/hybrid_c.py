@@ -52,7 +52,7 @@ def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
-    """Return v' [m/s^2 | rad/s^2]."""
+    """Return the body's acceleration v' [m/s^2 | rad/s^2]."""
     return float((u - force(mode, v, u, z, p)) / p[MASS])
 
 

@@ -32,20 +32,20 @@ Z, ACCEPTED, DEFLECTIONS = 0, 1, 2
 
 @kernel
 def presliding_rate(hysteresis: float, v: float, p: Vector) -> float:
-    """Return z' [m/s | rad/s] of thesis (2.49) for a hysteresis force [N | N m]."""
+    """Return the rate z' [m/s | rad/s] of thesis (2.49) for a hysteresis force [N | N m]."""
     a = math.copysign(1.0, v) * hysteresis / curve(v, p)
     return v * (1.0 - math.copysign(abs(a) ** p[POWER], a))
 
 
 @kernel
 def hysteresis_force(z: Vector, p: Vector) -> float:
-    """Return F_h [N | N m] of a state z (2 + N,)."""
+    """Return the hysteresis force F_h [N | N m] of a state z (2 + N,) with N elements."""
     return bank_force(z[DEFLECTIONS:], z[Z] - z[ACCEPTED], p[FIXED:], p[BREAKAWAY], p[LIMIT])
 
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out[0] and 0 to all other entries; return a status code.
+    """Write the rate of z [m/s | rad/s] to out[0] and 0 to all other entries; return a status code.
 
     `commit` updates the memory.
     """

@@ -25,7 +25,7 @@ Z, MEMORY = 0, 1
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out[0] and 0 to all other entries; return a status code.
+    """Write the rate of z [m/s | rad/s] to out[0] and 0 to all other entries; return a status code.
 
     `commit` updates the memory.
     """

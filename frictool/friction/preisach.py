@@ -27,7 +27,7 @@ from frictool.typing import Vector
 
 @kernel
 def everett(table: Vector, upper: float, lower: float) -> float:
-    """Return E(upper, lower) for -1 <= lower <= upper <= 1, in units of F_s."""
+    """Return the Everett function E(upper, lower), -1 <= lower <= upper <= 1, in units of F_s."""
     nodes = round(math.sqrt(table.shape[0]))
     cells = nodes - 1
     a, b = 0.5 * cells * (upper + 1.0), 0.5 * cells * (lower + 1.0)

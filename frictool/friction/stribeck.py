@@ -38,7 +38,7 @@ def _power(ratio: float, exponent: float) -> float:
 
 @kernel
 def curve(v: float, p: Vector) -> float:
-    """Return g(v) [N | N m], even in v, between F_c and F_s."""
+    """Return the slip friction without viscous part g(v) [N | N m], even in v."""
     fall = _power(abs(v) / p[STRIBECK_VELOCITY], p[STRIBECK_EXPONENT])
     return float(p[COULOMB] + (p[BREAKAWAY] - p[COULOMB]) * math.exp(-fall))
 

@@ -1,4 +1,4 @@
-"""The virgin curve of presliding: force over displacement of a contact that has never moved.
+"""The virgin curve of presliding: force against displacement of a contact that never moved.
 
     f(z) = F_s (1 - (1 - z/z_max)^2)    for 0 <= z <= z_max,  F_s beyond,  f(-z) = -f(z)
 
@@ -15,6 +15,6 @@ from frictool.runtime.kernels import kernel
 
 @kernel
 def virgin_force(z: float, breakaway: float, limit: float) -> float:
-    """Return f(z) [N | N m] with f(limit) = breakaway."""
+    """Return the force f(z) [N | N m] at a displacement z; f(limit) = breakaway."""
     left = 1.0 - min(abs(z) / limit, 1.0)
     return math.copysign(breakaway * (1.0 - left * left), z)

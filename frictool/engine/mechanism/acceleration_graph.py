@@ -139,7 +139,7 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
 
 @inset_kernel
 def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
-    """Return the distance from x to the next end of a linear piece in the direction `going`.
+    """Return the distance from x to the next end of a linear piece of Lambda, towards `going`.
 
     A piece ends where the force of a joint passes its kink, or the force of a flank passes 0.
     """

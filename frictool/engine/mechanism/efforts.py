@@ -41,7 +41,7 @@ STIFF_MARGIN = 1e-10  # distance beyond a flank at which it is passed, relative 
 def _driving(
     k: IntVector, p: Vector, t: float, y: Vector, inputs: Vector, out: RateEvaluation, whole: bool
 ) -> None:
-    """Set the rows to the efforts of sources, pushes and held efforts."""
+    """Set the rows of w to the efforts of sources, constant and cam efforts, and held efforts."""
     w, power = out.w, out.power
     n, u = k[ly.BLOCKS], k[ly.SOURCES]
     for i in range(n):
@@ -71,7 +71,7 @@ def _driving(
 
 @inset_kernel
 def coupling_stretch(k: IntVector, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
-    """Return e = q_b - ratio q_a - offset, and e'."""
+    """Return the stretch e = q_b - ratio q_a - offset of a compliant link, and its rate e'."""
     n = k[ly.BLOCKS]
     row = ly.coupling_row(k, coupling)
     a, b = ly.coupling_a(k, coupling), ly.coupling_b(k, coupling)
@@ -94,7 +94,7 @@ def _at_flank(
     guard: Vector,
     index: int,
 ) -> tuple[float, bool]:
-    """Return the strain of a compliant flank, and True if the flank is pressed; set its guard."""
+    """Return the strain of a compliant flank, and True if it is pressed; set guard[index]."""
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
         side = float(mode)
@@ -219,7 +219,7 @@ def _frictions(
 def _pressings(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> None:
-    """Add the friction that each pressing causes on its block."""
+    """Add the friction of each cam (a pressing) on its block."""
     w, power = out.w, out.power
     n = k[ly.BLOCKS]
     at = k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS]

@@ -69,7 +69,7 @@ def _change(error: float) -> float:
 
 @inset_kernel
 def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
-    """Return h, shortened so that the step ends where a guard may be passed for a short time."""
+    """Return the step h [s], shortened to end where a guard may be passed for a short time."""
     workspace = state.workspace
     guard, end = workspace.lines[st.GUARD], workspace.lines[st.END]
     return min(

@@ -27,7 +27,7 @@ HELD, SLIPS = 0, 1  # modes of a law
 
 @inset_kernel
 def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int, float]:
-    """Return the root of the tree that moves with a block, and block speed over root speed."""
+    """Return the root of the tree that moves with a block, and their speed ratio, block to root."""
     n = k[ly.BLOCKS]
     i = block
     along = 1.0

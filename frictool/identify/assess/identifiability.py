@@ -7,10 +7,11 @@
                       viscous, Coulomb: sines on a position loop (4.38), which need no measured
                       velocity
 
-The numbers are equations of the thesis. One decision differs from it. If (4.8) exceeds the target
-for the inertia, the thesis uses the a-priori value. But (4.8) adds the errors of all counts with
-the worst sign, whereas these errors average out over windows of a stroke. The weak form is
-therefore judged by its error after averaging.
+The numbers are equations of the thesis; of a pair a | b, a is for the inertia, and b is for viscous
+and Coulomb friction. One decision differs from the thesis. If (4.8) exceeds the target for the
+inertia, the thesis uses the a-priori value. However, (4.8) adds the errors of all counts with the
+worst sign, whereas these errors average out over windows of a stroke. The weak form is therefore
+judged by its error after averaging.
 """
 
 from __future__ import annotations

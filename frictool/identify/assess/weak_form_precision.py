@@ -107,7 +107,7 @@ def _deviation(
 
 
 def _gram(rows: Vector, kernel: Vector) -> Vector:
-    """Return the covariance (p, p) of rows' n, with n = kernel * (white noise of variance 1)."""
+    """Return the covariance (p, p) of rows^T n; n is unit white noise filtered by `kernel`."""
     # as scipy.signal.fftconvolve, whose import takes longer than the rest of `identify`
     count = rows.shape[0] + kernel.size - 1
     length = scipy.fft.next_fast_len(count, real=True)

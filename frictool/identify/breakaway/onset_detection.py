@@ -147,7 +147,7 @@ def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
 
 
 def _above(record: MotionRecord) -> float:
-    """Return by how many ramp steps the mean effort between two rows exceeds their line.
+    """Return by how many ramp steps the effort that acts around a row exceeds the row's value.
 
     A held effort acts half a sample later than its row; an effort behind a lag approaches the held
     command gradually.

@@ -8,7 +8,8 @@
   effort may still simulate the position well
 - winner: the first allowed candidate with a position error within a tenth of the smallest. The
   order of preference is the method of the decision scheme (`auto`), another regression, output
-  error. Output error wins only if the regression of the same structure does not contradict it.
+  error. Output error wins only if the regression of the same structure (set of load terms) does not
+  contradict it.
 
 If an effect was removed from the effort (`rows/effects.py`), the preferred method is used, because
 the effect cannot be simulated. If the logs are too short to be halved, the regressions are compared

@@ -1,6 +1,6 @@
 """Friction as a piecewise linear function of the speed, with estimated knees (thesis 4.2.6.2).
 
-    friction = (coulomb + sum_j viscous_j max(min(|v|, knee_j+1) - knee_j, 0)) sign(v)
+    friction = (coulomb + sum_j viscous_j max(min(|v|, knee_{j+1}) - knee_j, 0)) sign(v)
     knee_0 = 0
 
 A knee is a speed at which the slope changes. A row is a mean over a part of a stroke. Each straight

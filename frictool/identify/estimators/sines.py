@@ -6,8 +6,9 @@ stroke, where the speed is above half of the stroke's largest speed (|sin| > 1/2
     <u> = inertia <a> + viscous <v> + coulomb s + offset
     <a> = (v at the end - v at the beginning)/duration, nearly 0
 
-Averages over whole periods, as in the thesis, include stick at the reversals. <v> is a distance
-divided by a duration, so that even a coarse encoder is sufficient if a stroke has many counts.
+<..> is the mean over this middle part, and s the direction of the stroke. Averages over whole
+periods, as in the thesis, include stick at the reversals. <v> is a distance divided by a duration,
+so that even a coarse encoder is sufficient if a stroke has many counts.
 
 The inertia is not estimated. The effort of the bench's inertia is subtracted, and the range of this
 inertia widens the intervals slightly. Knees between speed regimes are estimated
@@ -152,7 +153,7 @@ def _of_fixed(
 def _coulomb_and_offset(
     rows: StrokeRows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit of those of Coulomb friction and offset that are not fixed.
+    """Return the fit of Coulomb friction and offset; a fixed one of the two is not fitted.
 
     Viscous friction is known.
     """

@@ -3,7 +3,7 @@
 Ordinary least squares attenuates the parameters of noisy regressors. Here the noise of the rows is
 known: acceleration and velocity have the filtered noise of the position (`position_noise`), sign
 and constant have none, and the noise of the effort is computed from the residuals. M is the mean of
-row' row over the rows [regressors, effort], and S is the same mean for their noise. The estimate
+row^T row over the rows [regressors, effort], and S is the same mean for their noise. The estimate
 theta solves (Golub and Van Loan 1980, generalised)
 
     (M - lambda S) [theta; -1] = 0

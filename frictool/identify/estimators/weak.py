@@ -3,7 +3,8 @@
     inertia int(phi'' x) + viscous int(phi x') + coulomb int(phi sign v) + offset int(phi)
         = int(phi u)
 
-Only the test function phi is differentiated, by its exact second difference. Successive windows
+x is the position, v the velocity, u the effort, phi the test function, and s the time in a window,
+scaled to [-1, 1]. Only phi is differentiated, by its exact second difference. Successive windows
 start a sixth of their length apart.
 
 Friction over position, and knees over speed, have additional columns if these improve the

@@ -56,9 +56,9 @@ def reachable_speed(limits: BenchLimits, distance: float) -> float:
     """Return the largest top speed of a half sine over `distance`, rad/s | m/s.
 
     In a sine, inertia a and viscous v are in quadrature, so that the largest effort is
-    sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load, with w = 2 V/distance. It
-    must not exceed TOP_SHARE of the effort at the drive's limit. Raises NoSolutionError if friction
-    and load need all of this effort.
+    sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load, with the top speed V and w =
+    2 V/distance. It must not exceed TOP_SHARE of the effort at the drive's limit. Raises
+    NoSolutionError if friction and load need all of this effort.
     """
     left = spare_effort(limits)
     fourth = (2.0 * limits.inertia / distance) ** 2

@@ -3,9 +3,10 @@
     v(t) = V sum_k cos(2 pi k f t + phase_k)
     phase_k = -pi k (k - 1)/K      (Schroeder 1970)
 
-K is the number of harmonics, and f the frequency of the first one. The search starts from
-Schroeder's phases and alternates between time and frequency (Van der Ouderaa, Schoukens and
-Renneboog 1988): the speed is clipped, its phases are kept, and its amplitudes are restored.
+V is the speed amplitude, K the number of harmonics, and f the frequency of the first one. The
+search starts from Schroeder's phases and alternates between time and frequency (Van der Ouderaa,
+Schoukens and Renneboog 1988): the speed is clipped, its phases are kept, and its amplitudes are
+restored.
 """
 
 from __future__ import annotations

@@ -121,7 +121,7 @@ class _WindingFit:
 def _fit(
     logs: Sequence[WindingLog], timing: tuple[float, float, float], confidence: float
 ) -> _WindingFit:
-    """Return the fit with these shares of the voltages; an undetermined parameter is absent.
+    """Return the fit with one timing of the voltage; an undetermined parameter is absent.
 
     Raises UnusableLogs if the equation does not explain the voltage.
     """
@@ -172,7 +172,7 @@ def _fit(
 def _linearised(
     columns: Matrix, target: Vector, noise: Matrix, value: Vector, change: int, period: float
 ) -> tuple[Matrix, Vector, Matrix]:
-    """Return columns, target and noise with the inductance in place of c, linearised at the fit."""
+    """Return columns, target and noise with the inductance in place of c, linearised."""
     resistance, c = float(value[0]), float(value[change])
     exponent = -np.log1p(-resistance / c)  # R T/L
     inductance = resistance * period / exponent

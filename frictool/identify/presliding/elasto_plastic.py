@@ -3,8 +3,9 @@
     dz/dx = 1 - alpha(z) stiffness |z|/F_s if z has the sign of the motion, else 1
     F = stiffness z
 
-This is thesis (2.44) at zero speed, with alpha from thesis (2.45) and (2.46). The search variable
-for the elastic limit z_ba is the ratio z_ba/(z_max - z_ba), its odds, with z_max = F_s/stiffness.
+z is the deflection, x the position, F the friction, and F_s the breakaway. This is thesis (2.44) at
+zero speed, with alpha from thesis (2.45) and (2.46). The search variable for the elastic limit z_ba
+is the ratio z_ba/(z_max - z_ba), its odds, with z_max = F_s/stiffness.
 """
 
 from __future__ import annotations

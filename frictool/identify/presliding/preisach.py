@@ -1,8 +1,8 @@
 """Preisach distribution from cycles that are centred at 0 (thesis 7.2): Everett's table.
 
-For each amplitude a = k z/K, k = 1 to K, with the largest amplitude z, the falling branches from +a
-to -a are used (friction/preisach_cycles.py). The r-th branches of all amplitudes give one table.
-Value and interval are the mean and Student's interval over all tables.
+For each of K amplitudes a = k z/K, k = 1 to K, with the largest amplitude z, the falling branches
+from +a to -a are used (friction/preisach_cycles.py). The r-th branches of all amplitudes give one
+table. Value and interval are the mean and Student's interval over all tables.
 """
 
 from __future__ import annotations

@@ -127,7 +127,7 @@ class OmittedParameters:
 
 
 def _unit_loads(columns: Sequence[Vector]) -> Matrix:
-    """Return loads (m, k), factors of k columns with a largest effort of 1, in all directions."""
+    """Return m mixtures of k columns as factors (m, k), each with a largest effort of 1."""
     if len(columns) == 1:
         return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])
     angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
