@@ -12,7 +12,7 @@ from frictool.plant.lti import Lti, gain
 
 
 def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
-    """Return H in continuous time: nominal, and at the low and high ends of frequency intervals.
+    """Return the filters H(s): nominal, then with all frequencies at the low and at the high ends.
 
     Without intervals there is the nominal filter only.
     """
@@ -23,7 +23,7 @@ def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
 
 
 def _filter(resonances: Resonances, end: int | None) -> Lti:
-    """Return H with frequencies at `end` of their intervals (0 low, 1 high), nominal for None."""
+    """Return the filter H(s); end: 0 low ends, 1 high ends of intervals, None their values."""
     below = [_pair(one, end) for one in resonances.poles] + _reals(resonances.real_poles_rad_s)
     above = [_pair(one, end) for one in resonances.zeros] + _reals(resonances.real_zeros_rad_s)
     whole = gain(1.0, 0.0)

@@ -34,7 +34,7 @@ DIED = 1e-9  # relative size of the remainder at which the sum ends
 class DifferenceEquation:
     """Linear controller x+ = a x + b e, u = c x + d e, and its anti-windup gains (n,).
 
-    a: (n, n). b, c: (n,).
+    x is the state, e the input, u the drive. a: (n, n). b, c: (n,).
     """
 
     a: Matrix
@@ -87,7 +87,10 @@ def coefficients(
 def output(
     program: Program, k: CoefficientNodes, entering: ProgramNode, bounds: Matrix
 ) -> ProgramNode:
-    """Write u = d e + c x and return its node; entering: e, bounds (n,): bounds of the states."""
+    """Write the drive u = d e + c x and return its node.
+
+    entering: the input e. bounds (n,): bounds of the states x.
+    """
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
     terms = _present([k.d, *k.c], [entering, *x])

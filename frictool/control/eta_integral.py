@@ -19,9 +19,9 @@ def next_eta(
     resting: ProgramNode | None,
     bound: float,
 ) -> ProgramNode:
-    """Return eta [rad | m] at this sample; after a sample with `resting`, it is 0.
+    """Return eta [rad | m], the integrated speed reference minus the position; 0 after `resting`.
 
-    increment: T omega_c, reference speed over one sample. motion: change of the position since the
+    increment: speed reference times the sample period. motion: change of the position since the
     last sample. limited: -1 or +1 if the last drive was at its lower or upper limit, else 0. bound:
     largest |eta|.
     """

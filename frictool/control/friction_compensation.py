@@ -79,9 +79,9 @@ def observer_compensation(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the drive [A | V] to add, and the estimated friction in the same unit.
 
-    bandwidth: L [rad/s]. inertia: drive per unit of acceleration. gain: fraction of the estimated
-    friction that is compensated. most: bound of the estimated friction [A | V]. `observe` writes
-    the update of the observer's state.
+    bandwidth: bandwidth of the observer [rad/s]. inertia: drive per unit of acceleration. gain:
+    fraction of the estimated friction that is compensated. most: bound of the estimated friction [A
+    | V]. `observe` writes the update of the observer's state.
     """
     program.block("friction compensation from a disturbance observer")
     carried = program.constant(bandwidth * inertia, "observer_inertia") * speed

@@ -87,7 +87,7 @@ def profile(
 def _braking_law(
     program: Program, ahead: ProgramNode, limits: ProfileLimits, period: float
 ) -> ProgramNode:
-    """Return the speed v* for the distance `ahead`, bounded before the root is taken."""
+    """Return the braking law's speed for the distance `ahead`, bounded before the root is taken."""
     top = limits.speed
     double = 2.0 * limits.acceleration
     corner = 0.5 * limits.acceleration * period
@@ -111,10 +111,10 @@ def _smoothed(
     speeds: list[ProgramNode],
     period: float,
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the means of position and speed over as many samples N; speeds[k] is k samples old.
+    """Return the means of position and speed over the N `speeds`; speeds[k] is k samples old.
 
-    The mean position is the position less the distances that the older samples still miss:
-    sum over k of c_k v[k], c_0 = T/2 (N - 1)/N, c_k = T (2 N - 1 - 2 k)/(2 N).
+    The mean position is the position less the distances that the older samples still miss: sum over
+    k of c_k speeds[k] with the period T, c_0 = T/2 (N - 1)/N, c_k = T (2 N - 1 - 2 k)/(2 N).
     """
     samples = len(speeds)
     program.block(f"profile: mean over {samples} samples, which bounds the jerk")

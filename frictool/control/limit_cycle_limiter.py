@@ -34,7 +34,7 @@ def energy_released(
 ) -> ProgramNode:
     """Return the condition (thesis 5.7), | |e| - J v^2/(2 F') | < band.
 
-    friction: F' [N m | N]. inertia: J [kg m2 | kg]. band: delta_e [rad | m].
+    error: e [rad | m]. speed: v [rad/s | m/s]. friction: F' [N m | N]. inertia: J [kg m2 | kg].
     """
     program.block("limit-cycle limiter (5.7): friction alone ends at the target")
     path = program.named(
@@ -47,7 +47,7 @@ def energy_released(
 
 
 def error_released(program: Program, error: ProgramNode, band: float) -> ProgramNode:
-    """Return the condition |e| < band."""
+    """Return the condition |error| < band."""
     program.block("cut-off: the position error alone")
     return program.named("released", abs(error) < program.constant(band, "release_band"))
 

@@ -28,7 +28,7 @@ def reference_derivatives(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the speed and acceleration of the reference after a further time `ahead` [s].
 
-    bandwidth: w [rad/s]. period: sample period [s].
+    bandwidth: bandwidth of the filter [rad/s]. period: sample period [s].
     """
     program.block("speed and acceleration of the reference: state-variable filter, by Tustin")
     w = bandwidth

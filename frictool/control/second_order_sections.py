@@ -43,7 +43,7 @@ def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
 def output(
     program: Program, sections: Chain, entering: ProgramNode, bounds: Matrix
 ) -> tuple[ProgramNode, list[tuple[ProgramNode, ProgramNode]]]:
-    """Write the m sections; return u before its limit, and the input and output of each section.
+    """Write the m sections; return the unlimited drive, and the input and output of each section.
 
     `bounds` (2 m,) are the bounds of the states s1, s2.
     """

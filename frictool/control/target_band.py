@@ -35,7 +35,7 @@ def is_settled(
     reference_speed: ProgramNode | None,
     settled_speed: float | None,
 ) -> ProgramNode:
-    """Return the condition |e| <= band and |reference speed| < `settled_speed` [rad/s | m/s].
+    """Return the condition |error| <= band and |reference speed| < `settled_speed` [rad/s | m/s].
 
     The second condition is left out if `reference_speed` or `settled_speed` is None.
     """

@@ -46,7 +46,7 @@ def check_solver() -> InstallationFinding:
 
 
 def _symmetric(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return P (k, 2, 2) from its upper triangles (k, 3)."""
+    """Return k symmetric matrices (k, 2, 2) from their upper triangles `x` (k, 3)."""
     return np.stack(
         [np.stack([x[:, 0], x[:, 1]], axis=-1), np.stack([x[:, 1], x[:, 2]], axis=-1)], axis=-2
     )
@@ -58,7 +58,7 @@ def _decrease(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def solve_lyapunov() -> NDArray[np.float64]:
-    """Return P with A'P + P A + I = 0, by a linear system."""
+    """Return the solution P of A'P + P A + I = 0 for the module's matrix A, by a linear system."""
     n = len(A)
     whole = np.kron(A.T, np.eye(n)) + np.kron(np.eye(n), A.T)
     return np.asarray(np.linalg.solve(whole, -np.eye(n).ravel()).reshape(n, n))

@@ -41,7 +41,7 @@ def _mapped(p: Vector, maps: int, direction: float, x: float) -> float:
 
 @kernel
 def coulomb_at(p: Vector, direction: float, x: float) -> float:
-    """Return F_c [N m | N] of an axis with friction laws at x [rad | m]."""
+    """Return the Coulomb friction [N m | N] of an axis with friction laws at x [rad | m]."""
     return (
         _mapped(p, al.COULOMB_MAPS, direction, x)
         if p[al.MAPPED] > 0.0
@@ -51,7 +51,7 @@ def coulomb_at(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
-    """Return F_s of an extended axis after a long rest [N m | N] at x [rad | m]."""
+    """Return the breakaway [N m | N] of an axis with friction laws at x after a long rest."""
     return (
         _mapped(p, al.BREAKAWAY_MAPS, direction, x)
         if p[al.MAPPED] > 0.0
@@ -73,7 +73,7 @@ def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
 
 @kernel
 def breakaway_at(p: Vector, direction: float, x: float, rested: float) -> float:
-    """Return F_s [N m | N] of an axis with friction laws after `rested` [s] at rest."""
+    """Return the breakaway [N m | N] of an axis with friction laws after `rested` [s] at rest."""
     full, fresh = strength(p, direction, x)
     return full * dwell_factor(rested, fresh, p[al.RISE_TIME])
 
@@ -139,7 +139,7 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
-    """Return (added, viscous) of the friction F_c + added + viscous w, without Stribeck term."""
+    """Return (added, viscous): friction at speed w is F_c + added + viscous w + Stribeck term."""
     added = 0.0
     viscous = p[al.VISCOUS_PAIR + _side(direction)]
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
@@ -170,7 +170,7 @@ def speed_band(p: Vector, w: float) -> tuple[float, float]:
 def slip_line(
     state: Vector, p: Vector, laws: Laws, direction: float, driving: bool
 ) -> tuple[float, float]:
-    """Return (coulomb, viscous) of the friction coulomb + viscous w, without Stribeck term.
+    """Return (coulomb, viscous): friction at speed w is coulomb + viscous w + Stribeck term.
 
     driving: True if the backlash is closed, so that the motor moves the load.
     """

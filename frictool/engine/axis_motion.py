@@ -66,7 +66,7 @@ SHORTEST_FLIGHT = 1e-6  # s, shortest flight of a rebound; a shorter one ends at
 
 @inner_kernel
 def _opposing(p: Vector, laws: Laws, x: float) -> float:
-    """Return the effort that opposes the drive at x [N m | N]: offset, plus load with `laws`."""
+    """Return the effort [N m | N] that opposes the drive at x: offset, with `laws` also load."""
     return float(p[ax.OFFSET]) if laws is None else opposing_effort(laws, x)
 
 

@@ -97,7 +97,7 @@ def pid(proportional: float, derivative: float, integral: float, target: float) 
 
 @kernel
 def effort(t: float, x: float, v: float, q: float, drive: Vector) -> float:
-    """Return u [N | N m] at time t [s] of the run."""
+    """Return the effort u [N | N m] at the time t [s], position x, velocity v and integral q."""
     u: float = drive[OFFSET] + drive[SLOPE] * t
     if drive[AMPLITUDE] != 0.0:
         u += drive[AMPLITUDE] * math.sin(drive[FREQUENCY] * t + drive[PHASE])

@@ -148,7 +148,7 @@ def _try_step(
     stages: Vector,
     end: Vector,
 ) -> float:
-    """Try one step of length h from y to `end`; return error/tolerance, inf on failure.
+    """Try one step of length h [s] from the state y to `end`; return error/tolerance, or inf.
 
     slope: rate y' at y. stages (6, n).
     """

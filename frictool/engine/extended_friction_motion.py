@@ -286,7 +286,7 @@ def _field(
 
 @inner_kernel
 def _step_error(h: float, slopes: Vector) -> float:
-    """Return the error of a step [m/s | rad/s]: the largest of the errors of v, w and x/h."""
+    """Return a step's error [m/s | rad/s]: the largest of velocity, film and position/h."""
     return max(
         local_error(1, h, slopes), max(local_error(3, h, slopes), local_error(0, h, slopes) / h)
     )
@@ -303,7 +303,7 @@ def slip_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """Take one accepted step of x, v, q and the film velocity; return its length [s] and a status.
+    """Take one accepted step of a slip with a film; return its length [s] and a status.
 
     pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4).
     """

@@ -68,7 +68,7 @@ def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool
 
 @kernel
 def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) -> None:
-    """Write the law's parameters for the direction of v, or at rest for the direction of u."""
+    """Write the law's parameters for the direction of the velocity v; at rest, of the effort u."""
     forward, backward, table, p = laws
     if table.shape[0] > 0:
         direction = math.copysign(1.0, u if stuck or v == 0.0 else v)

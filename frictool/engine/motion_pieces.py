@@ -144,7 +144,7 @@ def rest_piece(
 
 @bare_kernel
 def _acceleration(driven: DrivenBody, state: Vector, t: float) -> float:
-    """Return v' at t, set to 0 at the start of a slip if it is only rounding."""
+    """Return the acceleration at t; 0 at the start of a slip if it is only a rounding error."""
     body, drive = driven.body, driven.drive
     u = effort(t, state[fb.POSITION], state[fb.VELOCITY], state[fb.INTEGRAL_STATE], drive)
     opposing = friction(driven, state, state[fb.VELOCITY], u)

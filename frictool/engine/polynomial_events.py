@@ -21,7 +21,7 @@ MAX_HALVINGS = 10_000  # limit of iterations; a piece that nearly touches zero n
 
 @kernel
 def value(c: Vector, t: float) -> float:
-    """Return p(t) by Horner's rule."""
+    """Return the polynomial p(t) with the coefficients c, lowest power first, by Horner's rule."""
     total = 0.0
     for k in range(c.shape[0] - 1, -1, -1):
         total = total * t + c[k]
@@ -30,7 +30,7 @@ def value(c: Vector, t: float) -> float:
 
 @kernel
 def value_and_slope(c: Vector, t: float) -> tuple[float, float]:
-    """Return p(t) and p'(t)."""
+    """Return the polynomial p(t) with the coefficients c, and its derivative p'(t)."""
     total, rate = 0.0, 0.0
     for k in range(c.shape[0] - 1, -1, -1):
         rate = rate * t + total
@@ -40,7 +40,7 @@ def value_and_slope(c: Vector, t: float) -> tuple[float, float]:
 
 @kernel
 def curvature_bound(c: Vector, h: float) -> float:
-    """Return an upper bound of |p''| on [0, h]."""
+    """Return an upper bound of a polynomial's second derivative, in magnitude, on [0, h]."""
     total = 0.0
     for k in range(c.shape[0] - 1, 1, -1):
         total = total * h + k * (k - 1) * abs(c[k])
@@ -49,7 +49,7 @@ def curvature_bound(c: Vector, h: float) -> float:
 
 @kernel
 def _root(c: Vector, low: float, high: float, start: float, end: float) -> float:
-    """Return the zero of p in [low, high]; p falls from `start` at low to `end` at high.
+    """Return the zero of a polynomial that falls from `start` at low to `end` at high.
 
     Newton's method starts from the chord and is kept inside a bracket.
     """
@@ -64,7 +64,7 @@ def _root(c: Vector, low: float, high: float, start: float, end: float) -> float
 
 @kernel
 def _first_zero(c: Vector, h: float) -> float:
-    """Return the first t in (0, h] at which p, positive at 0, is zero, or NEVER.
+    """Return the first t in (0, h] at which a polynomial, positive at 0, is zero, or NEVER.
 
     The search goes from left to right in intervals on which the curvature bound proves its result.
     """
@@ -97,7 +97,7 @@ def _first_zero(c: Vector, h: float) -> float:
 
 @kernel
 def first_fall(c: Vector, h: float) -> float:
-    """Return the first t in [0, h] at which p falls to zero from above, or NEVER.
+    """Return the first t in [0, h] at which a polynomial p falls to zero from above, or NEVER.
 
     The result is 0 if p starts below zero, or at zero and falls. If p starts at zero and rises,
     that zero is divided out, so that the start of a motion is not taken for its stop.

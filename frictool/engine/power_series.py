@@ -33,9 +33,9 @@ def motion(
 ) -> None:
     """Fill `piece` (4, TERMS), rows x, v, q, u, with the series in time since t from y = (x, v, q).
 
-    At rest (not `moving`) x and v are constant. start: acceleration at t, including friction; the
-    caller removes its rounding error at the start of a slip. Friction affects the other
-    coefficients through `viscous` only.
+    x is the position, v the velocity, q the integral, u the effort. At rest (not `moving`) x and v
+    are constant. start: acceleration at t, including friction; the caller removes its rounding
+    error at the start of a slip. Friction affects the other coefficients through `viscous` only.
     """
     frequency = drive[dr.FREQUENCY]
     proportional = drive[dr.PROPORTIONAL]

@@ -38,7 +38,7 @@ def speed(phase: Phase, t: float) -> float:
 
 @kernel
 def distance(phase: Phase, t: float) -> float:
-    """Return y(t) = int_0^t w [rad | m]."""
+    """Return the distance [rad | m] covered in a slip phase by the time t [s]."""
     w0, settled, transient, decay, rate = phase
     moving = w0 * t * phi1(-decay * t) + settled * t * t * phi2(-decay * t)
     return moving if transient == 0.0 else moving + transient * convolved_integral(decay, rate, t)
@@ -66,7 +66,7 @@ def _turning_time(start: float, transient: float, decay: float, rate: float) -> 
 
 @kernel
 def _root(phase: Phase, quantity: int, level: float, low: float, high: float) -> float:
-    """Return the time in [low, high] at which w falls to `level`, or y rises to it."""
+    """Return the time in [low, high] at which speed falls, or distance rises, to `level`."""
     t = 0.5 * (low + high)
     for _ in range(MAX_ITERATIONS):
         if quantity == SPEED:
@@ -85,8 +85,8 @@ def _root(phase: Phase, quantity: int, level: float, low: float, high: float) ->
 def fall_time(phase: Phase, level: float, duration: float) -> float:
     """Return the first t in [0, duration] at which the speed falls to `level`, or NEVER.
 
-    level: at most w0; level 0 is the stop. If w0 equals `level`, t = 0 is the result only if the
-    speed does not rise from there.
+    level: at most the initial speed w0; level 0 is the stop. If w0 equals `level`, t = 0 is the
+    result only if the speed does not rise from there.
     """
     w0, settled, transient, decay, rate = phase
     if w0 - level > (abs(settled) + abs(transient) + decay * max(abs(w0), abs(level))) * duration:
@@ -111,7 +111,8 @@ def fall_time(phase: Phase, level: float, duration: float) -> float:
 def rise_time(phase: Phase, level: float, duration: float) -> float:
     """Return the first t in [0, duration] at which the speed rises to `level`, or NEVER.
 
-    level: at least w0. The function uses the mirrored phase, which falls to -level.
+    level: at least the initial speed w0. The function uses the mirrored phase, which falls to
+    -level.
     """
     w0, settled, transient, decay, rate = phase
     return fall_time((-w0, -settled, -transient, decay, rate), -level, duration)

@@ -69,7 +69,7 @@ class _Slip(NamedTuple):
 
 @inner_kernel
 def _acceleration(slip: _Slip, t: float, y: float, w: float) -> float:
-    """Return w' at t [s] after the start of the slip, at the distance y and the speed w."""
+    """Return the acceleration at t [s] after the slip's start, at distance y and speed w."""
     state, command, p, direction, law, line = slip
     x = state[ax.POSITION] + direction * y
     if law[DRIVING] > 0.0:
@@ -89,9 +89,9 @@ def _acceleration(slip: _Slip, t: float, y: float, w: float) -> float:
 
 @inner_kernel
 def _step(slip: _Slip, t: float, h: float, start: float, at: Vector, slopes: Vector) -> float:
-    """Try a step of length h from `at` = (y, w) with w' = `start`; return the error of w.
+    """Try a step of length h from `at` = (distance, speed); return the error of the speed.
 
-    Fills the rows y' and w' of `slopes` (3, 7).
+    start: acceleration at its beginning. Fills the rates of distance and speed in `slopes` (3, 7).
     """
     y = at[DISTANCE]
     w1 = at[SPEED]

@@ -39,8 +39,9 @@ class ElementEquations:
 def spring(name: str, element: Spring, notation: Notation, start: float) -> ElementEquations:
     """Return the equations of a spring: F = k e + d e' + F0, or F = curve(e) + d e'.
 
-    e is the stretch, and F acts on the first end against its positive direction. start: q_a - q_b
-    at the start [rad | m]. If the document has no `free`, e is 0 at the start.
+    e is the stretch, k the stiffness, d the damping, and F0 the preload. F acts on the first end
+    against its positive direction. start: q_a - q_b at the start [rad | m]. If the document has no
+    `free`, e is 0 at the start.
     """
     key = f"links.{name}"
     first, second = element.between
@@ -94,7 +95,11 @@ def spring(name: str, element: Spring, notation: Notation, start: float) -> Elem
 
 
 def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
-    """Return the equations of a cam: effort F(x) tan(alpha(x)) and friction mu F(x)."""
+    """Return the equations of a cam: effort F(x) tan(alpha(x)) and friction mu F(x).
+
+    x: position. F: force of the spring. alpha: slope angle of the profile. mu: friction
+    coefficient.
+    """
     key = f"links.{name}"
     block = element.on
     position = notation.position(block)
@@ -154,7 +159,10 @@ def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquat
 
 
 def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
-    """Return the equations of an end stop: its force N, or -k s - d s' beyond compliant ends."""
+    """Return the equations of an end stop: its force N, or -k s - d s' beyond compliant ends.
+
+    s: distance beyond the end. k: stiffness. d: damping.
+    """
     key = f"links.{name}"
     block = element.on
     kind = notation.kinds[block]
@@ -270,7 +278,10 @@ def source(name: str, element: Source, notation: Notation) -> ElementEquations:
 
 
 def _winding(name: str, element: Source, notation: Notation, drive: Term) -> Condition:
-    """Return |R i + K omega| <= U, the limit of the supply voltage."""
+    """Return |R i + K omega| <= U, the limit of the supply voltage.
+
+    R: resistance. i: current. K: constant of the motor. omega: its speed. U: supply voltage.
+    """
     key = f"sources.{name}.winding"
     assert element.winding is not None
     assert element.constant is not None

@@ -138,7 +138,7 @@ def _yielding(
 ) -> tuple[Equation, ...]:
     """Return the effort lambda = -k s - d s' at the second end for the strain s.
 
-    Stiffness and damping of a belt are along the belt, at its radius r_b.
+    k: stiffness. d: damping. Stiffness and damping of a belt are along the belt, at its radius r_b.
     """
     backlash: Backlash | None = getattr(link, "backlash", None)
     compliance = link.compliance or (backlash.compliance if backlash is not None else None)
@@ -172,7 +172,7 @@ def _yielding(
 def _half_width(
     name: str, link: Transmitting, backlash: Backlash, notation: Notation, ratio: Term
 ) -> Term:
-    """Return half of the backlash at b; the unit of the document's width selects the end."""
+    """Return half of the backlash, at the second end; the width's unit states its end."""
     key = f"links.{name}.backlash.width"
     width = notation.parameter("w", "w", name, backlash.width, key)
     a, b = link.between

@@ -112,7 +112,7 @@ def _from_counts(step: float, fraction: int) -> str:
 
 
 def _rounded_quotient(product: str, sign: str, n: int) -> str:
-    """Return a C expression for product 2^-n, rounded to the nearest, ties away from zero."""
+    """Return a C expression for `product` times 2^-n, rounded to nearest, ties away from zero."""
     if n <= 0:
         return f"((int32_t)({product} * {2**-n}))"
     half = f"INT64_C({2 ** (n - 1)})"

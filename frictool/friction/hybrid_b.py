@@ -52,7 +52,7 @@ def presliding_damping(p: Vector) -> float:
 
 @kernel
 def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Return the next mode (thesis 3.34); slip starts only if v has the sign of z, or is 0."""
+    """Return the next mode (thesis 3.34); slip starts only if v is 0 or has the sign of z."""
     if mode == SLIPPING:
         return STUCK if is_captured(v, u, p) else SLIPPING
     broken = (z[0] >= p[LIMIT] and u > p[BREAKAWAY] and v >= 0.0) or (
@@ -63,10 +63,10 @@ def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Set z to +z_max or -z_max for a new mode (thesis 3.33); return a status code.
+    """Set the presliding z to +-z_max for a new mode (thesis 3.33); return a status code.
 
-    At the start of slip z gets the sign of u, at the start of stick the sign of v. If a body with
-    v = 0 sticks, z is unchanged.
+    At the start of slip z gets the sign of the effort u, at the start of stick that of the velocity
+    v. If a body with v = 0 sticks, z is unchanged.
     """
     if mode == SLIPPING:
         z[0] = math.copysign(p[LIMIT], u)

@@ -32,7 +32,7 @@ MEMORY, FIXED = 1, 8
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Set z as version B does and saturate the operator; return a status code."""
+    """Set the presliding z as version B does, saturate the operator; return a status code."""
     status = hybrid_b.enter(mode, v, u, z, p)
     z[MEMORY + COUNT] = 0.0
     z[MEMORY + POSITION] = z[MEMORY + FORCE] = math.copysign(1.0, z[0])
@@ -58,7 +58,7 @@ def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def commit(mode: int, z: Vector, p: Vector) -> int:
-    """Move the operator to the accepted z; return a status code."""
+    """Move the Preisach operator to the accepted displacement z; return a status code."""
     return preisach_move(z[MEMORY:], z[0], p[FIXED:], p[LIMIT]) if mode == STUCK else OK
 
 

@@ -53,7 +53,7 @@ def boundary_film(v: float, boundary: float) -> float:
 def lagged_film(film: float, v_start: float, v_end: float, lag: float, step: float) -> float:
     """Return the film velocity after `step` [s] in which v changes linearly from v_start to v_end.
 
-    This is the exact response of w' = (v - w)/lag, lag in s.
+    This is the exact response of the film velocity w in w' = (v - w)/lag, lag in s.
     """
     if lag == 0.0:
         return v_end

@@ -18,7 +18,7 @@ from frictool.typing import Vector
 def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> float:
     """Return the force [N | N m] after a monotonic movement to z [m | rad].
 
-    breakaway, limit: F_s and z_max. The memory is not changed.
+    breakaway: F_s [N | N m]. limit: z_max [m | rad]. The memory is not changed.
     """
     virgin, start, start_force = branch_start(memory, z)
     if virgin:
@@ -28,7 +28,7 @@ def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> fl
 
 @kernel
 def masing_move(memory: Vector, z: float, breakaway: float, limit: float) -> int:
-    """Move monotonically to z and update the memory; return a status code.
+    """Move monotonically to the displacement z and update the memory; return a status code.
 
     Afterwards memory[1] is the force.
     """

@@ -31,7 +31,7 @@ def polynomial(coefficients: Vector, x: float) -> float:
 
 @kernel
 def position_factor(coefficients: Vector, low: float, high: float, x: float) -> float:
-    """Return the factor >= 0 of F_c and F_s at x [m | rad], limited to [low, high]."""
+    """Return the factor >= 0 of F_c and F_s at x [m | rad], which is limited to [low, high]."""
     return max(0.0, polynomial(coefficients, min(max(x, low), high)))
 
 

@@ -65,7 +65,7 @@ def _unit_force(memory: Vector, z: float, table: Vector) -> float:
 
 @kernel
 def preisach_move(memory: Vector, z: float, table: Vector, limit: float) -> int:
-    """Move monotonically to z and update the memory; return a status code.
+    """Move monotonically to the displacement z and update the memory; return a status code.
 
     The memory is in units of z_max and F_s.
     """

@@ -16,7 +16,7 @@ from frictool.typing import Vector
 
 @kernel
 def knee_force(v: float, regimes: Vector) -> float:
-    """Return the additional friction [N | N m] at v [m/s | rad/s]."""
+    """Return the additional friction [N | N m] at the velocity v [m/s | rad/s]."""
     total: float = regime_force(abs(v), regimes, count_passed_knees(abs(v), regimes))
     return total if v >= 0.0 else -total
 

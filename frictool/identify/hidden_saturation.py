@@ -153,7 +153,7 @@ def _linear(columns: Matrix, effort: Vector) -> Vector:
 def _saturating(
     columns: Matrix, effort: Vector, sharpness: float, start: Vector
 ) -> scipy.optimize.OptimizeResult:
-    """Return the least-squares fit of S; the unknowns end with the logarithms of both limits."""
+    """Return the fit of the saturation S; the unknowns end with the logarithms of both limits."""
 
     def parts(unknowns: Vector) -> tuple[Vector, Vector, Vector, Vector]:
         needed = columns @ unknowns[:-2]
@@ -181,7 +181,11 @@ def _saturating(
 
 
 def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector) -> bool:
-    """Return whether S explains the effort better than the linear fits; squared residuals (n,)."""
+    """Return whether a saturation explains the effort better than the linear fits.
+
+    squares, plain, rivals: squared residuals (n,) with the saturation, of the linear fit, and of
+    the rival.
+    """
     if squares.sum() > LARGEST_RESIDUAL**2 * squares.size or stroke.max() + 1 < FEWEST_STROKES:
         return False
     return _less(squares, BETTER * rivals, stroke) or (

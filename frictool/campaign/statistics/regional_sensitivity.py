@@ -104,7 +104,7 @@ def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
 
 
 def _leaning(bad: Vector, good: Vector) -> float:
-    """Return P(bad > good) - P(bad < good), from the Mann-Whitney statistic."""
+    """Return the probability of bad > good minus that of bad < good (Mann-Whitney statistic)."""
     ordered = np.sort(good)
     below = np.searchsorted(ordered, bad, side="left").sum()
     above = good.size - np.searchsorted(ordered, bad, side="right")

@@ -39,10 +39,10 @@ class JointTree(NamedTuple):
 
 @part_kernel
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
-    """Fill the rows VALUE and SLOPE with Lambda(x) and dLambda/dx of all members of a tree.
+    """Fill the rows VALUE and SLOPE of a tree's members with the needed effort and its slope.
 
-    x: acceleration of the root. towards: direction of the root's motion if it starts from rest, 0
-    if it moves already.
+    The effort, Lambda(x), gives the root the acceleration x. towards: direction of the root's
+    motion if it starts from rest, 0 if it moves already.
     """
     k, p, modes, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -100,8 +100,9 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at that zero.
 
-    x is the acceleration of the tree's root block. If this block starts from rest, `towards` is the
-    direction of its motion, and x * towards >= 0. gross: sum of the magnitudes of the efforts.
+    Lambda(x) is the effort that the tree needs for the acceleration x of its root block. If this
+    block starts from rest, `towards` is the direction of its motion, and x * towards >= 0. gross:
+    sum of the magnitudes of the efforts.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])
@@ -141,7 +142,8 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
 def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
     """Return the distance from x to the next end of a linear piece of Lambda, towards `going`.
 
-    A piece ends where the force of a joint passes its kink, or the force of a flank passes 0.
+    Lambda(x) is the effort that the tree needs for the acceleration x of its root. A piece ends
+    where the force of a joint passes its kink, or the force of a flank passes 0.
     """
     k, p, _, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -183,9 +185,10 @@ def total_inertia(tree: JointTree) -> float:
 def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, stable zero that x reaches from `start`); (False, x) if x diverges.
 
-    In a compliant link, the force grows while the accelerations of its ends differ. With damping, x
-    therefore moves in the direction of -Lambda(x), to a zero at which Lambda rises. A zero at which
-    Lambda falls is unstable.
+    Lambda(x) is the effort that the tree needs for the acceleration x of its root. In a compliant
+    link, the force grows while the accelerations of its ends differ. With damping, x therefore
+    moves in the direction of -Lambda(x), to a zero at which Lambda rises. A zero at which Lambda
+    falls is unstable.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

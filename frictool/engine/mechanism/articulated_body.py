@@ -287,7 +287,7 @@ def field(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Fill y', the guards, and the power of each element; return a status code.
+    """Fill the rates y' of the state, the modes' guards and the elements' powers; return a status.
 
     t [s]: time since the command. The accelerations are NaN if a tree has no effective inertia. The
     implementation is called by its address, in the last row of `laws`, so that callers are compiled

@@ -53,7 +53,7 @@ def _flanks(
     """Change the modes of compliant flanks that have met or separated.
 
     A flank that separates while still strained relaxes by itself: its damping takes the elastic
-    energy (1/2) k s^2 of the strain s.
+    energy of the strain.
     """
     first = k[ly.BLOCKS] + 2 * k[ly.JOINTS]
     at = k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS]

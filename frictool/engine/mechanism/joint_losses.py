@@ -29,13 +29,13 @@ def is_lossy(p: Vector, row: int) -> bool:
 
 @inset_kernel
 def is_self_locking(p: Vector, row: int) -> bool:
-    """Return True if end b cannot drive end a, because g falls on one side of its kink."""
+    """Return True if the load end b of a joint cannot drive its driving end a."""
     return bool(max(ly.back_loss(p, row), ly.thread(p, row)) > abs(ly.ratio(p, row)))
 
 
 @inset_kernel
 def kink_of(p: Vector, row: int, driven: float) -> float:
-    """Return the force at end b at which the slope of g changes.
+    """Return the force at a joint's load end b at which the loss changes its slope.
 
     `driven` is the effort of the sources on block a.
     """
@@ -44,7 +44,11 @@ def kink_of(p: Vector, row: int, driven: float) -> float:
 
 @inset_kernel
 def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
-    """Return the slope of g on one side of its kink while a moves in `direction`."""
+    """Return the slope of the force at end a against that at end b, on one side of the kink.
+
+    direction: direction of motion of end a. above: True for the side with the larger force at end
+    b.
+    """
     ratio, drive, back = ly.ratio(p, row), ly.drive_loss(p, row), ly.back_loss(p, row)
     if ly.thread(p, row) > 0.0:
         return float(ratio + (direction if above else -direction) * ly.thread(p, row))
@@ -55,7 +59,7 @@ def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
 
 @inset_kernel
 def transmitted(p: Vector, row: int, kink: float, direction: float, force: float) -> float:
-    """Return the force g(force) at end a for a force at end b, while a moves in `direction`."""
+    """Return the force at the driving end a for a `force` at load end b; a moves in `direction`."""
     slope = slope_of(p, row, direction, force > kink)
     if force == kink or slope == 0.0:
         return float(ly.ratio(p, row) * kink)
@@ -64,7 +68,7 @@ def transmitted(p: Vector, row: int, kink: float, direction: float, force: float
 
 @inset_kernel
 def received(p: Vector, row: int, kink: float, direction: float, effort: float) -> float:
-    """Return the force at end b for a force `effort` at end a; the inverse of `transmitted`."""
+    """Return the force at load end b for a force `effort` at driving end a."""
     ratio = ly.ratio(p, row)
     beyond = effort - ratio * kink
     if beyond == 0.0:
@@ -78,8 +82,8 @@ def range_at_driver(
 ) -> tuple[float, float]:
     """Return the range of forces at end a for which a joint at rest stays at rest.
 
-    low, high: range of the force at end b. The force of an end stop is unbounded on one side. For
-    an infinite force, g = ratio lambda is used, so that a stop does not wedge a self-locking link.
+    low, high: range of the force at end b. The force of an end stop is unbounded on one side. An
+    infinite force is transmitted without loss, so that a stop does not wedge a self-locking link.
     """
     least = math.inf
     most = -math.inf

@@ -90,8 +90,8 @@ def gained(h: float, slopes: Vector, gain: Vector) -> None:
 def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
     """Fill `fifth` with the error of each state, h e5^2 / sqrt(e5^2 + e3^2/100).
 
-    e5 and e3 are the error estimates of order 5 and 3 (Hairer, equation II.10.17). fifth (n,) or
-    longer; third: workspace of the same length.
+    h is the step's length; e5 and e3 are the error estimates of order 5 and 3 (Hairer, equation
+    II.10.17). fifth (n,) or longer; third: workspace of the same length.
     """
     size = slopes.shape[1]
     for i in range(size):

@@ -77,7 +77,7 @@ class BreakawayPositions:
         return np.column_stack(sides)
 
     def powers(self, coefficients: Vector) -> tuple[float, ...]:
-        """Return the coefficients of position^i (SI, constant first) of a Legendre series in xi."""
+        """Return the coefficients of position^i (SI, constant first) of a Legendre series."""
         series = Legendre(coefficients, domain=[self.low, self.high])
         return tuple(
             float(c) for c in series.convert(kind=Polynomial, domain=[-1, 1], window=[-1, 1]).coef

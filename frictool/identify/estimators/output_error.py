@@ -63,7 +63,7 @@ MOST_CLUSTERS = 60
 def influences(
     simulated: SegmentSimulation, fitted: SimulationFit, regressed: Mapping[str, float]
 ) -> Matrix:
-    """Return the shift (c, p) of the p parameters due to the effort errors of each cluster.
+    """Return the shift (c, p) of p parameters due to the effort errors of each of c clusters.
 
     `regressed`: parameters of the regression, with which the effort errors are computed.
     """

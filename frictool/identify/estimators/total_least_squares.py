@@ -83,7 +83,7 @@ def _fit(
 
 
 def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Matrix:
-    """Return S (5, 5), the noise variances of acceleration, velocity, sign, constant and effort."""
+    """Return the noise variances of acceleration, velocity, sign, constant and effort, (5, 5)."""
     position = position_noise(record) ** 2
     g = bump(window, record.period)
     velocity = np.convolve(g, [1.0, 0.0, -1.0]) / (2.0 * record.period)
@@ -102,7 +102,7 @@ def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Mat
 
 
 def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
-    """Return theta (p,) from M and S of the module docstring, each (p + 1, p + 1).
+    """Return the parameters (p,) from M (`mean`) and S (`noise`) of the module, (p + 1, p + 1).
 
     The last row and column belong to the effort, whose noise must be positive.
     """

@@ -141,7 +141,7 @@ def cramer_rao(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPre
 def regressors(
     stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision, side: float = 1.0
 ) -> Vector:
-    """Return G (n, p) at those samples of a stroke that certainly slip outside the backlash.
+    """Return the regressors (n, p) at the samples of a stroke that slip outside the backlash.
 
     `side` is 1 for forward and -1 for backward. The columns are inertia, viscous, Coulomb, the
     offset if the axis has one, and the loads.
@@ -177,7 +177,7 @@ def _of_term(term: str, wave: float, position: Vector, velocity: Vector) -> list
 
 
 def _covariance(n: int, axis: PriorAxis, sensing: SensorPrecision) -> Vector:
-    """Return V of n samples as its lower diagonals (3, n)."""
+    """Return the noise covariance of n samples of a stroke as its lower diagonals (3, n)."""
     variance = sensing.step**2 / 12.0
     second = axis.inertia / sensing.period**2
     first = 0.5 * axis.viscous / sensing.period

@@ -82,7 +82,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
 
 
 def _current(lag: float, command: Vector, period: float) -> Vector:
-    """Return i (n,) from the command (n,), settled at its first value."""
+    """Return the current (n,) from the command (n,), settled at the command's first value."""
     a = float(np.exp(-period / lag))
     return np.asarray(
         command[0] + scipy.signal.lfilter([0.0, 1.0 - a], [1.0, -a], command - command[0])

@@ -192,7 +192,8 @@ def _linearised(
 def _rows(log: WindingLog, timing: tuple[float, float, float]) -> list[tuple[Matrix, Matrix]]:
     """Return rows (m, 4) of each piece, and the noise power (3, 3) of a row's first three columns.
 
-    The columns are those of R, K and c, and the voltage.
+    The columns belong to the resistance R, the back-EMF constant K, c (module docstring), and the
+    voltage.
     """
     phi = bell(log.window)
     step = np.convolve(phi, (1.0, -1.0))
@@ -222,7 +223,7 @@ def _rows(log: WindingLog, timing: tuple[float, float, float]) -> list[tuple[Mat
 
 
 def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
-    """Return the interval that contains all of `intervals`, or why they determine none."""
+    """Return the hull of `intervals`, or why they determine no interval."""
     known = [one for one in intervals if one is not None]
     if len(known) < len(intervals):
         return UnusableLogs(

@@ -58,7 +58,7 @@ def elasto_plastic_path(
 
 @kernel
 def slope(z: float, direction: float, limit: float, share: float) -> float:
-    """Return dz/dx at a deflection z, for a motion in `direction`."""
+    """Return dz/dx, deflection per displacement, at a deflection z for a motion in `direction`."""
     size = abs(z) / limit
     if z * direction <= 0.0 or size < share:
         return 1.0

@@ -69,7 +69,7 @@ def position_columns(
 ) -> dict[str, Vector]:
     """Return the columns friction_k and load_k (m,) for k = 1 to HIGHEST.
 
-    `low` and `high` are the positions at which xi is -1 and 1, rad | m.
+    `low` and `high` are the positions at which the scaled position xi is -1 and 1, rad | m.
     """
     xi = 2.0 * (record.position - low) / (high - low) - 1.0
     powers = np.asarray(legvander(xi, HIGHEST), dtype=np.float64)

@@ -102,7 +102,7 @@ def _response(window: int, period: float, of_velocity: bool) -> Vector:
 
 @functools.cache
 def _noise_gain(window: int, period: float, of_velocity: bool) -> float:
-    """Return the rms of the acceleration, 1/s^d, for white noise of rms 1 in the signal."""
+    """Return the rms acceleration for white noise of rms 1 in the position or the velocity."""
     return float(np.linalg.norm(_response(window, period, of_velocity)))
 
 
