@@ -61,7 +61,7 @@ class ProjectedInequality:
     ) -> ProjectedInequality:
         """Return the inequality of x' = a x + b w, z = c x + d w.
 
-        The columns of `null` are a basis of N_R or N_S.
+        The columns of `null` are a basis of the null space N_R or N_S (module docstring).
         """
         n = len(a)
         n_z = len(c)

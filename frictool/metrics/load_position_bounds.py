@@ -46,7 +46,10 @@ def load_overshoot(
 
 
 def _play(position: Vector, half: float, start: float) -> Vector:
-    """Return the play operator: y[k] is the value nearest to y[k-1] within half of position[k]."""
+    """Return the play operator y of positions (n,), with y = `start` before the first.
+
+    y[k] is the value nearest to y[k-1] that differs from position[k] by at most `half`.
+    """
     load = start
     out = []
     for value in position.tolist():

@@ -85,7 +85,7 @@ def rehearse(
     limits
         Largest permitted half width of each parameter, SI; inf for no limit.
     noise
-        Standard deviation of the measured drive, A | V; None for 0.2 % of its limit.
+        Standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit.
     seed
         Seed of axes and noise.
 

@@ -64,7 +64,7 @@ def spanned(
     """Return the polytope that the 1 to 5 parameters `scheduled` span within `box`.
 
     box: interval of each of PARAMETERS [SI]. levels: intervals of the speed regimes if "regime" is
-    scheduled, else None; each regime then has vertices of its own. Raises ValueError if `scheduled`
+    scheduled, else None; each regime then has separate vertices. Raises ValueError if `scheduled`
     is empty or names a parameter twice.
     """
     if not scheduled or len(set(scheduled)) != len(scheduled):

@@ -136,7 +136,7 @@ def _series(axes: Axes, artist: Artist) -> dict[str, Any] | None:
 
 
 def _in_data(axes: Axes, artist: Artist) -> tuple[bool, bool]:
-    """Return True for the abscissa and the ordinate if the artist has it in data coordinates."""
+    """Return (abscissa, ordinate): True if the artist gives the coordinate in units of the data."""
     along: Any = artist.get_transform().contains_branch_seperately(axes.transData)
     return bool(along[0]), bool(along[1])
 

@@ -325,7 +325,7 @@ def _times(loop: LoopOfPlant) -> Vector:
 
 
 def _of_steps(value: Callable[[LoopOfPlant, Hold, Vector], float]) -> Metric:
-    """Return a metric: the largest of the values of all steps."""
+    """Return a function that returns the largest `value` of all steps of a run."""
 
     def metric(
         test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector

@@ -155,7 +155,7 @@ def middle(mechanism: Mechanism) -> np.ndarray:
 
 
 def _difference(before: Mechanism, after: Mechanism, bandwidth: float) -> tuple[float, float]:
-    """Return the errors of relative gain and phase [rad] from source to sensor."""
+    """Return the relative error of the gain and the error of the phase [rad], source to sensor."""
     source, sensor = controlled_names(before)
     one, other = (
         complex(

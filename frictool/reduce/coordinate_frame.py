@@ -124,19 +124,25 @@ class CoordinateFrame:
         )
 
     def cam(self, cam: Cam, on: str) -> Cam:
-        """Return the cam along p: force times |ratio|, slope angle times the sign of the ratio."""
+        """Convert a cam from the block's coordinate to that of the frame.
+
+        The force is multiplied by |ratio|, the slope angle by the sign of the ratio.
+        """
         side = 1.0 if self.ratio > 0.0 else -1.0
         force = self.curve(cam.force, abs(self.ratio), self._unit("effort"))
         return msgspec.structs.replace(cam, on=on, force=force, angle=self.curve(cam.angle, side))
 
     def stop(self, stop: Stop, on: str) -> Stop:
-        """Return the end stops along p; a negative ratio swaps low and high."""
+        """Convert end stops to the coordinate of the frame; a negative ratio swaps low and high."""
         low, high = (stop.low, stop.high) if self.ratio > 0.0 else (stop.high, stop.low)
         ends = [None if end is None else self.position(end) for end in (low, high)]
         return Stop(on, ends[0], ends[1], stop.restitution, self.compliance(stop.compliance))
 
     def friction(self, friction: FrictionOf, on: str) -> FrictionOf:
-        """Return the friction along p: each parameter times a power of |ratio| (POWERS)."""
+        """Convert a friction to the coordinate of the frame.
+
+        Each parameter is multiplied by a power of |ratio| (POWERS).
+        """
         law = LAWS[friction.law]
         sizes = si_parameters(on, friction, self.block_axis)
         parameters = {}
@@ -150,7 +156,7 @@ class CoordinateFrame:
         return FrictionOf(on, friction.law, parameters, level)
 
     def source(self, source: Source, on: str) -> Source:
-        """Return the source along p: its constant, which is positive, times |ratio|.
+        """Convert a source to the coordinate of the frame; its constant is multiplied by |ratio|.
 
         If the ratio is negative, the caller must reverse the command.
         """
@@ -165,7 +171,10 @@ class CoordinateFrame:
         return msgspec.structs.replace(source, on=on, constant=constant, effort=effort, limit=limit)
 
     def sensor(self, sensor: Sensor, on: str) -> Sensor:
-        """Return the sensor with its resolution along p; the caller handles a negative ratio."""
+        """Convert the sensor's resolution to the coordinate of the frame.
+
+        The resolution has no sign, so that a negative ratio has the same effect as a positive one.
+        """
         step = sensor.step
         if sensor.counts_per_revolution is not None:
             step = Quantity(TURN / sensor.counts_per_revolution, unit="rad")

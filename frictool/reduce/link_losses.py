@@ -128,7 +128,10 @@ def _reflected_inertia(
         )
 
     def least(names: list[str]) -> float:
-        """Return the lower bound of the share; if it is negative, irreversible links are left out.
+        """Return the lower bound of (reflected inertia)/(inertia) of the blocks `names`.
+
+        If the bound is negative, the mechanism locks and nothing accelerates; the blocks with
+        negative shares are then left out.
 
         A negative share means that the mechanism locks, so that nothing accelerates.
         """

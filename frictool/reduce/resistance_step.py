@@ -43,7 +43,10 @@ class IrreversibilityMargin:
 
 
 def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
-    """Return the margin of irreversibility: the least of C_+ and -C_- at positions x (n,)."""
+    """Return the least of C_+ and -C_- at positions x (n,); below 0 the load moves the block.
+
+    C_+, C_-: efforts that move the block forward and backward (`directed`).
+    """
     margin = np.minimum(directed.forward, -directed.backward)
     worst = int(np.argmin(margin))
     return IrreversibilityMargin(

@@ -100,7 +100,7 @@ def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 
 
 def _call_template(resolve: Callable[..., Any], arguments: Any, named: dict[str, Any]) -> Any:
-    """Resolve a call by another kernel with the types of constant arguments, not with their values.
+    """Return numba's resolution of a call by a kernel, with types in place of constant values.
 
     numba would compile the called kernel once for each value of a constant integer.
     """
@@ -237,6 +237,6 @@ def function_pointer(compiled: Callable[..., Any], kind: Any) -> Any:
 
 
 def is_compiled(function: Callable[..., Any]) -> bool:
-    """Return True if compiled code of a kernel, for any argument types, is on disk."""
+    """Return True if a kernel's code is on disk for at least one set of argument types."""
     store = getattr(function, "_cache", None)
     return isinstance(store, KernelStore) and store.is_kept()

@@ -119,7 +119,7 @@ class KernelStore(FunctionCache):
         self._claims.clear()
 
     def is_kept(self) -> bool:
-        """Return True if the function's code is on disk, for any argument types."""
+        """Return True if the function's code is on disk for at least one set of argument types."""
         return self._place(()) and os.path.exists(self._cache_file._index_path)
 
     def _place(self, signature: Any) -> bool:

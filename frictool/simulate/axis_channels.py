@@ -203,7 +203,7 @@ def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
 
 
 def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:
-    """Return the disturbance and drift channels (n,), equal in every stream, with dimensions."""
+    """Return name -> (values (n,), dimension) of disturbance and drifts, for all streams."""
     channels: dict[str, tuple[Vector, str]] = {}
     if on_axis(scenario):
         channels["disturbance"] = (np.ascontiguousarray(conditions[:, DISTURBANCE]), "effort")

@@ -78,7 +78,7 @@ def play(
 def _run_program(
     variants: Sequence[AxisVariant], loop: SimulatedLoop, load: Vector, records: Vector
 ) -> list[int]:
-    """Fill the records (m, n, 7); return the statuses (m,)."""
+    """Simulate m variants; fill their records (m, n, 7), and return their status codes."""
 
     def status(index: int) -> int:
         return _run_alone(variants[index], loop, load, records[index])
@@ -91,7 +91,7 @@ def _run_program(
 
 
 def _run_alone(variant: AxisVariant, loop: SimulatedLoop, load: Vector, record: Vector) -> int:
-    """Fill the record (n, 7) in this thread and return the status."""
+    """Simulate one variant in this thread; fill its record (n, 7), and return the status code."""
     axis = variant.array
     state = rest(loop.start)
     measured = measure(loop.start, axis[ENCODER_STEP])
@@ -113,7 +113,7 @@ def _run_sampled(
     load: PositionLoad,
     record: Vector,
 ) -> int:
-    """Fill the record (n, 7) sample by sample, with commands; return the status."""
+    """Simulate one variant sample by sample; fill its record (n, 7), and return the status code."""
     axis = with_load(variant.axis.as_array(), load.as_array())
     state = rest(loop.start)
     p = axis.copy()

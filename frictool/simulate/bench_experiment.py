@@ -87,7 +87,8 @@ class BenchPlant(Protocol):
     ) -> int:
         """Apply the rows of a ramp test from rest at `start` [rad | m].
 
-        The number of applied rows is written to `played` (1,).
+        Measured position and drive are written to `position` and `drive`, and the number of applied
+        rows to `played` (1,).
         """
 
 

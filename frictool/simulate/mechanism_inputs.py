@@ -57,7 +57,7 @@ def inputs_of(
 def _cut(
     courses: Iterable[Signal | Disturbance], samples: int, period: float
 ) -> tuple[Vector, IntVector]:
-    """Return the edges (m + 1,) of the parts, in samples, and `MechanismInputs.first`."""
+    """Return the edges of the m parts, in samples, and the index of each sample's first part."""
     instants = {
         instant / period
         for course in courses

@@ -112,7 +112,9 @@ def mechanism_variants(
 def _values(
     every: Mapping[str, VariedParameter], ranged: Mapping[str, VariedParameter], parts: Vector
 ) -> Vector:
-    """Return parameter values (n, d) for shares `parts` (n, d), 0 to 1, of the ranges.
+    """Return the values of d parameters of n variants, (n, d).
+
+    parts (n, d): position of each value in its range, 0 (low) to 1 (high).
 
     A range with a lower limit begins at that limit.
     """

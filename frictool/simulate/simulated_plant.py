@@ -140,9 +140,9 @@ class SimulatedPlant(Protocol[V]):
         """Return the linear plant of a variant under conditions (n, 8); None if it has none."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
-        """Return the known intervals [SI] of the parameters of a synthesis.
+        """Return the known intervals [SI] of the parameters for which `synth` designs controllers.
 
-        For a mechanism this is the drive's constant.
+        For a mechanism only the interval of the drive's constant is known.
         """
 
     def described(self, variant: V) -> str:

@@ -229,7 +229,10 @@ def _check_time(
 def _longest_step(
     model: Model, least: ShortestTime, required: float, between: tuple[float, float]
 ) -> float:
-    """Return the length [rad | m] up to which steps are possible in the required time [s]."""
+    """Return the length [rad | m] up to which steps are possible in the required time [s].
+
+    between: a possible and an impossible length.
+    """
     possible, impossible = between
     for _ in range(LENGTHS):
         middle = 0.5 * (possible + impossible)

@@ -141,9 +141,9 @@ class _WeightRules:
         return ChosenWeights(weights, tuple(self.derived), provided.noise is None, product, least)
 
     def _least_amplitude(self, error: FirstOrderWeight) -> float:
-        """Return the A at which the noise of one count alone reaches the limit of W2.
+        """Return the amplitude A at which the noise of one count alone reaches the limit of W2.
 
-        Position: e_stat A = step, at rest. Speed: A = M_mod z2 step.
+        For a position loop A is step/e_stat, for a speed loop M_mod z2 step; step is the encoder's.
         """
         step = self.model.bench.encoder.resolution
         margin = error.gain * error.pole / error.zero

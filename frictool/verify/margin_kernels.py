@@ -203,7 +203,7 @@ def _by_matrices(loop: tuple[Matrix, Vector, Vector], point: complex) -> float:
 
 @kernel
 def _with_angles(grid: Vector, poles: ComplexVector) -> Vector:
-    """Return the rising angles (k,) and the absolute angles of the poles (n,), rising (k + n,)."""
+    """Return the angles `grid` (k,) and the absolute angles of the poles (n,), sorted (k + n,)."""
     count = grid.shape[0]
     angles = np.empty(count + poles.shape[0])
     for k in range(count):

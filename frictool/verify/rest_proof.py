@@ -93,10 +93,10 @@ def _summary(
 def _law_checks(
     controller: Controller, certificate: Certificate, law: PositionLaw
 ) -> tuple[RestCheck, ...]:
-    """Return the speed of arrival of proposition 5.2.2.
+    """Return the check of the speed of arrival, proposition 5.2.2 of the thesis.
 
-    It is the speed of the law at the band's edge (`cut`), or `rest_speed` (`brake`), compared to
-    the speed from which every plant of the box stops within the whole band.
+    The speed of arrival is the speed of the law at the band's edge (`cut`), or `rest_speed`
+    (`brake`). It must be at most the speed from which every plant of the box stops within the band.
     """
     box, step = certificate.box, controller.bench.encoder.resolution
     braking = (1.0 - BRAKING_SHARE) * least_friction(controller, box)

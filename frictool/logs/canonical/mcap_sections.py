@@ -95,7 +95,7 @@ def contents(
 def _parts(
     records: FileRecords, only: frozenset[int] | None
 ) -> Iterator[tuple[FileRecord | FileSection, int]]:
-    """Yield each item; a section includes the message indexes after it."""
+    """Yield records and sections in order; a section includes the message indexes after it."""
     part = None
     end = 0
     kept = 0

@@ -207,7 +207,10 @@ def _refuse_several_clocks(rows: Rows, times: Sequence[int]) -> None:
 
 
 def _twincat_time_unit(rows: Rows, column: int, steps: Sequence[str], number: Number) -> str | None:
-    """Return ms; None if the steps differ from the declared sample time, as in an index column."""
+    """Return the unit `ms` of a time column; None for an index column.
+
+    In an index column, the steps differ from the declared sample time.
+    """
     declared = number(steps[column + 1]) if column + 1 < len(steps) else None
     times = [number(row[column]) for row in rows if column < len(row)]
     if declared is None or len(times) < 2 or times[0] is None or times[1] is None:

@@ -65,7 +65,8 @@ class WeakFormLayout:
     number of samples on each side of a sample from which the speed at the sample is computed. phi:
     (window,), weight function, 0 at both ends. second: (window,), second difference of phi [1/s^2].
     effort: (3,), weights of the effort at the samples before, at and after. slowest, fastest: speed
-    limits of usable samples [rad/s | m/s]. knees: (h,) [rad/s | m/s].
+    limits of usable samples [rad/s | m/s]. knees: (h,), speeds at which friction may bend [rad/s |
+    m/s].
 
     edges: (z + 1,), edges of the zones [rad | m]; the end zones extend beyond the outer edges. dry:
     (2, c), polynomials of the model's friction [N m | N], backward and forward, constant outside

@@ -140,9 +140,10 @@ class WearClassifier:
     def _set_beliefs(
         self, means: Vector, beliefs: dict[Kind, Vector], free: Vector, scale: float
     ) -> None:
-        """Set the beliefs, in units of the loosest belief's deviations to keep digits in the sums.
+        """Set the prior of each kind of wear, scaled so that the sums lose no digits.
 
-        _unit: (p,), these deviations. _row: (p + 1,), with 1 for the effort.
+        _unit: (p,), standard deviations of the widest prior, the units of the coefficients.
+        _row: (p + 1,), `_unit` followed by 1 for the effort.
         """
         loose = sum((belief[LOOSE] for belief in beliefs.values()), free)
         deviations = np.sqrt(np.diag(loose))
@@ -225,9 +226,9 @@ class WearClassifier:
         return since
 
     def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
-        """Return G (p, p) and b (p,), weighted by the rows' error variance.
+        """Return G = C' C (p, p) and b = C' effort (p,), divided by the rows' error variance.
 
-        The variance is that of the residual under the loosest belief.
+        The variance is that of the residual under the widest prior.
         """
         size = self._mean.size
         gram = sums[:size, :size]
@@ -245,7 +246,7 @@ class WearClassifier:
         return self._weighted(sums, variance)
 
     def _weighted(self, sums: Vector, variance: float) -> tuple[Vector, Vector]:
-        """Return G and b of `sums` for rows whose errors have this variance."""
+        """Return G = C' C and b = C' effort from `sums`, divided by the rows' error variance."""
         size = self._mean.size
         weight = 1.0 / (variance * self._inflation)
         return weight * sums[:size, :size], weight * sums[:size, size]
@@ -333,9 +334,10 @@ class WearClassifier:
 
 
 def _shows(columns: Vector, gram: Vector) -> bool:
-    """Return True if the moves alone determine the wear of these columns to SEEN times WEAR.
+    """Return True if the moves alone determine the wear of these columns well enough.
 
-    All other parameters are taken as known.
+    The standard deviation of the wear must be below SEEN times WEAR. All other parameters are taken
+    as known.
     """
     return bool(columns @ gram @ columns * (SEEN * WEAR) ** 2 > 1.0)
 

@@ -218,7 +218,7 @@ class CandidateSearch:
         self._evolve([one.point for one in nearest], nearest[0].point, NEAR, random)
 
     def _nearest_miss(self) -> Candidate | None:
-        """Return the candidate that misses its limits by least; it may meet them unverified."""
+        """Return the candidate with the smallest shortfall; it may be an unverified one."""
         missed = [one for one in self.played if self.refusals or one.largest_missing > 0.0]
         return min(missed or self.played, key=lambda one: one.largest_missing, default=None)
 
@@ -296,7 +296,7 @@ class CandidateSearch:
         return True
 
     def _add_hard(self, runs: JudgedRuns) -> None:
-        """Add the plant with the largest shortfall to the plants of the screen."""
+        """Add the plant with the largest shortfall to the plants of the test `screen`."""
         each = shortfalls(runs, self.reserve).max(axis=1)
         worst = runs.plants[int(np.argmax(each))]
         if each.max() > 0.0 and worst not in self.hard and len(self.hard) < MOST_HARD:
