@@ -234,7 +234,7 @@ class _QuietProblem:
 
 
 def _matrix(first: Matrix, below: Matrix, last: Matrix, square: Vector) -> Matrix:
-    """Return the module's matrix from its blocks.
+    """Return the matrix of the module docstring from its blocks.
 
     first, last (k, n, n): diagonal blocks; square (k,) times the identity (w, w) is between them.
     below (k, n, n + w): block below the first two, and its transpose at their right.

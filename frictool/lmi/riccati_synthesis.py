@@ -98,7 +98,7 @@ def lyapunov_blocks(
 
 
 def _continuous(plant: GeneralisedPlant) -> GeneralisedPlant:
-    """Return a sampled plant in s = (z - 1)/(z + 1); its D22 is left out."""
+    """Return a sampled plant as a continuous one in s = (z - 1)/(z + 1), without its D22."""
     if not plant.period:
         return plant
     identity = np.eye(len(plant.a))

@@ -7,6 +7,9 @@
     inputs w   reference; friction times W1; noise through W4; w_Delta of an uncertainty channel
     outputs z  W2 e; W3 i; W_u u; W_eta eta; W5 z_Delta     (the last three if they have a weight)
 
+s and x are reference and position, v_c and v reference and actual value of the speed, i is the
+drive and u the commanded drive. W1 to W5, W_u and W_eta are weights (`PlantWeights`).
+
 A sampled plant includes the computational delay. Both structures measure eta = s - x, so that the
 controller has the same input in both structures. The weights are discretised by Tustin's method.
 The thesis has no weight W_u on the commanded drive. Without W_u, D12 is 0 and the optimum is not

@@ -6,10 +6,11 @@
              the uncertainty channel
     outputs  i drive, v speed, eta = integral of v_c - position
 
-Coulomb friction enters as the input w. The rates are k = K/J, s = sigma_v/J, f = F_c/J and p = d/J;
-d is the unit of the uncertainty channel. The linearised plant (5.49) is the same system with other
-rates. Without a lag the drive equals the command. A sampled axis has exact zero-order holds at its
-inputs.
+Coulomb friction enters as the input w. The rates are k = K/J, s = sigma_v/J, f = F_c/J and p = d/J:
+J is the inertia, K the actuator's constant, sigma_v the viscous friction, F_c the Coulomb friction,
+and d the unit of the uncertainty channel. tau is the drive's lag. The linearised plant (5.49) is
+the same system with other rates. Without a lag the drive equals the command. A sampled axis has
+exact zero-order holds at its inputs.
 """
 
 from __future__ import annotations
@@ -27,10 +28,11 @@ OUTPUTS = ("drive", "speed", "eta")
 
 @dataclass(frozen=True)
 class AxisRates:
-    """Rates of an axis, as in this module.
+    """Parameters of an axis, each divided by the inertia.
 
-    drive: k [rad/s^2 or m/s^2 per A or V]. viscous: s [1/s]. friction: f [rad/s^2 or m/s^2]. push:
-    p [rad/s^2 or m/s^2 per unit of the uncertainty channel].
+    drive: actuator's constant [rad/s^2 or m/s^2 per A or V]. viscous: viscous friction [1/s].
+    friction: Coulomb friction [rad/s^2 or m/s^2]. push: unit of the uncertainty channel [rad/s^2 or
+    m/s^2].
     """
 
     drive: float

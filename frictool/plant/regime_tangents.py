@@ -28,7 +28,7 @@ class RegimeTangent:
 
 @dataclass(frozen=True)
 class RegimeLevels:
-    """Intervals (low, high) of F_c and of the slope of each regime.
+    """Intervals (low, high) of the Coulomb friction and of the viscous slope of each regime.
 
     above: speed at which each regime begins [rad/s or m/s], 0 for the first.
     """
@@ -38,7 +38,7 @@ class RegimeLevels:
     viscous: tuple[Ends, ...]
 
     def tangent(self, level: int, coulomb: float, slopes: tuple[float, ...]) -> RegimeTangent:
-        """Return the tangent of regime `level` for one F_c and one slope per regime."""
+        """Return the tangent of regime `level` for a Coulomb friction and a slope per regime."""
         lost = sum((slopes[i] - slopes[i - 1]) * self.above[i] for i in range(1, level + 1))
         return RegimeTangent(slopes[level], coulomb - lost)
 

@@ -3,6 +3,9 @@
     v' = (K i - sigma_v v - F_c w + w_D)/J          w_D = Delta z_D, |Delta| < 1
     z_D = (dJ sigma_v/J - dsigma_v) v + (dJ F_c/J - dF_c) w + (dK - dJ K/J) i
 
+J is the inertia, K the actuator's constant, i the drive, sigma_v the viscous friction, v the speed,
+F_c the Coulomb friction, and w in [-1, 1] the direction of the friction.
+
 z_D is of first order in the half widths dJ, dsigma_v, dF_c, dK. In the mixed form, a scheduled
 parameter has the half width 0 in z_D, and the other terms are computed at each vertex. The channel
 may have any unit d [N m or N], with w_D = d w_d and z_d = z_D/d. The unit does not change Delta,

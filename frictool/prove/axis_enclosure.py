@@ -310,9 +310,10 @@ def _phase(state: AxisSet, command: float, p: PlantBox, carries: bool) -> _Phase
 
 
 def _bounds(phase: _Phase, step: float) -> _Bounds:
-    """Return bounds of speed, distance and acceleration during a step, as long as w >= 0.
+    """Return bounds of speed, distance and acceleration during a step with a speed >= 0.
 
-    The drive's share falls at most by the factor 1 - rate step. SLACK exceeds the rounding errors.
+    The drive's part of the acceleration falls at most by the factor 1 - rate step during the step.
+    SLACK exceeds the rounding errors.
     """
     kept = RoundedInterval((1.0 - phase.rate * step) * (1.0 - SLACK), 1.0)
     push = phase.settled + phase.excess * kept

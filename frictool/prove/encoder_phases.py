@@ -206,7 +206,7 @@ def _still_drives(state: AxisSet, p: PlantBox) -> tuple[float, float]:
 
 
 def _stays(loop: LoopOfPlant, branch: _Branch) -> bool:
-    """Return True if the axis rests, and its drive and the waiting commands leave it at rest."""
+    """Return True if the axis rests, and its drive and the delayed commands leave it at rest."""
     if branch.state.direction != 0:
         return False
     low, high = _still_drives(branch.state, loop.plant)

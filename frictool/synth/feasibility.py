@@ -168,7 +168,7 @@ def _response(model: Model, spec: Spec) -> ShortestTime:
 
 
 def _rise(axis: DrivenAxis, length: float) -> float:
-    """Return the shortest rise time at full drive without lag; braking comes later."""
+    """Return the shortest rise time, at full drive without lag; the axis brakes afterwards."""
     at_once = replace(axis, lag=0.0)
     low, high = (shortest_time(at_once, StepZone(share * length, math.inf)) for share in RISE)
     return high - low

@@ -221,7 +221,7 @@ class _FiniteSet:
         return float(np.max(self.open_loop.gains(k)))
 
     def slack(self, parameters: Vector, level: float) -> Vector:
-        """Return level - gain, and 1 - M |S|; nonnegative if the constraints hold."""
+        """Return `level` minus each gain, and 1 minus each M |S|; all are >= 0 if all hold."""
         k, _ = self.structure.response(parameters, self.structure.points(self.frequencies))
         rows = [level - self.open_loop.gains(k)]
         if self.steep is not None:

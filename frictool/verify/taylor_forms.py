@@ -175,8 +175,8 @@ def below_level(
 ) -> bool:
     """Return True only if T_0 + T_1 e_1 + T_2 e_2 + T_3 e_3 has a norm below `level`.
 
-    The roundings of T, T* T and the factorisation change the matrix by less than 2^-43 (trace +
-    level^2), which is subtracted from the matrix first. At most 16 rows and columns.
+    The roundings of T, T* T and the factorisation change level^2 - T* T by less than 2^-43 (trace +
+    level^2), which is subtracted first. The matrices have at most 16 rows and columns.
     """
     rows, columns = parts.shape[1], parts.shape[2]
     trace = 0.0

@@ -7,8 +7,9 @@ Half the unit circle is z = (q + p)/(q - p) with p = i t, q = 1 in chart 0 and p
     H = sigma h_1 Q + 2 p           E = (1 - e) q + (1 + e) p      (E = 1 without lag)
     C = N/A, N and A homogeneous in p and q
 
-The plants are kappa = K T^2/J, sigma = sigma_v T/J, phi = F_c T^2/J, with h_1, h_2, a and b of
-exponential_enclosure.py. With all denominators multiplied out, d samples of delay and
+A plant is described by kappa = (actuator's constant) T^2/J, sigma = (viscous friction) T/J and
+phi = (Coulomb friction) T^2/J, with the period T and the inertia J. exponential_enclosure.py
+defines h_1, h_2, a and b. With all denominators multiplied out, d samples of delay and
 
     B = h_1 Q + 2 p h_2,    G = E B - 2 p (h_1 a Q + H b)      (G = B without lag)
     K = A E Z^d,            M = kappa N Q^(d + 1)

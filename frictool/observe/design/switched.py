@@ -107,7 +107,10 @@ def design_switched(
 def _synthesised(
     posed: dict[int, ObserverMode], allowed: tuple[Switch, ...], decay: float, quiet: float | None
 ) -> tuple[SwitchedGains, float | None]:
-    """Return the gains by thesis (6.6) and None; if `quiet`, quieter gains and their noise gain."""
+    """Return the gains and, if `quiet` is not None, their noise gain.
+
+    If `quiet` is None, the gains follow from thesis (6.6); else they pass less noise.
+    """
     if quiet is None:
         return switched_gains(posed, allowed, decay), None
     # noise of the position; alpha's estimate has none

@@ -35,7 +35,7 @@ def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tupl
 
 
 def best_fit(gram: Vector, right: Vector) -> Vector:
-    """Return the least-squares fit (p,); of several fits, the one with the smallest norm."""
+    """Return the solution (p,) of gram @ fit = right with the smallest norm."""
     sizes, directions = np.linalg.eigh(gram)
     determined = sizes > RANK * max(float(sizes[-1]), 0.0)
     along = directions[:, determined]

@@ -205,7 +205,7 @@ def _window(inertia: float, count: float, friction: float, period: float, travel
 
 
 def _dry(axis: Vector) -> tuple[Vector, Vector]:
-    """Return polynomials (2, MAX_TERMS), backward and forward [N m | N], and their range (2,).
+    """Return the friction's polynomials (2, MAX_TERMS), backward and forward, and their range (2,).
 
     The coefficients begin with the lowest power.
     """
@@ -222,7 +222,7 @@ def _dry(axis: Vector) -> tuple[Vector, Vector]:
 
 
 def _mean(dry: Vector, mapped: Vector, low: float, high: float) -> float:
-    """Return the mean friction over [low, high] and both directions [N m | N]."""
+    """Return the mean friction [N m | N] of both directions between positions `low` and `high`."""
     if not np.all(np.isfinite(mapped)) or not low < high:
         return float(np.mean(dry[:, 0]))
     return float(

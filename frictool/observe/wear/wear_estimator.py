@@ -189,7 +189,7 @@ def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
     """Return the filter bank for uniform wear before any move.
 
     With white noise of the effort, 1/(every sum phi^2) overlapping rows are treated as one
-    independent row.
+    independent row; `every` and `phi` are fields of the layout.
     """
     inflation = max(1.0, ADDS_UP / (layout.every * float(layout.phi @ layout.phi)))
     kinds = [multiplicative(model, layout, unmodelled) for unmodelled in UNMODELLED]

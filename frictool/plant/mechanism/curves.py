@@ -207,14 +207,14 @@ def _piece(curves: Curves, curve: int, x: float) -> tuple[int, float, bool]:
 
 
 def curve_value(curves: Curves, curve: int, x: float) -> float:
-    """Return the value of a packed curve at x."""
+    """Return the value at x of the packed curve with the index `curve`."""
     piece, offset, _ = _piece(curves, curve, x)
     c0, c1, c2, c3 = curves.cubic[piece].tolist()
     return float(((c3 * offset + c2) * offset + c1) * offset + c0)
 
 
 def curve_slope(curves: Curves, curve: int, x: float) -> float:
-    """Return the derivative of a packed curve at x; 0 beyond its ends."""
+    """Return the derivative at x of the packed curve with the index `curve`; 0 beyond its ends."""
     piece, offset, within = _piece(curves, curve, x)
     _, c1, c2, c3 = curves.cubic[piece].tolist()
     return float((3.0 * c3 * offset + 2.0 * c2) * offset + c1) if within else 0.0
