@@ -15,8 +15,8 @@ and its dual in S hold, and [R I; I S] >= 0. With P = [A; C1] and E = [I; 0], th
 upper left corner are P R E' + E R P' in continuous time and P R P' - E R E' in discrete time.
 
 The solver gets a smaller problem: a Schur complement removes the last block row, and the
-inequalities are divided by gamma. With R' = R/gamma, S' = S/gamma, d = 1/gamma and m >= d^2,
-maximise d subject to
+inequalities are divided by gamma. Let R' = R/gamma and S' = S/gamma (at all other matrices, ' is a
+transpose), d = 1/gamma, and a scalar m >= d^2. The solver maximises d subject to
 
     N_R' [ L(R')   M(R')'    ] N_R + m N_R' [B1; D11] [B1; D11]' N_R < 0,
          [ M(R')   Q(R') - I ]

@@ -2,9 +2,10 @@
 
 With M = I and N(r) = I - Y(r) X in thesis (5.63), the map from the closed loop's inequality to
 (5.62) is constant. The rates of r then occur only as Y' in the second diagonal block of (5.62);
-Apkarian and Adams (1998) call these controllers practically valid. D is any matrix with
-|D11 + D12 D D21| < gamma. W is the lower right block of (5.62), which a Schur complement removes,
-and [L1 L2] the row to the left of W. V = -W^-1, E = [0; D12], F = [D21'; 0]:
+Apkarian and Adams (1998) call these controllers practically valid. The controller's direct term D
+is any matrix with |D11 + D12 D D21| < gamma. Its other matrices follow by (5.63) from A^, B^ and
+C^. W is the lower right block of (5.62), which a Schur complement removes, and [L1 L2] the row to
+the left of W. With V = -W^-1, E = [0; D12] and F = [D21'; 0]:
 
     A^ = -A' - C2' D' B2' + L2' W^-1 L1        makes the remaining off-diagonal block zero; two
                                                inequalities remain, one in C^ and one in B^

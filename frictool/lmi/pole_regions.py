@@ -5,6 +5,8 @@
     half-plane of poles   p = (s + decay) T    Re p < 0      Re s < -decay
     disc of poles         p = (s - c)/r        abs(p) < 1    abs(s - c) < r
 
+c and r are centre and radius of a disc, and decay is the least decay rate of the poles.
+
 A norm that is bounded on the boundary of the region, with every pole inside it, is also bounded on
 the imaginary axis or the unit circle (maximum modulus). A single inequality in p therefore
 guarantees two properties: every pole is inside the region, and the norm is below its bound.

@@ -1,8 +1,11 @@
 """Gains of a switched observer that bound the effect of the model error on its estimate.
 
-Theorem 6.2.1 gives the bound. The error e in mode i at sample k follows
+Theorem 6.2.1 of the thesis gives the bound. The error e in mode i at sample k follows
 
     e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k),    z(k) = C-bar_i e(k)        (6.5)
+
+A_i, C_i and Q_i are matrices of the model (`ObserverMode`), L_i the gains, Delta the model error,
+and z the weighted error.
 
 The inequalities for every allowed switch from mode i at k to mode j at k+1 are, with P_i > 0, V_i =
 L_i' P_i and the requested decay lambda (in the printed (6.6), lambda = 1):

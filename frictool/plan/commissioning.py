@@ -9,6 +9,8 @@
         for exact values only           strokes again, with half of the interval widths
         for no plant          no test; no controller meets the specification
 
+The indented rows are the results of this search: for which plants it finds a controller.
+
 Each test respects the limits of the bench for every axis within the a-priori ranges, so that it is
 safe before any parameter is identified. After a log, identified intervals replace the bench's
 ranges in the design of the next test.

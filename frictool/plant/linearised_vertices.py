@@ -5,8 +5,9 @@
                   (1 - dJ/J0)/J0; products are kept                                       (5.49)
     first_order   (p0 + dp - p0 dJ/J0)/J0 for p = K, sigma_v, F_c                         (5.50)
 
-p0 is the value at the centre and dp = p - p0. Two misprints of the thesis are corrected: (5.49)
-lacks a factor 1/m, and the 1 in A_m of (5.50) belongs in A_0.
+linear_axis.py defines the rates k, s, f and the parameters K, J, sigma_v, F_c. p0 is the value at
+the centre and dp = p - p0. Two misprints of the thesis are corrected: (5.49) lacks a factor 1/m,
+and the 1 in A_m of (5.50) belongs in A_0.
 
 `first_order` is affine in the parameters, `exact` in the rates (k, s, f). For a fixed J the rates
 fill a box. As J varies, each corner of the box moves along a straight line. The hull of the exact

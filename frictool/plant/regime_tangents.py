@@ -5,7 +5,8 @@ the first knee speed v_1 and s_k above knee k, as in figure 4.10. Regime k has t
 
     F_c(k) + s_k |v|      with F_c(k) = F_c - sum over the knees i <= k of (s_i - s_(i-1)) v_i
 
-With one knee and s_0 = 0 this is (31): F_c(rho) = F_c - s v_lim rho, s(rho) = s rho, rho in {0, 1}.
+With one knee at the speed v_lim and s_0 = 0, this is annex (31): F_c(rho) = F_c - s v_lim rho,
+s(rho) = s rho, rho in {0, 1}.
 The polytope contains every rho in [0, 1]. F_c(k) may be negative: it is the intercept of a tangent,
 not a friction (5.4.2).
 """

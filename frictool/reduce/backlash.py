@@ -1,9 +1,9 @@
 """Backlash reflected to the actuator and to the sensor (thesis 2.1.5).
 
-A backlash of width rho at block b has the width rho/|q_b'/q_s'| at the source s: a millimetre
-behind a reducer is several turns of the motor. Widths in series are added; of parallel paths, the
-widest is used. While the backlash is open, only the blocks between the source and the backlash
-move, against the friction of these blocks (thesis (4.45)).
+A backlash of width rho at block b has the width rho |q_s'/q_b'| at the source s; q_b' and q_s' are
+the speeds of b and s. Widths in series are added; of parallel paths, the widest is used. While the
+backlash is open, only the blocks between the source and the backlash move, against the friction of
+these blocks (thesis (4.45)).
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Replacement of a controller's slowest pole by an integrator or by a stable pole.
 
 With an integrator (thesis 5.4.3.1) the static error vanishes. A stable pole is needed if the
-optimal controller has a slow pole just outside the stability limit. At frequencies far above |p|,
-r/(s - p) is close to r/s: the pole p is moved with unchanged residue r, and the loop is verified
-again. The slow pole is usually the pole of W2, which the controller inherits from the weighted
-plant.
+optimal controller has a slow pole just outside the stability limit. A pole p with the residue r
+contributes r/(s - p), which is close to r/s at frequencies far above |p|. The pole is therefore
+moved with an unchanged residue, and the loop is verified again. The slow pole is usually the pole
+of W2, which the controller inherits from the weighted plant.
 """
 
 from __future__ import annotations

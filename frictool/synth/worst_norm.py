@@ -3,6 +3,7 @@
     T = P11 + P12 K/(1 - P22 K) P21
     sigma = u^H T v        dsigma = Re(u^H P12 P21 v dK/(1 - P22 K)²)
 
+P11 to P22 are the blocks of the generalised plant, K is the controller, and T the closed loop.
 sigma is the largest singular value, u and v are its singular vectors. With one measurement and one
 control, K is a complex number at each frequency, so that thousands of responses are evaluated at
 once. The sensitivity S = 1/(1 - P22 K) is the special case P11 = P21 = 1 and P12 = P22.

@@ -2,7 +2,7 @@
 
     eta ──▶ controller ──▶ drive ──▶ delay ──▶ axis ──▶ position
 
-The loop gain L is the transfer from eta, the input of the controller, to the position. The axis has
+The loop gain L is the transfer from eta, the position error, to the position. The axis has
 viscous friction only, as in the verified loops (verify/feedback_loops.py).
 """
 

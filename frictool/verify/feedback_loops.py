@@ -9,14 +9,16 @@ position x and speed v:
     with a proportional law, v_c = K_p (r - x)     drive = C(z) (F(z) m - K_p x), and
                                                    C(z) (1 + K_p T z/(z - 1)) eta
 
-F is the velocity block. If an observer estimates the speed (verify/observer_loop.py), F m is the
+C is the linear controller, F the velocity block, K_p the law's gain, r the position reference, and
+v_c the speed reference. If an observer estimates the speed (verify/observer_loop.py), F m is the
 observer's estimate from m and from the drive. The path from the drive to the observer is then part
 of the controller: the loop is opened after controller and observer.
 
 A proportional law is linear and gives a second, outer loop; both loops are checked. In a loop that
 feeds back the speed only, the position is not a state. A square-root law, a limiter and friction
 compensation are nonlinear and not part of any loop. The virtual friction of a limiter has a
-separate loop near standstill, with the largest slope F_cv/v_r of the friction.
+separate loop near standstill, with the largest slope F_cv/v_r of the friction (F_cv: virtual
+Coulomb friction, v_r: virtual speed).
 
     L(z) = -(transfer from the commanded to the requested drive),  sensitivity 1/(1 + L)
 """

@@ -1,7 +1,7 @@
 """Gain, phase, delay and modulus margins of the sampled loop with one plant.
 
-L(z) = C(z) P(z) z^-d, u = C eta and eta = s - position. The margins are the smallest changes for
-which L passes through -1:
+L(z) = C(z) P(z) z^-d is the loop gain of the controller C, the plant P and a delay of d samples,
+and S = 1/(1 + L). The margins are the smallest changes for which L passes through -1:
 
     gain      k L = -1             factors k > 1 and k < 1, at the frequencies where L is real
                                    and negative

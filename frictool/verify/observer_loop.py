@@ -5,6 +5,8 @@
     u[k] ───────────────────────▶┘   u ─▶ delay ─▶ lag ─▶ mean effort, as the observer
                                      models it
 
+y is the measured position, u the drive, T the period, and v^ the estimated speed.
+
 The observer uses only the difference of measured and estimated position. A common shift of both
 positions is therefore not a state of the speed loop.
 

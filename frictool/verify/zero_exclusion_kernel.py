@@ -9,12 +9,13 @@ Half the unit circle is z = (q + p)/(q - p) with p = i t, q = 1 in chart 0 and p
 
 A plant is described by kappa = (actuator's constant) T^2/J, sigma = (viscous friction) T/J and
 phi = (Coulomb friction) T^2/J, with the period T and the inertia J. exponential_enclosure.py
-defines h_1, h_2, a and b. With all denominators multiplied out, d samples of delay and
+defines h_0, h_1, h_2, a, b and e. With all denominators multiplied out, d samples of delay and
 
     B = h_1 Q + 2 p h_2,    G = E B - 2 p (h_1 a Q + H b)      (G = B without lag)
     K = A E Z^d,            M = kappa N Q^(d + 1)
 
-the characteristic polynomial is D = 2 p H K + M G, and the entries of T are those below over D:
+the characteristic polynomial is D = 2 p H K + M G. The closed-loop matrix (T in the docstrings
+below; T in the table is the period) has these entries, divided by D and multiplied by the weights:
 
     from        X            e of a position   e of a speed                              eta
     reference   2 p H        K X               -                                         -M G
@@ -24,9 +25,9 @@ the characteristic polynomial is D = 2 p H K + M G, and the entries of T are tho
 
     u = N E Z^d X        i = (1 - e) N Q^(d + 1) X      (N Q^d X without lag)
 
-times the weights. If the loop feeds back a speed, T has one entry only: e of a position from the
-reference, the sensitivity. A measured speed with the numerator N_v adds, with the filter of the
-speed within A,
+If the loop feeds back a speed, the matrix has one entry only: e of a position from the reference,
+the sensitivity. A measured speed with the numerator N_v adds, with the filter of the speed within
+A,
 
     2 p kappa N_v Q^(d + 1) V,    V = (h_1 E - 2 p a)/T
 

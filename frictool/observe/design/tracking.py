@@ -4,7 +4,9 @@
                 x'' = (effort + d)/J, d' = 0:
                 L1 = 1 - p^3      L2 = 3/2 (1 - p)^2 (1 + p)/T      L3 = J (1 - p)^3/T^2
     bandwidth   w = RATE sqrt(delta_a/step), at most 1/T
-                delta_a = (spread of inertia x largest effort + spread of friction + noise)/J
+                delta_a = ((spread of inertia) (largest effort) + spread of friction + noise)/J
+
+w is the bandwidth, T the period, J the inertia, x the position, and d the disturbance effort.
 
 The observer is for coarse encoders. An error delta_a of the acceleration causes a speed error of
 about delta_a/w, until the disturbance estimate compensates it. An innovation of one encoder step

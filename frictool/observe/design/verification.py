@@ -1,8 +1,9 @@
 """Verification of a switched observer from its stored gains, before the document is written.
 
-The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (thesis 6.5). For
-every sequence of allowed switches, the inequalities guarantee two properties. With Delta = 0, each
-sample multiplies e' P_i e by at most lambda^2. From zero error, |z| <= gamma |Delta|.
+The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (thesis 6.5):
+Delta is the model error, and z the weighted error (lmi/switched_observer_gains.py). For every
+sequence of allowed switches, the inequalities guarantee two properties. With Delta = 0, each sample
+multiplies e' P_i e by at most lambda^2. From zero error, |z| <= gamma |Delta|.
 
 The verification simulates the recursion, independently of the inequalities, with every allowed
 switch, every pair of modes that may alternate, and random allowed sequences. The disturbances are

@@ -9,10 +9,11 @@
     zones            dry_d,z = w_z
 
 Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
-the zone z. parameter_restriction.py and filter_bank.py define the prior of the other parameters
-(docs/theory/wear_kinds.md). Each dry_d,z has the additional standard deviation ROUGH, the usual
-accuracy of a model's position-dependent friction. With a common factor for the actuator's constant,
-a wrong constant does not look like wear.
+the zone z; w, w_d and w_z are factors of wear, and a is an added friction. parameter_restriction.py
+and filter_bank.py define the prior of the other parameters (docs/theory/wear_kinds.md). Each
+dry_d,z has the additional standard deviation ROUGH, the usual accuracy of a model's
+position-dependent friction. With a common factor for the actuator's constant, a wrong constant does
+not look like wear.
 
 The evidence of a kind (bayesian_evidence.py) is the probability density of the data, integrated
 over the parameters. A kind of wear is reported if its log evidence exceeds that of `none` by
