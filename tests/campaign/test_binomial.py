@@ -87,3 +87,12 @@ def test_how_many_draws_would_show_a_rate_is_the_least_number_that_does() -> Non
     assert lower(int(0.97 * needed + 1e-9), needed) >= 0.95
     assert draws_to_show(0.95, 0.95) is None
     assert draws_to_show(1.0, 1.0) is None
+
+
+def test_up_to_2_to_the_40_draws_are_told() -> None:
+    """About 0.676 / d^2 draws show a rate of 1/2 where 1/2 + d of them pass."""
+    found = draws_to_show(0.5, 0.5 + 9.05e-7)
+    assert found is not None
+    assert 1 << 39 < found <= 1 << 40
+    assert found == pytest.approx(stats.norm.ppf(0.95) ** 2 / 4.0 / 9.05e-7**2, rel=1e-3)
+    assert draws_to_show(0.5, 0.5 + 5e-7) is None

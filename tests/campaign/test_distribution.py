@@ -163,3 +163,10 @@ def test_a_broken_requirement_is_counted() -> None:
     found = distribution(made, 0, "random")
     assert (found.met, found.broken, found.undecided) == (1, 2, 1)
     assert np.count_nonzero(made.met == BROKEN) == 2
+
+
+def test_one_draw_bounds_the_share_that_a_single_value_bounds() -> None:
+    """P(F(x) >= p) = 1 - p for a uniform F(x): at a confidence of 60 % one value bounds 40 %."""
+    assert rank(1, 0.39, 0.6, "random") == 1
+    assert rank(1, 0.41, 0.6, "random") is None
+    assert rank(0, 0.39, 0.6, "random") is None

@@ -170,3 +170,13 @@ def test_a_share_has_no_unit(unit: float) -> None:
 
 def _sign(v: Array, factor: int) -> Array:
     return np.asarray(2.0 * v[:, factor] - 1.0)
+
+
+def test_the_scores_of_ranks_with_ties_are_orthogonal_and_have_no_mean() -> None:
+    values = np.concatenate((np.zeros(30), np.arange(10.0), [np.inf] * 5))
+    location, spread = scores_of(values)
+    assert location.mean() == pytest.approx(0.0, abs=1e-12)
+    assert spread.mean() == pytest.approx(0.0, abs=1e-12)
+    assert location @ spread == pytest.approx(0.0, abs=1e-12)
+    assert np.all(np.diff(location[30:40]) > 0.0)
+    assert np.unique(location[:30]).size == np.unique(location[40:]).size == 1

@@ -120,3 +120,11 @@ def test_a_measured_drive_at_its_limit_is_found_beside_its_noise(
 ) -> None:
     drive = np.where(TIME < 0.5 - 1e-9, 50.0, 20.0) + noise(seed, deviation)
     assert measured_saturation(TIME, drive, 50.0, deviation) == pytest.approx(0.5, rel=0.06)
+
+
+def test_half_a_sample_is_tolerated_at_the_end_of_the_window_of_energy() -> None:
+    """Four samples of 1/4 s hold for 1 s; a window of 1.125 s ends half a sample behind it."""
+    time = 0.25 * np.arange(4)
+    drive = np.array([1.0, 2.0, 0.0, -2.0])
+    assert energy(time, drive, 1.125) == pytest.approx(9.0 / 4.0)
+    assert isinstance(energy(time, drive, 1.1251), str)

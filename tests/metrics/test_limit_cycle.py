@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.metrics.limit_cycle import LEAST_HOLD, limit_cycle
+from frictool.metrics.reversals import turning_points
 from frictool.typing import Vector
 from studies.rigs.step_responses import second_order
 
@@ -123,3 +124,40 @@ def test_a_cycle_that_has_stopped_is_absent_only_after_a_wait() -> None:
     assert limit_cycle(time, stopped).amplitude == 0.0
     late = np.where(time < 28.0, hunting(time, 0.5, 4.0), 0.5)
     assert limit_cycle(time, late).amplitude == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("phase", [0.1, 0.2])
+def test_two_turns_in_a_long_hold_are_a_slow_cycle(phase: float) -> None:
+    time = clock(24.0)
+    found = limit_cycle(time, 3.0 * np.sin(2.0 * math.pi * (time / 12.0 + phase)))
+    assert found.amplitude == pytest.approx(3.0, rel=1e-6)
+    assert found.period == pytest.approx(12.0, abs=2.01 * PERIOD)
+
+
+@pytest.mark.parametrize(("frequency", "turns"), [(1.25, 4), (1.5, 6)])
+def test_three_periods_show_a_cycle_in_a_short_hold(frequency: float, turns: int) -> None:
+    time = clock(3.0)
+    position = np.sin(2.0 * math.pi * frequency * time)
+    assert len(turning_points(position[1000:], 1e-6)) == turns  # behind the first third
+    found = limit_cycle(time, position)
+    if turns < 6:
+        assert found.amplitude is None
+        assert found.reason.startswith("held for 3 s only")
+    else:
+        assert found.amplitude == pytest.approx(1.0, rel=1e-4)
+        assert found.period == pytest.approx(1.0 / frequency, abs=2.01 * PERIOD)
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.3])
+def test_an_axis_that_turned_twice_has_ended_if_it_rests_behind(drift: float) -> None:
+    """It turns at 12 s and 13 s, and drifts in the second half of a hold of 30 s, or does not."""
+    time = clock(30.0)
+    levels = [0.0, 0.0, 1.0, 0.0, 1.0, 1.0 + drift]
+    found = limit_cycle(time, np.interp(time, [0.0, 11.0, 12.0, 13.0, 15.0, 30.0], levels))
+    if drift == 0.0:
+        assert found.amplitude == 0.0
+    else:
+        assert found.amplitude is None
+        assert "moves by 1.3 after the first 10 s of the hold and turns less and less" in (
+            found.reason
+        )

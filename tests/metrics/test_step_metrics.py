@@ -250,3 +250,20 @@ def test_metrics_do_not_depend_on_units_origin_or_clock(
     )
     mirrored = oscillations(-moved, -origin, -target)
     assert mirrored == oscillations(moved, origin, target)
+
+
+@pytest.mark.parametrize(("swing", "count"), [(1.5, 0), (2.5, 2), (30.0, 2)])
+def test_a_reversal_returns_by_more_than_two_sensor_steps(swing: float, count: int) -> None:
+    """The step of 100 sensor steps; 30 of them lie beyond the zone, in which turns count."""
+    step = 0.5
+    position = step * np.array([0.0, 50.0, 100.0, 100.0 - swing, 100.0, *[100.0] * 200])
+    assert reversals(position, 0.0, 100.0 * step, step) == count
+
+
+def test_an_axis_within_the_zone_responds_at_once_or_behind_the_last_sample_outside() -> None:
+    time = 0.1 * np.arange(50)
+    there = np.full(50, 2.0)
+    assert response_time_95(time, there, 0.0, 2.0) == 0.0
+    once = there.copy()
+    once[7] = 1.8
+    assert response_time_95(time, once, 0.0, 2.0) == pytest.approx(0.8)

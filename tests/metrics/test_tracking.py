@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.metrics.reference_motion import find_motions
+from frictool.metrics.reference_motion import MIN_SAMPLES, find_motions
 from frictool.metrics.settling_after_profile import NO_REST, settling_after_profile
 from frictool.metrics.tracking_error import tracking_error_peak, tracking_error_rms
 
@@ -66,3 +66,15 @@ def test_an_axis_that_stays_outside_never_settles() -> None:
 def test_a_reference_without_rest_has_no_settling_time() -> None:
     assert settling_after_profile(TIME, np.sin(TIME), np.sin(TIME), 0.1, 0.0) == NO_REST
     assert settling_after_profile(TIME, np.zeros(5000), np.zeros(5000), 0.1, 0.0) == NO_REST
+
+
+@pytest.mark.parametrize("rest", [MIN_SAMPLES - 1, MIN_SAMPLES])
+def test_a_rest_of_enough_samples_divides_a_motion(rest: int) -> None:
+    ramp = np.arange(100) / 100.0
+    reference = np.concatenate((ramp, np.full(rest - 1, 1.0), 1.0 + ramp, np.full(200, 2.0)))
+    found = find_motions(reference)
+    turn = 100
+    if rest < MIN_SAMPLES:
+        assert found == ((0, turn + rest - 1 + 100),)
+    else:
+        assert found == ((0, turn), (turn + rest - 1, turn + rest - 1 + 100))
