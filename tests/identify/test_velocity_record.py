@@ -21,6 +21,7 @@ from frictool.identify.identification import NothingIdentified, identify_records
 from frictool.identify.methods import METHODS, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record, velocity_record
 from frictool.identify.regression.newey_west import newey_west
+from frictool.identify.regression.regression import SingularRegressors
 from frictool.identify.rows.smoothing import acceleration_filter, acceleration_response, bump
 from frictool.plant.axis import AxisParameters, rest
 from studies.command_line import run as command
@@ -231,3 +232,30 @@ def test_the_curve_of_known_friction_is_found() -> None:
 
 def replace_mechanics(bench: Bench, mechanics: object) -> Bench:
     return msgspec.structs.replace(bench, mechanics=mechanics)
+
+
+@pytest.mark.parametrize("reach", [0, 3])
+def test_the_deviation_of_a_mean_is_the_sum_of_its_weighted_autocovariances(reach: int) -> None:
+    """Newey and West: weights 1 - lag/(reach + 1), and n/(n - p) for the lost degree of freedom."""
+    n = 50
+    residual = np.random.default_rng(1).standard_normal(n)
+    residual -= residual.mean()
+    weights = 1.0 - np.abs(np.arange(-reach, reach + 1)) / (reach + 1.0)
+    products = [
+        float(residual[max(lag, 0) : n + min(lag, 0)] @ residual[max(-lag, 0) : n - max(lag, 0)])
+        for lag in range(-reach, reach + 1)
+    ]
+    variance = float(weights @ products) / n**2 * n / (n - 1.0)
+    found = newey_west(5.0 * np.ones((n, 1)), residual, reach)
+    assert found == pytest.approx([np.sqrt(variance) / 5.0], rel=1e-12)
+
+
+def test_dependent_regressors_are_refused_with_their_condition() -> None:
+    turn = np.linspace(0.0, 6.0, 40)
+    columns = np.column_stack((np.cos(turn), np.cos(turn) + 1e-13 * np.sin(turn)))
+    unit = columns / np.linalg.norm(columns, axis=0)
+    expected = np.linalg.cond(unit)
+    with pytest.raises(SingularRegressors, match=r"dependent \(condition \S+\)") as refused:
+        newey_west(columns, np.ones(40), 2)
+    told = float(str(refused.value).split()[-1].rstrip(")"))
+    assert told == pytest.approx(expected, rel=0.1)
