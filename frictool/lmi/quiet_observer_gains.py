@@ -55,7 +55,11 @@ INSIDE, FASTER = (
 
 @dataclass(frozen=True)
 class QuietGains:
-    """Gains with the P_i that prove their gamma; noise_gain: smallest nu that these P_i prove."""
+    """Gains with matrices P_i that prove two bounds.
+
+    gains: gains, P_i, and the bound gamma that they prove. noise_gain: smallest bound nu of the
+    noise that P_i prove.
+    """
 
     gains: SwitchedGains
     noise_gain: float

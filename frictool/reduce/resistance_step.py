@@ -35,6 +35,7 @@ class IrreversibilityMargin:
     """Smallest margin [N m | N] by which friction holds the load; negative if the load moves.
 
     position: position of the smallest margin [rad | m].
+    share: fraction of the positions at which friction holds the load.
     """
 
     margin: float

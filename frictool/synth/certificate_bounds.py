@@ -34,7 +34,7 @@ MOST_SLACK = 1e6  # above this slack, no proof is tried
 
 
 def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedBound, ...]]:
-    """Return the certificate of a loop's norm and largest sensitivity for all plants of the box.
+    """Return the certificate of a loop's norm and largest sensitivity, for the intervals `box`.
 
     The second result contains the proved bounds with their numbers of cells, or the reason why a
     bound is not proved. Raises NoSolutionError if the loop is unstable for a plant of the box. The

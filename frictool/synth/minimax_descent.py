@@ -141,9 +141,10 @@ class MinimaxDescent:
         return here
 
     def _step(self, here: DescentPoint, box: float) -> tuple[Vector, float]:
-        """Return the proposed parameters within the box and their predicted norm.
+        """Return proposed parameters and their predicted norm.
 
-        The prediction is the largest gain on the finite set.
+        Scaled parameters change by at most `box`. The prediction is the largest gain on the finite
+        set.
         """
         structure = self.structure
         low, high = structure.limits()

@@ -23,7 +23,7 @@ def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
 
 
 def check_box(controller: Controller) -> None:
-    """Check that the box contains every vertex of the document and the bench's intervals.
+    """Check that the document's parameter intervals contain its vertices and the bench's intervals.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def check_box(controller: Controller) -> None:
 
 
 def check_corners(controller: Controller) -> None:
-    """Check that every corner of the certificate's box is a vertex of the document.
+    """Check that every corner of the certificate's parameter intervals is a vertex of the document.
 
     A document without a certificate passes.
 

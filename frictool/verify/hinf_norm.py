@@ -107,7 +107,7 @@ def _first_looks(system: Lti) -> NDArray[np.float64]:
 
 
 def _ends(system: Lti) -> NDArray[np.float64]:
-    """Return the ends of the frequency axis [rad/s]; the level must exceed the gains there."""
+    """Return the ends of the frequency axis [rad/s]."""
     return np.array([0.0, np.pi / system.period if system.period else np.inf])
 
 

@@ -39,7 +39,7 @@ class WorstPlant:
 
 
 def interior_points(box: Box, count: int, seed: int) -> tuple[PlantPoint, ...]:
-    """Return `count` points spread evenly inside the box.
+    """Return `count` plants spread evenly inside the parameter intervals `box`.
 
     The points are a Halton sequence shifted by a random vector (Cranley and Patterson, 1976).
     """
@@ -76,7 +76,7 @@ def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
 def worst_inside(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], vertices: Sequence[PlantPoint]
 ) -> tuple[WorstPlant, WorstPlant]:
-    """Return the worst plant of the vertices, and the worst plant inside the box.
+    """Return the worst plant of the vertices, and the worst plant between the vertices.
 
     Inside the box, POINTS scattered plants are evaluated first; a local search then starts at the
     worst of these plants and the vertices.
@@ -91,7 +91,7 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, the largest inside, and the latter's plant.
+    """Return the largest sensitivity at the vertices; that between them, with its plant.
 
     Inside the box, POINTS scattered plants are evaluated.
     """
@@ -124,7 +124,7 @@ def worst_norm(
 def searched(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], box: Box, start: WorstPlant
 ) -> WorstPlant:
-    """Return the worst plant of a coordinate search that starts at `start` and stays in the box."""
+    """Return the worst plant of a coordinate search from `start` within the intervals `box`."""
     low, high = (np.array([box[name][side] for name in NAMES]) for side in (0, 1))
     width = np.where(high > low, high - low, 1.0)
     at = np.clip((np.array([getattr(start.point, name) for name in NAMES]) - low) / width, 0.0, 1.0)

@@ -122,7 +122,7 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
 
 
 def recheck(controller: Controller) -> None:
-    """Check box, stability and margins at every vertex, before the coefficients are used.
+    """Check intervals, stability and margins at every vertex, before the coefficients are used.
 
     Raises
     ------
@@ -155,7 +155,7 @@ def _differences(controller: Controller) -> tuple[FigureDifference, ...]:
 
 
 def computed_figures(controller: Controller) -> Verified:
-    """Compute the figures of `verified` that need no solver, at the corners of the box."""
+    """Compute the figures of `verified` that need no solver, at the corners of the intervals."""
     verified = controller.verified
     loops = loops_of(controller, corner_points(box_of(controller)))
     vertices = tuple(loops.vertex(point) for point in loops.points)
@@ -204,7 +204,7 @@ def needs_search(controller: Controller) -> bool:
 
 
 def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:
-    """Return the figures inside the box; None if the document needs none and has none."""
+    """Return the figures between the vertices; None if the document needs none and has none."""
     known = controller.verified.robustness
     if known is None and (controller.certificate is None or not needs_search(controller)):
         return None

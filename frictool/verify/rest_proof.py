@@ -31,7 +31,7 @@ BRAKING_SHARE = 0.5  # disturbance while the axis stops, relative to the least f
 
 
 def prove_rest(controller: Controller, certificate: Certificate) -> RestProof | None:
-    """Return the proof of rest for every plant of the certificate's box; None without a band.
+    """Return the proof of rest for every plant of the certificate; None for a law without a band.
 
     The proof uses the document only, so that `verify` can repeat it.
     """
@@ -47,7 +47,7 @@ def prove_rest(controller: Controller, certificate: Certificate) -> RestProof | 
 
 
 def least_friction(controller: Controller, box: Box) -> float:
-    """Return the smallest friction [N m | N] of the box, including friction inside the backlash.
+    """Return the smallest friction [N m | N] of all plants in `box`, also inside the backlash.
 
     The friction inside the backlash is proportional to the axis's friction, as in the simulation.
     No breakaway is below the Coulomb friction.

@@ -52,9 +52,10 @@ ROUNDING = Fraction(1, 1 << 53)
 
 @dataclass(frozen=True)
 class ProvedBound:
-    """Proved bound: for every constant plant of the box the loop is stable and `of` < `below`.
+    """Proved bound: for all constant plants of a certificate the loop is stable and `of` < `below`.
 
-    of: quantity, norm or sensitivity. cells: number of cells in the proof.
+    of: quantity, norm or sensitivity. cells: number of cells (intervals of frequency and plant) in
+    the proof.
     """
 
     of: Literal["norm", "sensitivity"]

@@ -119,7 +119,7 @@ class KernelWorkspace(NamedTuple):
 
 
 class LoopTerms(NamedTuple):
-    """Taylor forms of the module's formulas over a cell.
+    """Taylor forms of the module's formulas in a cell: intervals of t, kappa and sigma.
 
     two_p, big_q: 2 p, Q. hold: H. poles: 2 p H, or H if the position is free. lag: E. axis: B.
     kept: K. moved: M G, with the measured speed. looped: M. entering: N E Z^d. driving:
@@ -188,7 +188,7 @@ def inverse_inertia(
 
 @kernel
 def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
-    """Return a form that is an upper bound of phi for every plant with these kappa and sigma.
+    """Return an upper bound, as a form, of phi for every plant with these kappa and sigma.
 
     alpha has three upper bounds: the upper end of its interval, kappa/(least drive), and
     sigma/(least viscous rate). The bound that is smallest in the middle of the cell is used.
@@ -233,7 +233,7 @@ def _span(low: float, high: float) -> tuple[float, float]:
 def loop_terms(
     loop: KernelLoop, box: KernelBox, chart: int, cell: Vector, space: KernelWorkspace
 ) -> LoopTerms:
-    """Return the terms of the loop over a cell (6,): ends of t, kappa and sigma - middle."""
+    """Return the terms of the loop in a cell (6,): intervals of t, kappa and sigma - middle."""
     t, dt = _span(cell[0], cell[1])
     k, dk = _span(cell[2], cell[3])
     x, dx = _span(cell[4], cell[5])
@@ -381,7 +381,7 @@ def _write_column(
 
 @kernel
 def enclose_responses(loop: KernelLoop, at: LoopTerms, space: KernelWorkspace) -> float:
-    """Write the parts of T over a cell into `space`; return the norm of the remainder.
+    """Write the parts of T in a cell into `space`; return the norm of the remainder.
 
     T has the rows e, i, u and eta, and the columns reference, friction and noise, as far as they
     have weights. The remainder is infinite if the enclosure of D contains zero.
@@ -416,7 +416,7 @@ def explore(
     most: int,
     at: Vector,
 ) -> tuple[int, int]:
-    """Divide the cell `start` (6,) in one chart as needed; return outcome and number of cells.
+    """Divide the cell `start` (6,) until a bound is proved; return outcome and number of cells.
 
     PROVED: D is not zero and the norm of T is below `level` for every plant of the box in the cell.
     VIOLATED: the norm reaches `level`, in doubles, at the t, kappa and sigma written into `at`
