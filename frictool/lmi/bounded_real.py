@@ -179,7 +179,10 @@ class BoundedRealInequalities:
         )
 
     def free(self) -> list[AffineConstraint]:
-        """Return the inequalities for the unknowns (R', S', d, m); d = 1/gamma, m >= d^2."""
+        """Return the inequalities for the unknowns (R/gamma, S/gamma, d, m).
+
+        d is 1/gamma, and m a scalar with m >= d^2.
+        """
         count = 2 * self.half + 2
         inequalities = [self._coupling(count, None)]
         for start, (fixed, coefficients, entering) in self.reduced:

@@ -115,7 +115,10 @@ def estimate_along(
 
 
 def _wear(time: Vector, known: list[tuple[int, WearEstimate]]) -> Matrix:
-    """Return value, low, high (3, n) of the wear at each sample."""
+    """Return value, low, high (3, n) of the wear at each sample of a block.
+
+    known: pairs (index of a sample, wear estimate that applies from this sample).
+    """
     counts = np.diff([*(start for start, _ in known), time.size])
     values = np.array(
         [[one.wear.value, one.wear.low, min(one.wear.high, UNBOUNDED)] for _, one in known]

@@ -276,7 +276,7 @@ def _compliance(
 
 
 def _backlash(one: Connection, frame: CoordinateFrame, stated: Backlash | None) -> Backlash | None:
-    """Return the full width at the second end, with the interval of the document."""
+    """Return the backlash's full width at the link's second end, with the document's interval."""
     if stated is None:
         return None
     width = frame.width(scaled(stated.width, 2.0 * one.gap / stated.width.value, ""))

@@ -231,7 +231,7 @@ def _with_feedforward(
 
 
 def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Vector]:
-    """Return the measured position and drive (m,) of ramps, from rest at the lower turn.
+    """Return the measured position and drive (m,) of ramps, from rest at the lower turning point.
 
     m is at most the number of rows.
     """

@@ -50,7 +50,7 @@ class PlacementVariable:
         return self.around * self.period if self.period else self.around
 
     def polynomials(self, plant: Lti) -> tuple[Vector, Vector]:
-        """Return A (monic, degree n) and B (degree below n) of a strictly proper SISO plant.
+        """Return A (monic, degree n) and B (degree below n) of a strictly proper SISO plant B/A.
 
         A and B are coefficients of the powers of x, the highest power first.
         """

@@ -143,7 +143,8 @@ class _WeightRules:
     def _least_amplitude(self, error: FirstOrderWeight) -> float:
         """Return the amplitude A at which the noise of one count alone reaches the limit of W2.
 
-        For a position loop A is step/e_stat, for a speed loop M_mod z2 step; step is the encoder's.
+        For a position loop A is step/e_stat, for a speed loop M_mod z2 step: step is the encoder's
+        step, e_stat the static error, M_mod the modulus margin, and z2 the bandwidth.
         """
         step = self.model.bench.encoder.resolution
         margin = error.gain * error.pole / error.zero

@@ -37,7 +37,10 @@ SHOWN, MOVED, DRIVEN = "shown", "motion", "u"
 
 @dataclass(frozen=True)
 class ObserverSpeed:
-    """Linear observer; inputs: m [rad/s | m/s] and u [A | V]; output: minus the estimated speed.
+    """Linear observer with the output minus the estimated speed.
+
+    Its inputs are minus the difference quotient of the position [rad/s | m/s] and the drive
+    [A | V].
 
     `mode` is the name of the mode in messages, empty if the observer has only one mode.
     """
@@ -116,7 +119,7 @@ def _tracking(observer: Observer, hold: Held) -> Lti:
 def _switched(
     observer: Observer, hold: Held, coupling: float, gains: tuple[float, float, float]
 ) -> Lti:
-    """Return the system of one mode; its output is the speed before this sample's correction."""
+    """Return the system of one mode; output: minus the speed estimate before the correction."""
     period, (one, two, three) = observer.sample_period_s, gains
     rate = hold(period / observer.inertia.value)
     viscous = observer.friction.viscous

@@ -177,7 +177,7 @@ def computed_figures(controller: Controller) -> Verified:
 def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Rounded, ...]:
     """Return the number formats that the loop tolerates.
 
-    Within TOLERANCE of the limit, these are the formats that the document lists.
+    If a figure is within TOLERANCE of its limit, the list of the document decides.
     """
     listed = {one.number for one in verified.rounded}
     differences = []

@@ -99,9 +99,10 @@ class KernelLoop(NamedTuple):
 
 
 class KernelBox(NamedTuple):
-    """Plants with alpha = T^2/J in `inverse`, kappa/alpha in `drive`, sigma/alpha in `viscous`.
+    """Intervals of the plants' parameters, rounded outward; T is the period, J the inertia.
 
-    `friction` is the largest phi/alpha. The intervals are rounded outward.
+    inverse: T^2/J. drive: actuator's constant. viscous: (viscous friction)/T. friction: largest
+    Coulomb friction.
     """
 
     inverse: tuple[float, float]
@@ -383,8 +384,9 @@ def _write_column(
 def enclose_responses(loop: KernelLoop, at: LoopTerms, space: KernelWorkspace) -> float:
     """Write the parts of T in a cell into `space`; return the norm of the remainder.
 
-    T has the rows e, i, u and eta, and the columns reference, friction and noise, as far as they
-    have weights. The remainder is infinite if the enclosure of D contains zero.
+    The closed loop T has the rows error, drive, command and eta, and the columns reference,
+    friction and noise, as far as these signals have weights. The remainder is infinite if the
+    enclosure of the characteristic polynomial contains zero.
     """
     if not at.over[4] < math.inf:
         return math.inf

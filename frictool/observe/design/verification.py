@@ -233,8 +233,8 @@ def _over_rest(
 ) -> float:
     """Return the largest growth of e' P e from the first sample of a rest to the first of a motion.
 
-    Alpha's estimate stands still in the rest. Raises NoSolutionError if the errors of position and
-    speed do not decay in a rest.
+    The estimate of the wear alpha is constant during the rest. Raises NoSolutionError if the errors
+    of position and speed do not decay in a rest.
     """
     resting = mode.a - gains[:, :1] @ mode.c[:1]
     resting[2] = (0.0, 0.0, 1.0)

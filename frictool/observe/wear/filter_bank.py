@@ -211,7 +211,8 @@ def _times(matrices: Vector, vectors: Vector) -> Vector:
 def _gain(spreads: Vector, information: Vector, noise: float) -> Vector:
     """Return the inverses (k, n, n) of 1 + P A/r; r is the noise variance `noise`.
 
-    The result times P is P'. The result's transpose, divided by r and times the innovation e, is A
-    S^-1 e with the covariance S of e.
+    P is the covariance `spreads` and A the matrix `information` of a move. The result times P is
+    the new covariance. The result's transpose, divided by r and times the innovation e, is A S^-1 e
+    with the covariance S of e.
     """
     return np.asarray(np.linalg.inv(np.eye(spreads.shape[1]) + spreads @ information / noise))

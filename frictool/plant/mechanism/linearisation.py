@@ -230,8 +230,9 @@ def _couplings(
 ) -> tuple[Matrix, Matrix, Vector, Vector]:
     """Return stretch and pull (k, n), stiffness and damping (k,) of the couplings.
 
-    stretch: stretch of each coupling per unit of q. pull: a coupling with the force f acts on the
-    blocks with the efforts -pull f. Stiffness and damping are 0 while the play is open.
+    stretch: stretch of each coupling per unit of each block's coordinate. pull: a coupling with the
+    force f acts on the blocks with the efforts -pull f. Stiffness and damping are 0 while the play
+    is open.
     """
     couplings, curves = assembled.packed.couplings, assembled.packed.curves
     count = len(couplings.a)
