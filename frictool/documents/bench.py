@@ -39,10 +39,25 @@ Budget = Annotated[int, msgspec.Meta(ge=1)]
 LineNumber = Annotated[int, msgspec.Meta(ge=0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
 Channel = Literal[
-    "time", "position", "reference", "velocity", "current", "current_command", "voltage", "effort"
+    "time",
+    "position",
+    "reference",
+    "velocity",
+    "current",
+    "current_command",
+    "voltage",
+    "effort",
+    "temperature",
 ]
 Signal = Literal[
-    "position", "reference", "velocity", "current", "current_command", "voltage", "effort"
+    "position",
+    "reference",
+    "velocity",
+    "current",
+    "current_command",
+    "voltage",
+    "effort",
+    "temperature",
 ]
 
 

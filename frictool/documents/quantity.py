@@ -11,14 +11,17 @@ import math
 import sys
 from functools import lru_cache
 from types import ModuleType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar, get_args
 
 import msgspec
 
 if TYPE_CHECKING:
     import pint
 
+    from frictool.typing import Vector
+
 Axis = Literal["rotary", "linear"]
+Number = TypeVar("Number", float, "Vector")
 
 # dimension -> SI unit of a rotary axis, SI unit of a linear axis
 SI_UNITS: dict[str, tuple[str, str]] = {
@@ -37,6 +40,9 @@ SI_UNITS: dict[str, tuple[str, str]] = {
     "time": ("s", "s"),
     "resistance": ("ohm", "ohm"),
     "inductance": ("H", "H"),
+    "temperature": ("degC", "degC"),
+    "change per kelvin": ("1/K", "1/K"),
+    "change per square kelvin": ("1/K^2", "1/K^2"),
     # dimensions of a mechanism, whose blocks can be rotary or linear
     "rotary inertia": ("kg m^2", "kg m^2"),
     "mass": ("kg", "kg"),
@@ -71,6 +77,7 @@ CHANNEL_DIMENSIONS: dict[str, str] = {
     "current_command": "current",
     "voltage": "voltage",
     "effort": "effort",
+    "temperature": "temperature",
 }
 
 
@@ -166,6 +173,10 @@ TimeEstimate = Annotated[Estimate, _of("time")]
 NonNegativeTimeEstimate = Annotated[Estimate, _of("time", 0.0)]
 PositiveResistanceEstimate = Annotated[Estimate, _of("resistance", 0.0, exclusive=True)]
 PositiveInductanceEstimate = Annotated[Estimate, _of("inductance", 0.0, exclusive=True)]
+Temperature = Annotated[Quantity, _of("temperature")]
+TemperatureSpan = Annotated[Span, _of("temperature")]
+ChangePerKelvin = Annotated[Estimate, _of("change per kelvin")]
+ChangePerSquareKelvin = Annotated[Estimate, _of("change per square kelvin")]
 PositiveConstantEstimate = Annotated[Estimate, _of("effort per ampere", 0.0, exclusive=True)]
 NonNegativeEffortEstimate = Annotated[Estimate, _of("effort", 0.0)]
 AnyQuantity = Annotated[Quantity, _of("any")]
@@ -235,19 +246,45 @@ def chosen_dimension(unit: str, dimension: str) -> tuple[str, Axis]:
     raise ValueError(f"unit {unit!r}; allowed: {allowed} and their multiples")
 
 
+class UnitScale(NamedTuple):
+    """Conversion of a number in a unit to SI: factor * number + zero."""
+
+    factor: float
+    zero: float = 0.0
+
+    def si(self, number: Number) -> Number:
+        """Return a number or an array in SI."""
+        return self.factor * number + self.zero
+
+
 def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
     """Return the factor that converts a number in `unit` to SI.
 
     Raises ValueError if the unit is unknown, has an offset, or is of another dimension. The message
     is meant for users.
     """
+    scale = unit_scale(unit, dimension, axis)
+    if scale.zero != 0.0:
+        raise ValueError(f"unit {unit!r} has another zero; write {si_unit(dimension, axis)}")
+    return scale.factor
+
+
+def unit_scale(unit: str, dimension: str, axis: Axis) -> UnitScale:
+    """Return the conversion of numbers in `unit` to SI; only units of temperature have an offset.
+
+    Raises ValueError if the unit is unknown or of another dimension. The message is meant for
+    users.
+    """
     target = si_unit(dimension, axis)
     if unit == target:
-        return 1.0
+        return UnitScale(1.0)
     units = unit_registry()
     errors = _pint().errors
     try:
-        factor = float(units.Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude)
+        zero, one = (
+            float(units.Quantity(number, _spelling(unit)).to(_spelling(target)).magnitude)
+            for number in (0.0, 1.0)
+        )
     except errors.DimensionalityError:
         raise ValueError(
             f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: "
@@ -258,9 +295,9 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
             f"unknown unit {unit!r}; for {_measured(dimension, axis)} write {target} or "
             "a multiple of it"
         ) from None
-    if not math.isfinite(factor) or factor <= 0.0:
+    if not math.isfinite(one) or one <= zero:
         raise ValueError(f"unit {unit!r} has no positive finite factor to {target}; write {target}")
-    return factor
+    return UnitScale(one - zero, zero)
 
 
 def _measured(dimension: str, axis: Axis) -> str:

@@ -11,8 +11,8 @@ from frictool.documents.quantity import (
     Axis,
     chosen_dimension,
     drive_dimension,
-    factor_to_si,
     si_unit,
+    unit_scale,
 )
 
 UNKNOWN = ".."
@@ -68,7 +68,7 @@ def example_unit(
         if written and dimension in CHOICES:
             chosen_dimension(written, dimension)
         elif written:
-            factor_to_si(written, dimension, axis)
+            unit_scale(written, dimension, axis)
     except ValueError:
         written = ""
     if written:

@@ -16,9 +16,10 @@ from frictool.documents.quantity import (
     Quantity,
     Series,
     Span,
+    UnitScale,
     chosen_dimension,
-    factor_to_si,
     si_unit,
+    unit_scale,
 )
 from frictool.documents.quantity_notation import (
     UNKNOWN,
@@ -48,11 +49,9 @@ class QuantityReader(NodeReader):
         pairs = self._quantity_keys(node, kind, str(extra["dimension"]), key)
         fields = {field.name: field for field in msgspec.structs.fields(kind)}
         unit = self.scalar(pairs["unit"][1], str, [], join(key, "unit"))
-        factor, si = self._factor(
-            pairs["unit"][1], unit, str(extra["dimension"]), join(key, "unit")
-        )
+        scale, si = self._scale(pairs["unit"][1], unit, str(extra["dimension"]), join(key, "unit"))
         numbers: dict[str, float] = {
-            name: self.scalar(pairs[name][1], float, [], join(key, name)) * factor
+            name: scale.si(self.scalar(pairs[name][1], float, [], join(key, name)))
             for name in ("value", "low", "high")
             if name in pairs
         }
@@ -69,15 +68,13 @@ class QuantityReader(NodeReader):
         extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
         pairs = self._quantity_keys(node, Series, str(extra["dimension"]), key)
         unit = self.scalar(pairs["unit"][1], str, [], join(key, "unit"))
-        factor, si = self._factor(
-            pairs["unit"][1], unit, str(extra["dimension"]), join(key, "unit")
-        )
+        scale, si = self._scale(pairs["unit"][1], unit, str(extra["dimension"]), join(key, "unit"))
         items = self.items(pairs["values"][1], [], join(key, "values"))
         values = [
             self.scalar(item, float, [], f"{join(key, 'values')}[{index}]")
             for index, item in enumerate(items)
         ]
-        return Series(tuple(value * factor for value in values), si)
+        return Series(tuple(map(scale.si, values)), si)
 
     def _quantity_keys(
         self, node: yaml.Node, kind: type[msgspec.Struct], dimension: str, key: str
@@ -138,15 +135,15 @@ class QuantityReader(NodeReader):
                     "value <= high",
                 )
 
-    def _factor(self, node: yaml.Node, unit: str, dimension: str, key: str) -> tuple[float, str]:
-        """Return the factor from `unit` to SI, and the SI unit."""
+    def _scale(self, node: yaml.Node, unit: str, dimension: str, key: str) -> tuple[UnitScale, str]:
+        """Return the conversion from `unit` to SI, and the SI unit."""
         if dimension == "any":
-            return 1.0, unit
+            return UnitScale(1.0), unit
         dimension = axis_dimension(dimension, self.drive)
         try:
             if dimension in CHOICES:
                 dimension, axis = chosen_dimension(unit, dimension)
-                return factor_to_si(unit, dimension, axis), si_unit(dimension, axis)
-            return factor_to_si(unit, dimension, self.axis), si_unit(dimension, self.axis)
+                return unit_scale(unit, dimension, axis), si_unit(dimension, axis)
+            return unit_scale(unit, dimension, self.axis), si_unit(dimension, self.axis)
         except ValueError as error:
             self.fail(node, key, str(error))

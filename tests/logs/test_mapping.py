@@ -252,3 +252,36 @@ def test_times_that_a_double_rounds_are_told(unit: str, start: float, period: fl
         for found, one in zip(log.main.time.tolist(), seconds, strict=True)
     ]
     assert 1e-9 < max(off) <= 2.0 * rounding  # the number itself, and its conversion to ns and back
+
+
+@pytest.mark.parametrize(
+    ("unit", "boiling", "freezing"),
+    [("degC", 100.0, 0.0), ("K", 373.15, 273.15), ("degF", 212.0, 32.0)],
+)
+def test_a_temperature_is_in_degrees_celsius(unit: str, boiling: float, freezing: float):
+    """Water at 1 bar: a unit of temperature has a factor and another zero."""
+    columns = {**POSITION, "temperature": Column("motor", unit)}
+    raw = {"encoder": [0.0, 1.0], "motor": [boiling, freezing]}
+    for declared in (None, unit):
+        log = mapped(table(raw, {"motor": declared}), columns)
+        assert log.main.signals["temperature"] == pytest.approx([100.0, 0.0], abs=1e-9)
+        assert log.main.units["temperature"] == "degC"
+    with pytest.raises(LogError, match=f"is in 'degRe', but .* is '{unit}'"):
+        mapped(table(raw, {"motor": "degRe"}), columns)
+
+
+def test_a_kelvin_is_no_degree_celsius():
+    columns = {**POSITION, "temperature": Column("motor", "degC")}
+    with pytest.raises(LogError, match="is in 'K'"):
+        mapped(table({"encoder": [0, 1], "motor": [300, 300]}, {"motor": "K"}), columns)
+    with pytest.raises(LogError, match="unit 'A' does not measure temperature; allowed: degC"):
+        mapped(
+            table({"encoder": [0, 1], "motor": [300, 300]}),
+            {**POSITION, "temperature": Column("motor", "A")},
+        )
+
+
+def test_a_temperature_that_is_no_number_is_refused_with_its_row():
+    columns = {**POSITION, "temperature": Column("motor", "degC")}
+    with pytest.raises(LogError, match="column 'motor': found nan; allowed: a finite number"):
+        mapped(table({"encoder": [0, 1], "motor": [30, math.nan]}), columns)

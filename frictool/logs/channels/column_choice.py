@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from frictool.documents.bench import OPEN
-from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, si_unit, unit_scale
 from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.channels.column_names import (
     QUANTITIES,
@@ -37,6 +37,7 @@ from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.quality.time_base import encoder_step
 from frictool.typing import Vector
 
+TEMPERATURE = "temperature"
 CHANNELS = (
     TIME,
     "position",
@@ -46,6 +47,7 @@ CHANNELS = (
     "current_command",
     "voltage",
     EFFORT,
+    TEMPERATURE,
 )
 DRIVES = ("current", "voltage")
 MOST_NAMES = 8  # maximum number of column names in a question
@@ -61,6 +63,7 @@ CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rota
     "current": ("A, mA", "A, mA"),
     "voltage": ("V, mV", "V, mV"),
     EFFORT: ("N m, mN m", "N"),
+    TEMPERATURE: ("degC, K", "degC, K"),
 }
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
@@ -128,7 +131,7 @@ def fits(unit: str, dimension: str, axis: Axis) -> bool:
     if is_count(unit):
         return dimension == "position"
     try:
-        factor_to_si(unit, dimension, axis)
+        unit_scale(unit, dimension, axis)
     except ValueError:
         return False
     return True
@@ -153,11 +156,8 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
         most = moving[_label(contenders[0].name)]  # the joint that moves most stands first
         equal = [one for one in contenders if moving[_label(one.name)] == most]
         choice = _choice(channel, equal, axis)
-        if channel != EFFORT or choice.column != OPEN or not any(name in chosen for name in DRIVES):
-            chosen[channel] = (
-                # an effort of unclear origin is not needed if there is a current or a voltage
-                choice
-            )
+        if not _unneeded(channel, choice, chosen):
+            chosen[channel] = choice
     if "position" not in chosen and "velocity" not in chosen:
         return chosen | {
             drive: _doubted(drive, chosen[drive])
@@ -165,6 +165,16 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
             if drive in chosen and chosen[drive].column != OPEN
         }
     return chosen
+
+
+def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnChoice]) -> bool:
+    """Return whether a choice that leaves a question is not worth the question.
+
+    Only an effort without current and voltage is needed, and no temperature.
+    """
+    if channel == EFFORT:
+        return choice.column == OPEN and any(name in chosen for name in DRIVES)
+    return channel == TEMPERATURE and bool(choice.questions)
 
 
 def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:

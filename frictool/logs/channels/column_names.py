@@ -8,6 +8,7 @@ from collections.abc import Mapping
 # levels of clarity; the clearest word decides: "q_current" is a current although q alone is a
 # position
 QUANTITIES: tuple[dict[str, str], ...] = (
+    {"temperature": r"temp|temperature|temperatur"},
     {
         "time": r"time|times|timestamp|timestamps|temps|zeit",
         "voltage": r"voltage|volt|volts|vir|tension|spannung",
@@ -24,8 +25,7 @@ _COMMAND = re.compile(
     r"soll|sollwert"
 )
 _NO_SIGNAL = re.compile(
-    r"error|err|deviation|limit|max|min|bus|vbus|supply|vsupply|bat|batt|vbat|battery|vdc|"
-    r"temp|temperature"
+    r"error|err|deviation|limit|max|min|bus|vbus|supply|vsupply|bat|batt|vbat|battery|vdc"
 )
 UNITS: Mapping[str, str] = {  # units that may end a name
     "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "us": "us", "ns": "ns",
@@ -34,6 +34,7 @@ UNITS: Mapping[str, str] = {  # units that may end a name
     "a": "A", "amp": "A", "amps": "A", "ampere": "A", "ma": "mA", "v": "V", "volt": "V",
     "volts": "V", "mv": "mV",
     "count": "count", "counts": "count", "ticks": "count",
+    "degc": "degC", "celsius": "degC", "kelvin": "K",
 }  # fmt: skip
 RATES: Mapping[tuple[str, str], str] = {
     ("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("mm", "s"): "mm/s", ("m", "s"): "m/s",
@@ -65,8 +66,8 @@ def quantities(name: str) -> list[str]:
 
     >>> quantities("q_current"), quantities("TorqueCur")
     (['current'], ['current', 'effort'])
-    >>> quantities("i_q"), quantities("bus_voltage")
-    (['current'], [])
+    >>> quantities("i_q"), quantities("bus_voltage"), quantities("current_sensor_temp")
+    (['current'], [], ['temperature'])
     """
     name_words = set(words(name))
     if any(map(_NO_SIGNAL.fullmatch, name_words)):

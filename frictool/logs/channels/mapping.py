@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from frictool.documents.bench import Bench, Column
-from frictool.documents.quantity import CHANNEL_DIMENSIONS, factor_to_si, si_unit
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, UnitScale, si_unit, unit_scale
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import LATEST, NS, StreamHeader, message_path
 from frictool.logs.channels.encoder import EncoderCounter, outside
@@ -52,17 +52,16 @@ MOST_RATIO = 30.0
 
 
 class ChannelSource(NamedTuple):
-    """Raw column of a channel: name in the file, entry in the bench and factor to SI."""
+    """Raw column of a channel: name in the file, entry in the bench and conversion to SI."""
 
     channel: str
     name: str
     column: Column
-    factor: float
+    scale: UnitScale
 
     def si(self, raw: Vector) -> Vector:
         """Return raw values (n,) in SI units."""
-        values: Vector = (raw * self.column.scale + self.column.offset) * self.factor
-        return values
+        return self.scale.si(raw * self.column.scale + self.column.offset)
 
 
 class ChannelMapper:
@@ -90,7 +89,7 @@ class ChannelMapper:
     ) -> None:
         self._table, self._bench, self._period = table, bench, period
         sources = [
-            ChannelSource(channel, name, one, _factor(table, bench, channel, name, one))
+            ChannelSource(channel, name, one, _scale(table, bench, channel, name, one))
             for channel, (one, name) in columns.items()
         ]
         self._time = next((one for one in sources if one.channel == TIME), None)
@@ -125,7 +124,7 @@ class ChannelMapper:
         self._intervals = SampleIntervals()
         self._opening = OpeningSamples(self.head)
         count = next(
-            (one.factor * one.column.scale for one in self._sources if _in_counts(one)), None
+            (one.scale.factor * one.column.scale for one in self._sources if _in_counts(one)), None
         )
         columns = {one.channel: one.name for one in self._sources}
         self._unwrapping = Unwrapping(self.source, self._bench, columns, count)
@@ -235,7 +234,7 @@ class ChannelMapper:
                     float(
                         np.spacing(np.abs(raw[-1]))
                         * abs(self._time.column.scale)
-                        * self._time.factor
+                        * self._time.scale.factor
                     ),
                 )
         if seconds.size and np.abs(seconds).max() > LATEST:
@@ -310,8 +309,8 @@ def _in_counts(source: ChannelSource) -> bool:
     return source.channel == POSITION and source.column.unit == COUNT
 
 
-def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Column) -> float:
-    """Return the factor from a channel's scaled numbers to SI, after a check of the file's unit."""
+def _scale(table: RawTable, bench: Bench, channel: str, name: str, column: Column) -> UnitScale:
+    """Return the conversion of a channel's scaled numbers to SI; check the file's unit."""
     unit = column.unit
     declared = table.units.get(name)
     dimension = CHANNEL_DIMENSIONS.get(channel, TIME)
@@ -323,25 +322,29 @@ def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Colu
             f"column {name!r} {dates} (found in columns.{channel} of bench {bench.name!r})",
         )
     if unit == COUNT and dimension == "position":
-        factor = bench.encoder.resolution * bench.encoder.direction
+        scale = UnitScale(bench.encoder.resolution * bench.encoder.direction)
         agrees = declared is None or declared.lower() in (COUNT, "counts")
     else:
         try:
-            factor = factor_to_si(unit, dimension, bench.axis)
+            scale = unit_scale(unit, dimension, bench.axis)
         except ValueError as error:
             raise LogError(table.source, f"{key}: {error}") from None
-        agrees = declared in (None, unit) or _same(str(declared), dimension, bench, factor)
+        agrees = declared in (None, unit) or _same(str(declared), dimension, bench, scale)
     if not agrees and column.scale == 1.0:  # a scale may convert one unit to the other
         raise LogError(
             table.source,
             f"column {name!r} is in {declared!r}, but {key} is {unit!r}; correct one of them",
         )
-    return factor
+    return scale
 
 
-def _same(unit: str, dimension: str, bench: Bench, factor: float) -> bool:
+def _same(unit: str, dimension: str, bench: Bench, scale: UnitScale) -> bool:
     try:
-        return math.isclose(factor_to_si(unit, dimension, bench.axis), factor, rel_tol=1e-9)
+        other = unit_scale(unit, dimension, bench.axis)
+        return all(
+            math.isclose(*pair, rel_tol=1e-9, abs_tol=1e-9 * abs(scale.zero))
+            for pair in zip(other, scale, strict=True)
+        )
     except ValueError:
         return False
 
