@@ -9,12 +9,16 @@ from typing import Annotated
 import msgspec
 
 from frictool.documents.quantity import (
+    ChangePerKelvin,
+    ChangePerSquareKelvin,
     EffortEstimate,
     NonNegativeEffortEstimate,
     PositionSpan,
     PositiveLength,
     PositiveVelocity,
     StiffnessEstimate,
+    Temperature,
+    TemperatureSpan,
     ViscousEstimate,
 )
 
@@ -136,6 +140,47 @@ class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     rise_time_interval_s: Ends | None = None
 
 
+class TemperatureChange(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """Change of a friction with the temperature, relative to the friction at the reference.
+
+    The friction is multiplied by exp(slope h + curvature h^2), where h is the temperature minus the
+    reference.
+
+    - `slope`: Relative change per kelvin at the reference. A friction that halves in 50 K has the
+      slope -0.0139 per kelvin.
+    - `curvature`: Coefficient of the square. By default 0: the same ratio for each kelvin.
+    """
+
+    slope: ChangePerKelvin
+    curvature: ChangePerSquareKelvin | None = None
+
+
+class FrictionOverTemperature(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """Temperature at which the friction of `parameters` holds, and its change with temperature.
+
+    - `reference`: Temperature at which the parameters and the other laws hold.
+    - `over`: Temperatures of the logs. Beyond them the friction is extrapolated.
+    - `viscous`: Change of the viscous friction. By default none.
+    - `coulomb`: Change of the Coulomb friction and of the breakaway. By default none.
+    """
+
+    reference: Temperature
+    over: TemperatureSpan
+    viscous: TemperatureChange | None = None
+    coulomb: TemperatureChange | None = None
+
+    def __post_init__(self) -> None:
+        if not self.over.low <= self.reference.value <= self.over.high:
+            raise ValueError(
+                f"reference: found {self.reference.value:g} degC; allowed: {self.over.low:g} to "
+                f"{self.over.high:g} degC, the temperatures of `over`"
+            )
+
+
 class Gravity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Gravity of an unbalanced arm on a rotary axis.
 
@@ -195,6 +240,7 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `restitution`: Speed after an impact on an end of the bench's travel, divided by the speed
       before.
     - `load`: Position-dependent load.
+    - `temperature`: Temperature at which the model holds, and change of friction with temperature.
     """
 
     # the exponent is delta of (2.34)
@@ -205,6 +251,7 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     dwell: Dwell | None = None
     restitution: Annotated[float, msgspec.Meta(ge=0, le=0.95)] = 0.0
     load: Load | None = None
+    temperature: FrictionOverTemperature | None = None
 
     def __post_init__(self) -> None:
         if len(self.regimes) > MOST_REGIMES:

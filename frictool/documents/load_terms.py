@@ -19,6 +19,7 @@ Term = Literal[
     "coulomb_by_direction",
     "drift",
     "warming",
+    "temperature",
     "eccentricity",
     "stribeck",
     "friction_over_position",
@@ -58,8 +59,8 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     """Load terms to identify; an offset that is not listed is zero.
 
     - `terms`: Terms to estimate. `drift` and the terms after it in the list of allowed values are
-      only removed from the effort, so that the other parameters do not absorb them; the model does
-      not contain them.
+      only removed from the effort, so that the other parameters do not absorb them; of these, the
+      model contains only `temperature`.
     - `ripple`: Period of the ripple; required with the term `ripple`.
     - `most`: Largest sum of spring, gravity and ripple efforts anywhere on the travel, for the
       planning of tests.

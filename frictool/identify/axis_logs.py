@@ -19,6 +19,8 @@ from frictool.identify.measurement_faults import refuse_unmeasured
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.record_plausibility import implausible
+from frictool.identify.rows.temperature_law import refuse_unknown_temperature
+from frictool.identify.rows.temperature_shape import shaped
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 
@@ -69,6 +71,7 @@ def sort_logs(
     occurs twice, or cannot come from this axis.
     """
     every = [*records, *ramps]
+    records = shaped(records, bench)
     refuse_duplicates(every)
     warnings = [warning for record in every for warning in implausible(record, bench)]
     shown = [record.velocity is None and is_ramp(record, bench) for record in records]
@@ -78,6 +81,7 @@ def sort_logs(
     unmeasured = None
     try:
         refuse_unmeasured(sliding, bench)
+        refuse_unknown_temperature(sliding, bench)
         slow = slow_effort_warnings(sliding, bench, settings)
         sliding, shortened = without_constant_effort(sliding, bench)
         warnings += [*slow, *shortened]

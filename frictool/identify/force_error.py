@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.adapters.axis_model import load_law
+from frictool.adapters.temperature_factors import temperature_factors
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Polynomial
 from frictool.documents.quantity import Quantity
@@ -42,7 +43,7 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True)
 class SlipRows:
-    """Smoothed signals (m,) in SI units at the samples `index` (m,) that certainly slip.
+    """Smoothed signals (m,) at the samples `index` (m,) that certainly slip, in SI units.
 
     - window: length of the smoothing window in samples
     - measured: measured position of all samples, (n,)
@@ -58,13 +59,14 @@ class SlipRows:
     velocity: Vector
     acceleration: Vector
     effort: Vector
+    temperature: Vector | None = None
 
     def modelled_effort(self, values: Values, laws: Laws | None) -> Vector:
         """Return the effort (m,) that a model predicts for the measured motion, N m | N."""
         effort = (
             values["inertia"] * self.acceleration
             + values["offset"]
-            + friction_in_slip(values, laws, self.position, self.velocity)
+            + friction_in_slip(values, laws, self.position, self.velocity, self.temperature)
         )
         if laws is not None and laws.load is not None:
             # a ripple may be shorter than the window
@@ -103,6 +105,7 @@ def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
         velocity[index],
         acceleration[index],
         effort[index],
+        None if record.temperature is None else record.temperature.values[index],
     )
 
 
@@ -137,24 +140,31 @@ def force_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> 
 
 
 def friction_in_slip(
-    values: Values, laws: Laws | None, position: Vector, velocity: Vector
+    values: Values,
+    laws: Laws | None,
+    position: Vector,
+    velocity: Vector,
+    temperature: Vector | None = None,
 ) -> Vector:
     """Return the friction force (n,) at positions and velocities (n,) in slip, N m | N.
 
-    The friction has the sign of the velocity.
+    The friction has the sign of the velocity. temperature: (n,), degC; None for the reference of
+    the laws.
     """
+    warm = np.ones((2, velocity.size))
+    if temperature is not None and laws is not None and laws.temperature is not None:
+        warm[:] = temperature_factors(laws.temperature, temperature)
     out = np.empty(velocity.size)
     for side, chosen in ((1.0, velocity >= 0.0), (-1.0, velocity < 0.0)):
-        out[chosen] = side * _one_way(
-            values, laws, side, position[chosen], np.abs(velocity[chosen])
-        )
+        parts = _one_way(values, laws, side, position[chosen], np.abs(velocity[chosen]))
+        out[chosen] = side * np.sum(warm[:, chosen] * parts, axis=0)
     return out
 
 
 def _one_way(
     values: Values, laws: Laws | None, side: float, position: Vector, speed: Vector
-) -> Vector:
-    """Return the friction (n,) at speeds (n,) >= 0 in one direction."""
+) -> tuple[Vector, Vector]:
+    """Return viscous and dry friction (n,) at speeds (n,) >= 0 in one direction."""
     backward = laws.backward if laws is not None and side < 0.0 else None
 
     def level(name: str) -> float:
@@ -179,7 +189,7 @@ def _one_way(
     if values.get("stribeck_velocity"):
         exponent = 2.0 if laws is None else laws.stribeck_exponent
         dry = dry + fall * np.exp(-((speed / values["stribeck_velocity"]) ** exponent))
-    return np.asarray(dry + viscous)
+    return np.asarray(viscous), np.asarray(dry)
 
 
 def _factor(

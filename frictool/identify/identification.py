@@ -35,6 +35,7 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.identify.orientation import negative_effort, reversed_sign
 from frictool.identify.outcome import Outcome, accept
 from frictool.identify.rows.load_terms import ONLY_OFFSET
+from frictool.identify.rows.temperature_law import with_reference
 from frictool.identify.sliding_parameters import (
     NO_SLIDING,
     any_negative,
@@ -158,7 +159,7 @@ def identify_records(
         outcome = without_unexplained(logs, free or fit, outcome)
     outcome = without_impossible_breakaway(outcome)
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
-    outcome = replace(outcome, identified=ordered)
+    outcome = replace(outcome, identified=ordered, laws=with_reference(outcome.laws, logs.sliding))
     result = Identification(
         **vars(outcome),
         method=method if outcome.fit is None else outcome.fit.method or method,

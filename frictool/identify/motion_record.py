@@ -15,7 +15,7 @@ record (`methods`).
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Concatenate, ParamSpec, TypeVar
 from weakref import WeakKeyDictionary
@@ -45,6 +45,29 @@ R = TypeVar("R")
 
 
 @dataclass(frozen=True, eq=False)
+class TemperatureSignal:
+    """Temperature of a record, and the shape of friction over temperature.
+
+    - values: temperature, (n,), degC
+    - reference: temperature at which the sliding parameters hold, degC
+    - viscous_rate, coulomb_rate: approximate relative change of both frictions per kelvin, 1/K
+    - viscous_curvature: approximate coefficient of the square of `excess` in the exponent, 1/K^2;
+      0 if the logs do not determine it
+    """
+
+    values: Vector
+    reference: float
+    viscous_rate: float = 0.0
+    coulomb_rate: float = 0.0
+    viscous_curvature: float = 0.0
+
+    @property
+    def excess(self) -> Vector:
+        """Return the temperature minus the reference (n,), K."""
+        return self.values - self.reference
+
+
+@dataclass(frozen=True, eq=False)
 class MotionRecord:
     """Uniformly sampled motion and effort of one log; a record is equal to itself only.
 
@@ -57,6 +80,7 @@ class MotionRecord:
     - lag: time constant of the drive, s; 0 if an effort is held until the next sample
     - reference: reference of the bench's controller, (n,), rad | m, or None
     - velocity: measured velocity, (n,), rad/s | m/s; None if the position was measured
+    - temperature: temperature and the shape of friction over it; None if it was not measured
     """
 
     name: str
@@ -69,6 +93,7 @@ class MotionRecord:
     lag: float
     reference: Vector | None = None
     velocity: Vector | None = None
+    temperature: TemperatureSignal | None = None
 
     @property
     def measured(self) -> Vector:
@@ -88,6 +113,9 @@ class MotionRecord:
             for name in ("time", "position", "effort", "reference", "velocity")
             if (signal := getattr(self, name)) is not None
         }
+        if self.temperature is not None:
+            values = self.temperature.values[kept]
+            signals["temperature"] = replace(self.temperature, values=values)
         return replace(self, **signals, piece=piece - piece[0])
 
 
@@ -267,11 +295,18 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
     The effort is the channel `effort` or, without one, the drive signal times the bench's effort
     constant.
 
+    The temperature may be in any stream; it is interpolated.
+
     Raises
     ------
     LogError
         If position and velocity are both missing, or drive and effort are both missing.
     """
+    return _with_temperature(_motion_of(log, bench), log)
+
+
+def _motion_of(log: Log, bench: Bench) -> MotionRecord:
+    """Return the record of a log's main stream without its temperature."""
     stream = log.main
     lag = bench.actuator.loop_time_constant_s
     effort = _effort(log, stream, bench)
@@ -284,6 +319,27 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
     return make_record(
         log.source, stream.time, position, effort, bench.encoder.resolution, lag, reference
     )
+
+
+def _with_temperature(record: MotionRecord, log: Log) -> MotionRecord:
+    """Return the record with the temperature of the log, if a stream has one."""
+    for stream in (log.main, *log.streams):
+        measured = stream.signals.get("temperature")
+        if measured is not None:
+            values = np.interp(record.time, stream.time, measured)
+            return replace(
+                record, temperature=TemperatureSignal(values, reference_temperature([values]))
+            )
+    return record
+
+
+def reference_temperature(measured: Sequence[Vector]) -> float:
+    """Return the measured temperature nearest to the mean of all, degC; one vector (n,) a record.
+
+    Friction is determined best there. At the mean of a cold and a hot log it is not measured.
+    """
+    values = np.concatenate(measured)
+    return float(values[np.argmin(np.abs(values - np.mean(values)))])
 
 
 def _effort(log: Log, stream: Stream, bench: Bench) -> Vector:

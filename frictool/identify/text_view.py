@@ -5,7 +5,10 @@ from __future__ import annotations
 from math import isfinite
 from pathlib import Path
 
-from frictool.documents.laws import Load
+import numpy as np
+
+from frictool.adapters.temperature_factors import temperature_factors
+from frictool.documents.laws import FrictionOverTemperature, Load
 from frictool.documents.measurement import MEASURED
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
@@ -18,7 +21,7 @@ from frictool.identify.methods import METHODS
 from frictool.identify.rows.effects import EFFECTS
 from frictool.presentation.line_breaking import bounded
 
-REMOVED = frozenset(effect.term for effect in EFFECTS)
+REMOVED = frozenset(effect.term for effect in EFFECTS if not effect.needs_temperature)
 
 
 def law_lines(model: Model) -> list[str]:
@@ -59,12 +62,36 @@ def law_lines(model: Model) -> list[str]:
             f"backward: {', '.join(shown(name, estimate) for name, estimate in backward.items())}; "
             f"{', '.join(backward)} above are forward"
         )
+    if laws.temperature is not None:
+        lines += temperature_lines(laws.temperature)
     if laws.load is not None:
         lines.append(f"load in addition to friction: {load_line(laws.load)}")
     if laws.position is not None and today.coulomb.value > 0.0:
         lines.append(
             "breakaway relative to friction in slip: "
             f"{today.breakaway.value / today.coulomb.value:.4g}"
+        )
+    return lines
+
+
+def temperature_lines(law: FrictionOverTemperature) -> list[str]:
+    """Return the lines on the temperature at which friction holds, and on its change."""
+    low, high = law.over.low, law.over.high
+    changes = {"viscous": law.viscous, "coulomb": law.coulomb}
+    known = {name: one for name, one in changes.items() if one is not None}
+    unchanged = "" if known else "; the logs show no change with the temperature"
+    lines = [
+        f"friction holds at {law.reference.value:.4g} degC, from logs at {low:.4g} to {high:.4g} "
+        f"degC{unchanged}"
+    ]
+    ends = dict(zip(changes, temperature_factors(law, np.array([low, high])), strict=True))
+    for name, change in known.items():
+        slope = change.slope
+        cold, hot = ends[name]
+        lines.append(
+            f"  {name} changes by {100.0 * slope.value:.3g} % per K "
+            f"[{100.0 * slope.interval[0]:.3g}, {100.0 * slope.interval[1]:.3g}]: {cold:.3g} times "
+            f"at {low:.4g} degC, {hot:.3g} times at {high:.4g} degC"
         )
     return lines
 

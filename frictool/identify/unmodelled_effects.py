@@ -52,7 +52,7 @@ from frictool.identify.outcome import sliding_intervals
 from frictool.identify.regression.multiway import equal_bins, shared_variance
 from frictool.identify.regression.regression import SingularRegressors, solve_triangles
 from frictool.identify.regression.term_selection import beyond_chance
-from frictool.identify.rows.effects import Hypothesis
+from frictool.identify.rows.effects import WARMING, Hypothesis
 from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with_terms, terms_of
 from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE
@@ -350,6 +350,8 @@ class _EffectRegression:
         for one in self.used:
             others = [other for other in self.used if other is not one]
             for rival in self.free:
+                if one.needs_temperature and rival.term == WARMING:
+                    continue  # a measured cause explains the change along the log
                 if self.rows.visible(rival, others) and self._as_good(
                     self.rows.squares([*others, rival]), least
                 ):

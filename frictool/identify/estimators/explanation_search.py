@@ -11,15 +11,17 @@
 A fit to one half of the strokes predicts the other half. The best hypothesis is used if the squared
 prediction errors decrease significantly and noticeably, and if the parameters of the hypothesis
 differ from 0 in the joint test over clusters (`joint_test`). A load is not used if an effect
-predicts the strokes equally well. A hypothesis is removed again if the errors no longer decrease;
-harmonics of a ripple stay. Significant hypotheses that are not used are reported as left in the
-residual. docs/theory/identify.md states the levels and limits of the tests.
+predicts the strokes equally well. Friction that changes along the log is explained by the measured
+temperature, if it passes these tests. A hypothesis is removed again if the errors no longer
+decrease; harmonics of a ripple stay. Significant hypotheses that are not used are reported as left
+in the residual. docs/theory/identify.md states the levels and limits of the tests.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import msgspec
 import numpy as np
@@ -43,7 +45,12 @@ from frictool.identify.regression.term_selection import (
     clearly_better,
     halved,
 )
-from frictool.identify.rows.effects import EFFECTS, Hypothesis
+from frictool.identify.rows.effects import (
+    EFFECTS,
+    TEMPERATURE,
+    WARMING,
+    Hypothesis,
+)
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, RIPPLES, SPRING, TERMS
 from frictool.identify.rows.regression_samples import (
     RegressionSamples,
@@ -58,6 +65,7 @@ from frictool.identify.rows.smoothing import (
     measurement_noise,
     smoothed,
 )
+from frictool.identify.rows.temperature_law import temperatures, varies
 from frictool.typing import Vector
 
 LONGEST_SHARE = 0.25  # longest window of `smoother`, relative to a stroke
@@ -137,7 +145,13 @@ class ExplanationSearch:
             and not (one.term == GRAVITY and not self.rotary)
             and not (one.term == ECCENTRICITY and not self.rotary)
             and not (measured and one.needs_position)
+            and (not one.needs_temperature or self.warmed)
         )
+
+    @cached_property
+    def warmed(self) -> bool:
+        """Return whether all records have a temperature, and it varies."""
+        return varies(temperatures(self.records))
 
     def samples(self, waves: tuple[float, ...]) -> RegressionSamples:
         """Return the rows with the columns of all hypotheses and of ripples at `waves`.
@@ -315,6 +329,10 @@ def search_explanations(
         if not usable:
             break
         trial = min(usable, key=lambda one: one.sum)
+        if trial.hypothesis.term == WARMING:
+            cause = next((one for one in usable if one.hypothesis.term == TEMPERATURE), None)
+            if cause is not None and _supported(cause, best, used, settings):
+                trial = cause
         rivals = _rivals(trial, trials, settings.confidence)
         effect = next((one for one in rivals if not one.hypothesis.is_load), None)
         if trial.hypothesis.is_load and effect is not None:

@@ -4,6 +4,7 @@
   position, its deviation from the mean over the travel is subtracted.
 - over position, with ramps: each breakaway, and the polynomials with the intervals of their levels
 - over both, if friction depends on position: friction in slip
+- over temperature, if it was fitted: factors of viscous and Coulomb friction
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import AutoLocator
 
+from frictool.adapters.temperature_factors import temperature_factors
+from frictool.documents.laws import FrictionOverTemperature
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
 from frictool.identify.breakaway.breakaway import Breakaway
@@ -46,6 +49,8 @@ def friction_panels(
         panels.append(_over_position(model, ramp))
     if mapped:
         panels.append(_over_both(model, samples))
+    if laws is not None and laws.temperature is not None:
+        panels += _over_temperature(laws.temperature)
     return panels
 
 
@@ -125,6 +130,42 @@ def _over_speed(model: Model, samples: SlipSamples | None) -> FigurePanel:
         "interval of Coulomb and viscous friction.",
         draw,
     )
+
+
+def _over_temperature(law: FrictionOverTemperature) -> list[FigurePanel]:
+    """Draw the factors of friction over temperature; no panel without a change of friction."""
+    changes = (("viscous", law.viscous, FORWARD), ("Coulomb", law.coulomb, BACKWARD))
+    known = [(name, one, colour) for name, one, colour in changes if one is not None]
+    temperature = np.linspace(law.over.low, law.over.high, POINTS)
+    excess = temperature - law.reference.value
+    factors = dict(zip(("viscous", "Coulomb"), temperature_factors(law, temperature), strict=True))
+
+    def draw(axes: Axes) -> None:
+        for name, change, colour in known:
+            curvature = 0.0 if change.curvature is None else _half(change.curvature)
+            spread = np.exp(np.hypot(_half(change.slope) * excess, curvature * excess**2))
+            curve = factors[name]
+            axes.fill_between(
+                temperature,
+                curve / spread,
+                curve * spread,
+                color=colour,
+                alpha=0.22,
+                linewidth=0.0,
+                label="_interval",
+            )
+            style = "-" if name == "viscous" else SIDES[1][3]
+            axes.plot(temperature, curve, color=colour, linestyle=style, label=f"{name} friction")
+        axes.plot([law.reference.value], [1.0], "o", color="black", label="reference")
+        axes.margins(MARGIN)
+        axes.set(xlabel="temperature [degC]", ylabel="friction relative to the reference [1]")
+        _from_zero(axes)
+
+    caption = (
+        f"Factors of viscous and Coulomb friction, relative to {law.reference.value:.4g} degC, at "
+        "which the parameters hold. The bands are the intervals of the changes."
+    )
+    return [FigurePanel("Friction over temperature", caption, draw)] if known else []
 
 
 def _from_zero(axes: Axes) -> None:

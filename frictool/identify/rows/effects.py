@@ -3,13 +3,14 @@
     effort = inertia a + viscous v + coulomb s + offset + load(x) + effect
 
 The columns of a declared effect (`load.terms`) are added to the regression, so that other
-parameters do not absorb the effect. The model document does not contain the effects. P_k are
-Legendre polynomials over the log's time or the record's travel. Their means over the samples used
-are subtracted, so that the sliding parameters are means over these samples. s is the direction of
-the motion, u the effort:
+parameters do not absorb the effect. The model document contains only the effects of the measured
+temperature. P_k are Legendre polynomials over the log's time or the record's travel. Their means
+over the samples used are subtracted, so that the sliding parameters are means over these samples. s
+is the direction of the motion, u the effort, h the temperature minus the reference temperature:
 
     drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
     warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
+    temperature             v h I(p), s h I(q h), v h^2 I(p)    friction over temperature
     eccentricity            (sin x)'', (cos x)'', (sin x)', (cos x)'    eccentric encoder
     stribeck                s exp(-(v / w)^2)                   w = 5, 10, 20 % of the top speed
     friction_over_position  s P_k(x), k = 1 to 3                over the record's travel
@@ -17,25 +18,32 @@ the motion, u the effort:
     delay                   -du/dt                              current read late, or current loop
     resonance               a''                                 one compliance, to first order
 
-`eccentricity` is the first-order effect of the true position x + e sin(x + phase) in the equation
-of motion, with a small e. `delay` and `resonance` are the first terms of the Taylor series in the
-delay and in the square of the resonance's period.
+With I(p) = (e^p - 1)/p and p = r h + k h^2, the columns of `temperature` fit a viscous friction
+proportional to e^p, and a Coulomb friction proportional to e^(q h), if r, k and q are those of
+`temperature_shape.py`. `eccentricity` is the first-order effect of the true position
+x + e sin(x + phase) in the equation of motion, with a small e. `delay` and `resonance` are the
+first terms of the Taylor series in the delay and in the square of the resonance's period.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.documents.load_terms import Term
+from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 DRIFT_ORDER, WARMING_ORDER, TRAVEL_ORDER = 4, 2, 3
+WARMING, TEMPERATURE = "warming", "temperature"
+# changes of viscous and of Coulomb friction per kelvin, and of viscous friction per square kelvin
+TEMPERATURE_NAMES = ("viscous_temperature", "coulomb_temperature", "viscous_curvature")
 # physical names of what may act besides friction and inertia, in all messages
 WHAT: dict[Term, str] = {
     "spring": "a spring",
@@ -43,6 +51,7 @@ WHAT: dict[Term, str] = {
     "viscous_by_direction": "viscous friction by direction",
     "drift": "a drift of the offset",
     "warming": "friction that changes along the log",
+    "temperature": "friction that changes with the measured temperature",
     "eccentricity": "an eccentric encoder",
     "stribeck": "friction that falls with speed",
     "friction_over_position": "friction over position",
@@ -94,6 +103,8 @@ class Hypothesis:
     - is_load: True if the effect is a load in the model document
     - needs_position: True if the columns depend on the absolute position
     - differentiates: True if the columns are derivatives of the smoothed position
+    - needs_temperature: True if the columns depend on the temperature; the model document then has
+      a law of the effect
     """
 
     term: str
@@ -103,13 +114,15 @@ class Hypothesis:
     is_load: bool = False
     needs_position: bool = False
     differentiates: bool = False
+    needs_temperature: bool = False
 
 
 @dataclass(frozen=True)
 class Effect(Hypothesis):
-    """Hypothesis of an effect that disturbs the fit and that the model document does not contain.
+    """Hypothesis of an effect that disturbs the fit.
 
-    - columns: function of the smoothed motion that returns the columns, (n,) each
+    - columns: function of the smoothed motion that returns the columns, (n,) each; the last names
+      may have none
     """
 
     columns: Callable[[SmoothedMotion], tuple[Vector, ...]] = field(kw_only=True)
@@ -122,6 +135,38 @@ def _drift(motion: SmoothedMotion) -> tuple[Vector, ...]:
 def _warming(motion: SmoothedMotion) -> tuple[Vector, ...]:
     shapes = motion.shapes(motion.record.time, WARMING_ORDER)
     return (*(motion.sign * one for one in shapes), *(motion.velocity * one for one in shapes))
+
+
+def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    """Return columns whose coefficients are changes of friction per kelvin at the reference.
+
+    A friction F exp(p) with p = r h + k h^2 is F + F r h I + F k h^2 I, where I = (exp(p) - 1)/p.
+    The last column is left out if the curvature k of the records is 0.
+    """
+    warm = motion.record.temperature
+    if warm is None:
+        raise UnusableLogs(missing_temperature(motion.record))
+    h, k = warm.excess, warm.viscous_curvature
+    viscous = h * _mean_exponential(warm.viscous_rate * h + k * h**2)
+    columns = (
+        motion.velocity * viscous,
+        motion.sign * h * _mean_exponential(warm.coulomb_rate * h),
+    )
+    return columns if k == 0.0 else (*columns, motion.velocity * h * viscous)
+
+
+def _mean_exponential(exponent: Vector) -> Vector:
+    """Return (exp(p) - 1)/p for the exponents p (n,), 1 for p = 0."""
+    safe = np.where(exponent == 0.0, 1.0, exponent)
+    return np.where(exponent == 0.0, 1.0, np.expm1(safe) / safe)
+
+
+def missing_temperature(record: MotionRecord) -> str:
+    """Return the reason why a record without a temperature cannot have the declared effect."""
+    return (
+        f"{Path(record.name).name} has no temperature, on which temperature of load.terms "
+        "depends; name its column under columns.temperature of the bench"
+    )
 
 
 def _eccentricity(motion: SmoothedMotion) -> tuple[Vector, ...]:
@@ -178,14 +223,23 @@ EFFECTS = (
         columns=_drift,
     ),
     Effect(
-        "warming",
+        WARMING,
         (
             *_numbered("warming_coulomb", WARMING_ORDER),
             *_numbered("warming_viscous", WARMING_ORDER),
         ),
-        WHAT["warming"],
-        "record after a warm-up of the same motion, or declare load.terms: [offset, warming]",
+        WHAT[WARMING],
+        "record after a warm-up of the same motion, log the temperature (columns.temperature), or "
+        "declare load.terms: [offset, warming]",
         columns=_warming,
+    ),
+    Effect(
+        TEMPERATURE,
+        TEMPERATURE_NAMES,
+        WHAT[TEMPERATURE],
+        "record at more temperatures, or declare load.terms: [offset, temperature]",
+        columns=_temperature,
+        needs_temperature=True,
     ),
     Effect(
         "eccentricity",

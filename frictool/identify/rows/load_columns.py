@@ -69,7 +69,7 @@ def load_columns(motion: SmoothedMotion, bench: Bench) -> dict[str, Vector]:
             columns = (_smoothed(record.position, window, record.period),)
         out.update(zip(TERMS[term], columns, strict=True))
     for effect in effects:
-        out.update(zip(effect.names, effect.columns(motion), strict=True))
+        out.update(zip(effect.names, effect.columns(motion), strict=False))
     return out
 
 

@@ -40,6 +40,7 @@ from frictool.identify.rows.smoothing import (
     smoothed,
 )
 from frictool.identify.rows.strokes import Strokes, find_strokes
+from frictool.identify.rows.temperature_law import with_temperature_law
 from frictool.typing import Vector
 
 # smallest and largest share of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
@@ -121,7 +122,7 @@ def slipping_fit(
         noise = measurement_noise(records[0]) * float(np.linalg.norm(response))
         fixed = {**settings.fixed, "inertia": _unattenuated(result, samples, noise, bench)}
         checked = _widened_to(checked, fitting(with_fixed(samples, fixed), used))
-    return with_laws(checked, bench)
+    return with_temperature_law(with_laws(checked, bench), records)
 
 
 def _unattenuated(

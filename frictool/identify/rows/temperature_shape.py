@@ -1,0 +1,118 @@
+"""Common reference temperature of records, and the shape of their friction over temperature.
+
+    effort = inertia a + viscous exp(r h + k h^2) v + coulomb exp(q h) s + offset
+
+Here h is the temperature minus the reference. A viscosity falls with the temperature by nearly the
+same ratio per kelvin (Reynolds, 1886), and Bittencourt and Axelsson (2014) identify an exponential
+for the viscous friction of a robot joint; k is 0 unless the logs show a curvature. r, k and q are
+found by Gauss-Newton steps. They determine the columns of the effect `temperature`, whose
+coefficients are fitted with the other parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.load_terms import LoadTerms
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.motion_record import MotionRecord, reference_temperature
+from frictool.identify.rows.effects import TEMPERATURE
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
+from frictool.identify.rows.temperature_law import temperatures, varies
+from frictool.typing import Matrix, Vector
+
+STEPS = 8  # Gauss-Newton steps
+MOST = np.array([0.1, 0.1, 0.002])  # 1/K, 1/K, 1/K^2: largest r, q and k
+MOST_ROWS = 100_000  # rows of longer records are thinned evenly
+# gain of the log likelihood, times two, that a curvature needs: about two standard deviations
+LEAST_GAIN = 4.0
+# least rms of the squared temperature that a straight line over the temperature leaves, relative to
+# the squared range; 0.075 for a uniform distribution, 0 for two temperatures
+LEAST_CURVATURE = 0.02
+
+
+def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
+    """Return the records with a common reference temperature and a common shape.
+
+    Records are returned unchanged unless all have a temperature.
+    """
+    measured = [one.temperature for one in records if one.temperature is not None]
+    if not measured or len(measured) < len(records):
+        return list(records)
+    reference = reference_temperature([one.values for one in measured])
+    referred = [
+        replace(one, temperature=replace(warm, reference=reference))
+        for one, warm in zip(records, measured, strict=True)
+    ]
+    if not varies(temperatures(referred)):
+        return referred
+    viscous, coulomb, curvature = _shape(referred, bench)
+    return [
+        replace(
+            one,
+            temperature=replace(
+                warm,
+                reference=reference,
+                viscous_rate=viscous,
+                coulomb_rate=coulomb,
+                viscous_curvature=curvature,
+            ),
+        )
+        for one, warm in zip(records, measured, strict=True)
+    ]
+
+
+def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, float]:
+    """Return r [1/K], q [1/K] and k [1/K^2] of the module; 0 if nothing slips."""
+    alone = msgspec.structs.replace(bench, load=LoadTerms(("offset", TEMPERATURE)))
+    try:
+        samples, window = slipping(records, alone, SMALLEST_SHARE, None)
+    except UnusableLogs:
+        return 0.0, 0.0, 0.0
+    # without a shape, the second column of the effect is s h
+    excess = samples.sign * samples.loads["coulomb_temperature"]
+    every = max(1, excess.size // MOST_ROWS)
+    rows = np.column_stack([*samples.columns, excess, samples.effort])[::every]
+    line, left = _fitted(rows, curved=False)
+    square, less = _fitted(rows, curved=True)
+    gain = excess.size / window * np.log(left / less)
+    if _is_curved(rows[:, 4]) and gain > LEAST_GAIN:
+        line = square
+    return float(line[0]), float(line[1]), float(line[2])
+
+
+def _fitted(rows: Matrix, curved: bool) -> tuple[Vector, float]:
+    """Return r, q, k (3,) and the sum of the squared residuals.
+
+    rows: (n, 6), a, v, s, 1, h and effort. Without `curved`, k is 0.
+    """
+    a, v, s, one, h, effort = rows.T
+    shape = np.zeros(3)
+    left = np.inf
+    for _ in range(STEPS):
+        viscous = v * np.exp(shape[0] * h + shape[2] * h**2)
+        coulomb = s * np.exp(shape[1] * h)
+        slopes = [h * viscous, h * coulomb, *([h**2 * viscous] if curved else [])]
+        columns = np.column_stack([a, one, viscous, coulomb, *slopes])
+        scale = np.linalg.norm(columns, axis=0)
+        value = np.linalg.lstsq(columns / scale, effort, rcond=None)[0] / scale
+        left = float(np.sum((effort - columns @ value) ** 2))
+        if not (value[2] > 0.0 and value[3] > 0.0):
+            break
+        step = np.zeros(3)
+        step[: len(slopes)] = value[4:] / value[[2, 3, 2][: len(slopes)]]
+        shape = np.clip(shape + step, -MOST, MOST)
+    return shape, left
+
+
+def _is_curved(excess: Vector) -> bool:
+    """Return whether temperatures (n,) differ enough to show a curvature: more than two levels."""
+    scaled = excess / np.ptp(excess)
+    line = np.column_stack([np.ones(scaled.size), scaled])
+    left = scaled**2 - line @ np.linalg.lstsq(line, scaled**2, rcond=None)[0]
+    return bool(np.sqrt(np.mean(left**2)) > LEAST_CURVATURE)
