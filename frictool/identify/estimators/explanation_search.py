@@ -402,12 +402,13 @@ def _better(
     """Return whether the strokes are predicted better with a hypothesis than without it.
 
     A load is a statement about the machine, and has to predict clearly better. An effect has to
-    predict noticeably better.
+    predict noticeably better. The measured temperature is a known cause: its gain need not be the
+    same in all strokes, since the strokes of extreme temperatures have most of it.
     """
     if one.is_load or richer is None or simpler is None:
         return clearly_better(richer, simpler, confidence)
     noticeable = bool(np.sum(richer) < NOTICEABLE * np.sum(simpler))
-    return noticeable and beyond_chance(richer, simpler, confidence)
+    return noticeable and (one.needs_temperature or beyond_chance(richer, simpler, confidence))
 
 
 def _left(

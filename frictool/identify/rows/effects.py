@@ -41,7 +41,8 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 DRIFT_ORDER, WARMING_ORDER, TRAVEL_ORDER = 4, 2, 3
-WARMING, TEMPERATURE = "warming", "temperature"
+WARMING: Term = "warming"
+TEMPERATURE: Term = "temperature"
 # changes of viscous and of Coulomb friction per kelvin, and of viscous friction per square kelvin
 TEMPERATURE_NAMES = ("viscous_temperature", "coulomb_temperature", "viscous_curvature")
 # physical names of what may act besides friction and inertia, in all messages
