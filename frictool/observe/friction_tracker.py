@@ -15,6 +15,7 @@ import msgspec
 import numpy as np
 
 from frictool.adapters.axis_model import axis_of, load_of
+from frictool.adapters.temperature_factors import temperature_factors
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.observe.interval_estimate import EstimateRange, WearEstimate
@@ -56,6 +57,7 @@ class FrictionTracker:
         )
         self._swing = inertia / (2.0 * model.bench.encoder.resolution)
         self._quantile = NormalDist().inv_cdf(0.5 + 0.5 * confidence)
+        self._temperature = model.laws.temperature if model.laws is not None else None
         self._state = np.zeros(STATE_SIZE)
 
     def take(
@@ -70,6 +72,9 @@ class FrictionTracker:
         if not piece.follows:
             self._state[KNOWN], self._state[GAPS:] = 0.0, 0.0
         out = np.empty((3, piece.time.size))
+        warm = np.ones((2, piece.time.size))
+        if self._temperature is not None and piece.temperature is not None:
+            warm[:] = temperature_factors(self._temperature, piece.temperature)
         ends = [*(start for start, _ in known[1:]), piece.time.size]
         for (low, estimate), high in zip(known, ends, strict=True):
             factors, zones = _worn(estimate, self._quantile * ROUGH)
@@ -85,6 +90,7 @@ class FrictionTracker:
                 piece.position[part],
                 velocity[:, part],
                 piece.effort[part],
+                warm[:, part],
                 self._state,
                 out[:, part],
             )

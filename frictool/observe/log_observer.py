@@ -30,6 +30,12 @@ from frictool.observe.second_observer import SecondObserver, check_observer
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.wear_estimator import WearEstimator
 
+LEAST_RANGE = 5.0  # K, range of a log's temperature that a model should describe
+BEYOND = 2.0  # K beyond the temperatures of the model's logs that are no extrapolation
+UNKNOWN_LAW = (
+    "the model has no friction over temperature: a change of friction with the log's temperature "
+    "is part of the wear; identify the model from logs with a temperature"
+)
 OFTEN = 100  # samples per gap: with more gaps, no move is in one piece
 
 
@@ -123,6 +129,27 @@ class LogObserver:
         )
         self.wear.finish()
 
+    def _warm(self) -> list[str]:
+        """Return a warning if the temperature of the log cannot be taken out of the wear."""
+        log, laws = self.feed, self.model.laws
+        law = laws.temperature if laws is not None else None
+        measured = log.coldest <= log.hottest
+        if not measured and law is not None and (law.viscous or law.coulomb):
+            return [
+                f"the log has no temperature: the wear is that at {law.reference.value:.4g} degC, "
+                "the model's reference; name the column under columns.temperature of the bench"
+            ]
+        if not measured or law is None:
+            return [] if not measured or log.hottest - log.coldest < LEAST_RANGE else [UNKNOWN_LAW]
+        beyond = max(law.over.low - log.coldest, log.hottest - law.over.high)
+        if beyond <= BEYOND:
+            return []
+        return [
+            f"the log's temperatures, {log.coldest:.4g} to {log.hottest:.4g} degC, exceed the "
+            f"{law.over.low:.4g} to {law.over.high:.4g} degC of the model's logs: friction is "
+            "extrapolated"
+        ]
+
     def _silent(self) -> list[str]:
         """Return the reason why no wear was estimated."""
         if self.wear.estimate.moves:
@@ -177,7 +204,7 @@ class LogObserver:
             figures=self._figures(),
             observer=None if self.second is None else self.second.as_json(),
             losses=log.losses,
-            remarks=(*log.remarks(), *self._silent()),
+            remarks=(*log.remarks(), *self._warm(), *self._silent()),
             doubts=implausible(self.model, self.wear.estimate),
             confidence=self.settings.confidence,
             unit=origin.unit,

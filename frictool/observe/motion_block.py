@@ -20,7 +20,7 @@ class MotionBlock:
     time [s], position [rad | m], effort [N m | N]: (n,), finite. The effort is the drive times its
     constant. follows: True if the first sample is one period after the last sample of the previous
     block. velocity: (n,) [rad/s | m/s] from a simulation or a sensor, for comparison only; None if
-    the log has no velocity.
+    the log has no velocity. temperature: (n,) [degC]; None if the log has none.
     """
 
     time: Vector
@@ -28,3 +28,4 @@ class MotionBlock:
     effort: Vector
     follows: bool
     velocity: Vector | None = None
+    temperature: Vector | None = None

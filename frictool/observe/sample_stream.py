@@ -9,6 +9,7 @@ and the next block has `follows` False.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
@@ -56,7 +57,8 @@ class SampleStream:
 
     period: sample period [s] of the bench, or of the log if the two periods differ by more than 1
     %. truth: True if the velocity in the log comes from a simulation. gaps: number of gaps.
-    longest_gap: s. first, last: times of the first and the last sample [s].
+    longest_gap: s. first, last: times of the first and the last sample [s]. coldest, hottest: range
+    of the temperature [degC]; coldest > hottest if the log has none.
     """
 
     made: LogAssembly
@@ -73,6 +75,8 @@ class SampleStream:
     longest_gap: float = 0.0
     first: float = 0.0
     last: float = 0.0
+    coldest: float = math.inf
+    hottest: float = -math.inf
 
     @property
     def source(self) -> str:
@@ -123,17 +127,27 @@ class SampleStream:
             self._beginning.take(samples)
             effort = signals[name] if constant == 1.0 else constant * signals[name]
             position = signals["position"]
-            velocity = signals.get("velocity")
+            velocity, temperature = signals.get("velocity"), signals.get("temperature")
+            self._heat(temperature)
             for low, high, follows in self._parts(samples, before):
-                known = None if velocity is None else velocity[low:high]
+                known, warm = (
+                    None if values is None else values[low:high]
+                    for values in (velocity, temperature)
+                )
                 yield MotionBlock(
                     samples.time[low:high] / NS,
                     position[low:high],
                     effort[low:high],
                     follows,
                     known,
+                    warm,
                 )
             before = int(samples.time[-1])
+
+    def _heat(self, temperature: Vector | None) -> None:
+        if temperature is not None:
+            self.coldest = min(self.coldest, float(temperature.min()))
+            self.hottest = max(self.hottest, float(temperature.max()))
 
     def _parts(self, samples: SampleBlock, before: int | None) -> Iterator[tuple[int, int, bool]]:
         """Yield (start, end, follows) of each part of a block without a gap."""
@@ -229,7 +243,9 @@ def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStr
     measured_period = 1.0 / base.rate_hz
     apart = abs(measured_period / bench.sample_period_s - 1.0) > RATE_NOTED
     kept = tuple(
-        dict.fromkeys(name for name in ("position", effort[0], "velocity") if name in fields)
+        dict.fromkeys(
+            name for name in ("position", effort[0], "velocity", "temperature") if name in fields
+        )
     )
     indices = [fields.index(name) for name in kept]
     blocks = (

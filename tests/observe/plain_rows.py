@@ -40,12 +40,23 @@ def directions(position: Vector, layout: WeakFormLayout) -> list[int]:
     return out
 
 
-def row(position: Vector, effort: Vector, last: int, side: int, layout: WeakFormLayout) -> Vector:
-    """The columns and the effort (p + 1,) of the window that ends at `last`."""
+def row(
+    position: Vector,
+    effort: Vector,
+    last: int,
+    side: int,
+    layout: WeakFormLayout,
+    factors: tuple[Vector, Vector] | None = None,
+) -> Vector:
+    """The columns and the effort (p + 1,) of the window that ends at `last`.
+
+    factors: of viscous and dry friction at the temperature of each sample, (n,) each.
+    """
     window, reach, period = layout.window, layout.reach, layout.period
     total = dict.fromkeys((*layout.names, "effort"), 0.0)
     for j in range(window):
         k = last - window + 1 + j
+        thin, dry = (1.0, 1.0) if factors is None else (factors[0][k], factors[1][k])
         x, weight = position[k] + 0.5 * layout.count, layout.phi[j]
         speed = abs(position[k + reach] - position[k - reach]) / (2.0 * reach * period)
         velocity = (position[k + 1] - position[k - 1]) / (2.0 * period)
@@ -55,11 +66,11 @@ def row(position: Vector, effort: Vector, last: int, side: int, layout: WeakForm
             0.0, np.polynomial.Polynomial(layout.dry[int(side > 0)])(np.clip(x, *layout.mapped))
         )
         total["inertia"] += layout.second[j] * (position[k] - position[last])
-        total["viscous"] += weight * velocity
-        total["asymmetry"] += weight * side * velocity
+        total["viscous"] += weight * thin * velocity
+        total["asymmetry"] += weight * side * thin * velocity
         for place, knee in enumerate(layout.knees):
-            total[f"bend_{place}"] += weight * side * max(speed - knee, 0.0)
-        total[f"dry_{name}_{zone}"] += weight * side * friction
+            total[f"bend_{place}"] += weight * side * thin * max(speed - knee, 0.0)
+        total[f"dry_{name}_{zone}"] += weight * side * dry * friction
         total[f"level_{name}"] += weight * side
         acting = float(layout.effort @ effort[k - 1 : k + 2])
         total["effort"] += weight * (acting - load(x, layout) - layout.offset)
@@ -78,7 +89,12 @@ def load(x: float, layout: WeakFormLayout) -> float:
 
 
 def grams(
-    position: Vector, effort: Vector, layout: WeakFormLayout, rest: float, most: int
+    position: Vector,
+    effort: Vector,
+    layout: WeakFormLayout,
+    rest: float,
+    most: int,
+    factors: tuple[Vector, Vector] | None = None,
 ) -> list[tuple[Vector, int]]:
     """The Gram matrix and the number of rows of each move."""
     out: list[tuple[Vector, int]] = []
@@ -96,5 +112,5 @@ def grams(
             rows = []
         if side and run >= layout.window and (run - layout.window) % layout.every == 0:
             moving = moving if rows else side
-            rows.append(row(position, effort, k, side, layout))
+            rows.append(row(position, effort, k, side, layout, factors))
     return [*out, (np.transpose(rows) @ np.array(rows), len(rows))] if rows else out

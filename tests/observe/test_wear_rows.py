@@ -12,9 +12,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.documents.laws import Gravity, Laws, Load
+from frictool.documents.laws import (
+    FrictionOverTemperature,
+    Gravity,
+    Laws,
+    Load,
+    TemperatureChange,
+)
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate as Known
+from frictool.documents.quantity import Quantity, Span
 from frictool.documents.registry import load
 from frictool.errors import FrictoolError
 from frictool.observe.motion_block import MotionBlock
@@ -100,6 +107,35 @@ def test_moves_are_those_of_the_rows_written_out(layout: WeakFormLayout, seed: i
             move.gram, gram, rtol=1e-9, atol=1e-9 * np.max(np.outer(size, size), initial=1e-300)
         )
         np.testing.assert_array_equal(move.gram, move.gram.T)
+
+
+def test_moves_at_measured_temperatures_are_those_of_the_rows_written_out() -> None:
+    """Viscous friction halves in 50 K, the dry friction falls by 0.2 % per K."""
+
+    def slope(value: float) -> TemperatureChange:
+        return TemperatureChange(Known(value, value, value, "1/K", source="identified"))
+
+    law = FrictionOverTemperature(
+        Quantity(50.0, unit="degC"), Span(30.0, 80.0, "degC"), slope(-0.0139), slope(-0.002)
+    )
+    laws = msgspec.structs.replace(clutch().laws or Laws(), temperature=law)
+    layout = layout_of(msgspec.structs.replace(clutch(), laws=laws))
+    position, effort = stroked(layout, 3)
+    time = layout.period * np.arange(position.size)
+    warm = 40.0 + 15.0 * np.sin(time)
+    factors = np.exp(-0.0139 * (warm - 50.0)), np.exp(-0.002 * (warm - 50.0))
+    moves = MoveCollector(layout)
+    found = moves.take(MotionBlock(time, position, effort, False, None, warm)) + moves.end()
+    plain = plain_rows.grams(position, effort, layout, REST, int(MOST_ROWS), factors)
+    assert [move.rows for move in found] == [count for _, count in plain]
+    for move, (gram, _) in zip(found, plain, strict=True):
+        size = np.sqrt(np.diag(gram))
+        np.testing.assert_allclose(
+            move.gram, gram, rtol=1e-9, atol=1e-9 * np.max(np.outer(size, size))
+        )
+        assert move.excess == pytest.approx(40.0 + 15.0 * np.sin(move.time) - 50.0)
+    alone = taken(layout, position, effort)  # a log without a temperature
+    assert alone[0].gram[1, 1] != pytest.approx(found[0].gram[1, 1], rel=1e-3)
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)

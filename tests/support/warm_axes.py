@@ -32,8 +32,8 @@ Histories = Callable[[np.random.Generator], list[Vector]]
 class WarmTruth:
     """True axis: friction levels at COLD, relative fall of Coulomb friction per kelvin.
 
-    curved: True if viscous friction falls by the same ratio per kelvin (Reynolds); False for a
-    straight line.
+    wear: factor of the Coulomb friction. curved: True if viscous friction falls by the same ratio
+    per kelvin (Reynolds); False for a straight line.
     """
 
     inertia: float
@@ -42,6 +42,7 @@ class WarmTruth:
     offset: float
     fall: float
     curved: bool
+    wear: float = 1.0
 
     def viscous(self, temperature: Vector | float) -> Vector:
         """Return the viscous friction (n,) at temperatures (n,)."""
@@ -50,7 +51,7 @@ class WarmTruth:
 
     def coulomb(self, temperature: Vector | float) -> Vector:
         """Return the Coulomb friction (n,) at temperatures (n,)."""
-        return self.coulomb_cold * (1.0 - self.fall * (np.asarray(temperature) - COLD))
+        return self.wear * self.coulomb_cold * (1.0 - self.fall * (np.asarray(temperature) - COLD))
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,13 @@ def cold_and_hot(draw: np.random.Generator) -> list[Vector]:
     return [draw.uniform(25.0, 35.0) + drift, draw.uniform(70.0, 80.0) + drift]
 
 
+def changing(draw: np.random.Generator) -> list[Vector]:
+    """Return the temperature of one log, between any two temperatures of COLD to HOT."""
+    share = 1.0 - np.exp(-np.arange(SAMPLES) / SAMPLES * draw.uniform(1.0, 3.0))
+    first, last = draw.uniform(COLD, HOT, 2)
+    return [first + (last - first) * share / share[-1]]
+
+
 def simulated(truths: Sequence[WarmTruth], warm: Matrix, effort: Matrix) -> Matrix:
     """Return the positions (n, k) of k axes at temperatures (n, k) under efforts (n, k)."""
     step = PERIOD / STEPS / np.array([one.inertia for one in truths])
@@ -98,8 +106,16 @@ def simulated(truths: Sequence[WarmTruth], warm: Matrix, effort: Matrix) -> Matr
     return out
 
 
-def warm_axes(seeds: Sequence[int], curved: bool, histories: Histories) -> list[WarmAxis]:
-    """Return the axis of each seed, with a log for each of its temperatures."""
+def warm_axes(
+    seeds: Sequence[int],
+    curved: bool,
+    histories: Histories,
+    wears: Sequence[float] = (1.0,),
+) -> list[WarmAxis]:
+    """Return the axis of each seed, with a log for each of its temperatures.
+
+    The axes have the wears in turn.
+    """
     time = np.arange(SAMPLES) * PERIOD
     draws = [np.random.default_rng([seed, 41]) for seed in seeds]
     truths = [
@@ -110,8 +126,9 @@ def warm_axes(seeds: Sequence[int], curved: bool, histories: Histories) -> list[
             draw.uniform(-1.0, 1.0),
             draw.uniform(0.0, 0.003),
             curved,
+            wears[k % len(wears)],
         )
-        for draw in draws
+        for k, draw in enumerate(draws)
     ]
     logs = [(k, warm) for k, draw in enumerate(draws) for warm in histories(draw)]
     efforts = [

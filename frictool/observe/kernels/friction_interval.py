@@ -1,11 +1,12 @@
 """Friction at each sample, with its interval.
 
-    slip     direction (wear F(x, |v|) + added) + viscous v     F: dry friction (2.34), (4.41)
-    in gap   direction wear F_gap                               backlash (4.45)
-    rest     effort - offset - load(x)                          at most the worn breakaway
+    slip     direction (wear q F(x, |v|) + added) + g viscous v    F: dry friction (2.34), (4.41)
+    in gap   direction wear q F_gap                                backlash (4.45)
+    rest     effort - offset - load(x)                             at most the worn breakaway
 
-`added` is additive wear, and F_gap the friction inside the gap (backlash); the numbers are
-equations of the thesis. In slip, the friction is the model's law times the wear; at rest, the
+g and q are the factors of viscous and dry friction at the temperature of the sample, `added` is
+additive wear, and F_gap the friction inside the gap (backlash); the numbers are equations of the
+thesis. In slip, the friction is the model's law times the wear; at rest, the
 friction balances the effort. The axis is treated as at rest if the interval of its velocity
 contains 0. Because the axis may still move then, the interval of the friction includes the effort
 that stops the axis within one count. The position inside the backlash follows from the measured
@@ -81,11 +82,20 @@ def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Ma
 
 @kernel
 def _in_slip(
-    axes: Matrix, gap: Vector, x: float, v: float, factors: Matrix, zones: Matrix, loose: float
+    axes: Matrix,
+    gap: Vector,
+    x: float,
+    v: float,
+    factors: Matrix,
+    zones: Matrix,
+    loose: float,
+    viscous_factor: float,
+    dry_factor: float,
 ) -> tuple[float, float, float]:
     """Return value, low, high of the friction in slip at the position x and the velocity v.
 
-    loose: fraction of the three backlash widths for which the axis is inside its gap.
+    loose: fraction of the three backlash widths for which the axis is inside its gap. The
+    factors of viscous and dry friction are those at the temperature of the sample.
     """
     direction = 1.0 if v > 0.0 else -1.0
     speed = abs(v)
@@ -94,23 +104,23 @@ def _in_slip(
     high = 0.0
     wear = _worn(factors, zones, x, direction)
     if loose < 1.0:
-        dry = dry_friction(axes[0], x, direction, speed)
-        viscous = viscous_friction(axes[0], direction, speed)
+        dry = dry_factor * dry_friction(axes[0], x, direction, speed)
+        viscous = viscous_factor * viscous_friction(axes[0], direction, speed)
         worn = wear[VALUE] * dry + factors[2, VALUE]
         value = worn + viscous
         least = wear[LOW] * dry + factors[2, LOW] - worn
         most = wear[HIGH] * dry + factors[2, HIGH] - worn
         thin, thick = (
-            viscous_friction(axes[LOW], direction, speed),
-            viscous_friction(axes[HIGH], direction, speed),
+            viscous_factor * viscous_friction(axes[LOW], direction, speed),
+            viscous_factor * viscous_friction(axes[HIGH], direction, speed),
         )
         low = max(0.0, value - math.sqrt(least * least + (thin - viscous) ** 2))
         high = value + math.sqrt(most * most + (thick - viscous) ** 2)
     if loose > 0.0:
-        low = min(low, gap[LOW] * wear[LOW])
-        high = max(high, gap[HIGH] * wear[HIGH])
+        low = min(low, dry_factor * gap[LOW] * wear[LOW])
+        high = max(high, dry_factor * gap[HIGH] * wear[HIGH])
     if loose > 0.5:
-        value = gap[VALUE] * wear[VALUE]
+        value = dry_factor * gap[VALUE] * wear[VALUE]
     return (value, low, high) if direction > 0.0 else (-value, -high, -low)
 
 
@@ -138,6 +148,7 @@ def friction_along(
     x: Vector,
     v: Matrix,
     effort: Vector,
+    warm: Matrix,
     state: Vector,
     out: Matrix,
 ) -> None:
@@ -149,8 +160,9 @@ def friction_along(
     counts; swing v^2 is the effort that stops the axis within one count. factors: (3, 3), with the
     rows wear forward, wear backward and added friction. zones: (k, 5), with the columns start, end
     [rad | m], then value, low and high of the wear. quantile: quantile of the normal distribution.
-    x [rad | m], effort [N m | N]: (n,). v: (3, n). state: (STATE_SIZE,), updated in place. The
-    three columns of gap and factors, and the three rows of v, are value, low and high.
+    x [rad | m], effort [N m | N]: (n,). v: (3, n). warm: (2, n), factors of viscous and dry
+    friction. state: (STATE_SIZE,), updated in place. The three columns of gap and factors, and the
+    three rows of v, are value, low and high.
     """
     p = axes[0]
     # at rest: position, largest static friction forward and backward, load
@@ -180,10 +192,14 @@ def friction_along(
             # effort that stops the axis within one count
             stopped = swing * max(-slowest, fastest) ** 2
             spread = math.hypot(quantile * math.sqrt(state[NOISE] / state[WEIGHT]), stopped)
-            value = min(max(held, -backward), forward)
-            low = min(max(held - spread, -backward), forward)
-            high = min(max(held + spread, -backward), forward)
+            least = -warm[1, k] * backward
+            most = warm[1, k] * forward
+            value = min(max(held, least), most)
+            low = min(max(held - spread, least), most)
+            high = min(max(held + spread, least), most)
         else:
-            value, low, high = _in_slip(axes, gap[1], x[k], speed, factors, zones, loose)
+            value, low, high = _in_slip(
+                axes, gap[1], x[k], speed, factors, zones, loose, warm[0, k], warm[1, k]
+            )
         out[VALUE, k], out[LOW, k], out[HIGH, k] = value, low, high
         state[LAST_X], state[LAST_EFFORT] = x[k], effort[k]

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.adapters.temperature_factors import temperature_factors
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear import weak_form_rows
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
-from frictool.typing import Vector
+from frictool.typing import Matrix, Vector
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class Move:
     gram: (p + 1, p + 1), sum of row' row over the weak-form rows of the move; the columns are those
     of `WeakFormLayout.names`, then the effort [N m | N]. rows: number of rows. time: time [s] of
     the last sample of the last row. direction: 1 or -1. speed: mean speed over the rows [rad/s |
-    m/s].
+    m/s]. excess: temperature minus the reference of the model, at that time [K]; 0 if unknown.
     """
 
     gram: Vector
@@ -27,6 +28,7 @@ class Move:
     time: float
     direction: int
     speed: float
+    excess: float = 0.0
 
 
 class MoveCollector:
@@ -51,9 +53,9 @@ class MoveCollector:
         self._ring = np.zeros((layout.knees.size + layout.zones, 2 * layout.window))
         self._gram = np.zeros((self._columns, self._columns))
         self._move = np.zeros(weak_form_rows.MOVE_SIZE)
-        self._time, self._position, self._effort = (np.empty(0) for _ in range(3))
-        self._next = 0
+        self._forget_samples()
         self._last = 0.0
+        self._last_excess = 0.0
         weak_form_rows.forget(self._state, layout.gap)
 
     def take(self, piece: MotionBlock) -> list[Move]:
@@ -61,15 +63,18 @@ class MoveCollector:
         ended: list[Move] = []
         if not piece.follows:
             ended = self.end()
-        self._time, self._position, self._effort = (
+        layout = self.layout
+        excess, warm = _warmth(layout, piece)
+        self._time, self._position, self._effort, self._excess = (
             np.concatenate([buffer, new])
             for buffer, new in (
                 (self._time, piece.time),
                 (self._position, piece.position),
                 (self._effort, piece.effort),
+                (self._excess, excess),
             )
         )
-        layout = self.layout
+        self._warm = np.concatenate([self._warm, warm], axis=1)
         size = self._position.size
         behind = layout.window + layout.reach
         self._next = max(self._next, behind)
@@ -95,19 +100,22 @@ class MoveCollector:
                 layout.dry,
                 layout.load,
                 self._numbers,
+                self._warm,
             )
             if self._move[weak_form_rows.LAST] != seen:
-                self._last = float(
-                    self._time[start + int(self._move[weak_form_rows.LAST] - counted) - 1]
-                )
+                last = start + int(self._move[weak_form_rows.LAST] - counted) - 1
+                self._last = float(self._time[last])
+                self._last_excess = float(self._excess[last])
             if self._move[weak_form_rows.ENDED] > 0.0:
                 ended += self._closed()
         kept = max(0, self._next - behind)
-        self._time, self._position, self._effort = (
+        self._time, self._position, self._effort, self._excess = (
             self._time[kept:],
             self._position[kept:],
             self._effort[kept:],
+            self._excess[kept:],
         )
+        self._warm = np.ascontiguousarray(self._warm[:, kept:])
         self._next -= kept
         return ended
 
@@ -119,10 +127,15 @@ class MoveCollector:
     def end(self) -> list[Move]:
         """End the current move at a gap or the log's end; return [move], or [] without rows."""
         ended = self._closed()
-        self._time, self._position, self._effort = (np.empty(0) for _ in range(3))
-        self._next = 0
+        self._forget_samples()
         weak_form_rows.forget(self._state, self.layout.gap)
         return ended
+
+    def _forget_samples(self) -> None:
+        """Empty the buffers of samples."""
+        self._time, self._position, self._effort, self._excess = (np.empty(0) for _ in range(4))
+        self._warm = np.empty((2, 0))
+        self._next = 0
 
     def _closed(self) -> list[Move]:
         """Return [present move], or [] if it has no rows, and start the next move."""
@@ -135,7 +148,17 @@ class MoveCollector:
             self._last,
             int(self._move[weak_form_rows.SIDE]),
             float(self._move[weak_form_rows.SPEEDS]) / max(count, 1),
+            self._last_excess,
         )
         self._gram = np.zeros((self._columns, self._columns))
         self._move = np.zeros(weak_form_rows.MOVE_SIZE)
         return [move] if count > 0 else []
+
+
+def _warmth(layout: WeakFormLayout, piece: MotionBlock) -> tuple[Vector, Matrix]:
+    """Return excess temperatures (n,) [K] and factors (2, n) of viscous and dry friction."""
+    law = layout.temperature
+    if law is None or piece.temperature is None:
+        return np.zeros(piece.time.size), np.ones((2, piece.time.size))
+    factors = np.stack(temperature_factors(law, piece.temperature))
+    return piece.temperature - law.reference.value, factors

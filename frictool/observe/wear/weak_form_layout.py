@@ -1,13 +1,15 @@
 """Layout of the weak form's rows for a model: columns, windows and constants of the kernels.
 
-    effort - offset - load(x) = inertia a + viscous v + asymmetry |v|
-                                + sum_j bend_j (|v| - knee_j)+ s
+    effort - offset - load(x) = inertia a + g viscous v + g asymmetry |v|
+                                + g sum_j bend_j (|v| - knee_j)+ s
                                 + sum_d,z dry_d,z f(x, s) + sum_d level_d s
 
 x, v and a are position, velocity and acceleration. s is the direction of the motion, f the model's
-dry friction at the position x, and (...)+ the positive part. If the plant equals the model, dry_d,z
-is 1 in every direction d and zone z, and level_d is 0. The same row serves all kinds of wear:
-uniform, by direction, by zone, or additive (parameter_restriction.py).
+dry friction at the position x, and (...)+ the positive part. If the model has friction over
+temperature, and the log a temperature, g is the factor of viscous friction at that temperature, and
+f contains the factor of dry friction; otherwise g is 1. If the plant equals the model, dry_d,z is 1
+in every direction d and zone z, and level_d is 0. The same row serves all kinds of wear: uniform,
+by direction, by zone, or additive (parameter_restriction.py).
 
 The window is so long that the rounding of the encoder disturbs a row by at most NOISE_SHARE of the
 dry friction. The window is at most a third of the time for the travel at top speed, so that it fits
@@ -22,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.adapters.axis_model import axis_of, load_of
+from frictool.documents.laws import FrictionOverTemperature
 from frictool.documents.model import Model
 from frictool.errors import FrictoolError
 from frictool.friction.position_polynomial import mean_over
@@ -73,7 +76,8 @@ class WeakFormLayout:
     `mapped` (2,) [rad | m]. count: encoder step [rad | m]. gap: widest backlash plus one count
     [rad | m], or 0. stops: (2,), free range [rad | m]. load: array of plant/position_load.py.
     offset: the model's offset [N m | N]. friction: mean dry friction over the travel and both
-    directions [N m | N].
+    directions [N m | N]. temperature: change of friction with the temperature; None if the model
+    has none.
     """
 
     period: float
@@ -95,6 +99,7 @@ class WeakFormLayout:
     load: Vector
     offset: float
     friction: float
+    temperature: FrictionOverTemperature | None = None
 
     @property
     def zones(self) -> int:
@@ -167,9 +172,7 @@ def layout_of(
         ),
         fastest=3.0 * top.value if top is not None else math.inf,
         knees=_knees(model),
-        edges=np.linspace(
-            low, high, (zones or (ZONES if high > low and np.isfinite(high - low) else 1)) + 1
-        ),
+        edges=_edges(low, high, zones),
         dry=dry,
         mapped=mapped,
         count=count,
@@ -182,7 +185,14 @@ def layout_of(
         load=np.asarray(load_of(model).as_array()),
         offset=model.parameters.offset.value,
         friction=friction,
+        temperature=model.laws.temperature if model.laws is not None else None,
     )
+
+
+def _edges(low: float, high: float, zones: int | None) -> Vector:
+    """Return the edges (z + 1,) of the zones of a travel; one zone if the travel is unbounded."""
+    count = zones or (ZONES if high > low and np.isfinite(high - low) else 1)
+    return np.array([low, high]) if count == 1 else np.linspace(low, high, count + 1)
 
 
 def _window(inertia: float, count: float, friction: float, period: float, travelling: float) -> int:

@@ -21,7 +21,7 @@ import numpy as np
 from frictool.friction.position_polynomial import polynomial
 from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
-from frictool.typing import Vector
+from frictool.typing import Matrix, Vector
 
 MOST_ROWS = 400.0  # rows, after which an endless move is cut
 REST = 1.0  # windows of too little speed, after which a move has ended
@@ -92,22 +92,25 @@ def remember(
     edges: Vector,
     dry: Vector,
     numbers: Vector,
+    viscous_factor: float,
+    dry_factor: float,
 ) -> None:
     """Write bends and friction of a sample into the ring buffer.
 
     The values are written to the columns `index` and `index` + window, so that each window is
     contiguous. ring: (h + z, 2 window). The first h rows are bends. The other z rows, one per zone,
-    contain the friction [N m | N] at x [rad | m] in the zone of x, and 0 in the other zones.
+    contain the friction [N m | N] at x [rad | m] in the zone of x, and 0 in the other zones. The
+    factors of viscous and dry friction are those at the temperature of the sample.
     """
     bends = knees.shape[0]
     zones = edges.shape[0] - 1
     here = min(max(x, numbers[MAP_LOW]), numbers[MAP_HIGH])
-    friction = max(0.0, polynomial(dry[side], here))
+    friction = dry_factor * max(0.0, polynomial(dry[side], here))
     zone = 0
     while zone < zones - 1 and x >= edges[zone + 1]:
         zone += 1
     for j in range(bends):
-        ring[j, index] = ring[j, index + window] = max(speed - knees[j], 0.0)
+        ring[j, index] = ring[j, index + window] = viscous_factor * max(speed - knees[j], 0.0)
     for j in range(zones):
         ring[bends + j, index] = ring[bends + j, index + window] = friction if j == zone else 0.0
 
@@ -127,10 +130,12 @@ def fill_row(
     weights: Vector,
     load: Vector,
     numbers: Vector,
+    warm: Matrix,
 ) -> None:
     """Fill the row (p + 1,) of the window that ends at sample `last`.
 
-    The last entry is the effort. first: column of the ring buffer at which the window begins.
+    The last entry is the effort. first: column of the ring buffer at which the window begins. warm:
+    (2, n), factors of viscous and dry friction at the temperatures of the samples.
     """
     window = phi.shape[0]
     bends = ring.shape[0] - zones
@@ -143,7 +148,7 @@ def fill_row(
         k = start + j
         acceleration += second[j] * (position[k] - origin)
         if phi[j] > 0.0:
-            velocity += phi[j] * (position[k + 1] - position[k - 1])
+            velocity += phi[j] * warm[0, k] * (position[k + 1] - position[k - 1])
             mean_effort = (
                 weights[0] * effort[k - 1] + weights[1] * effort[k] + weights[2] * effort[k + 1]
             )
@@ -196,12 +201,13 @@ def walk(
     dry: Vector,
     load: Vector,
     numbers: Vector,
+    warm: Matrix,
 ) -> int:
     """Process samples from `begin` until a move has ended or fewer than `reach` samples remain.
 
     position, effort: (n,), with at least window + reach samples before `begin`. gram: (p + 1, p +
-    1) and move: (5,), of the current move. Return the index of the next sample to process;
-    move[ENDED] is 1 if the move has ended.
+    1) and move: (5,), of the current move. warm: as in `fill_row`. Return the index of the next
+    sample to process; move[ENDED] is 1 if the move has ended.
     """
     window = phi.shape[0]
     zones = edges.shape[0] - 1
@@ -226,7 +232,20 @@ def walk(
         index = int(state[SEEN]) % window
         side = 1 if direction > 0.0 else 0
         speed = abs(position[k + reach] - position[k - reach]) / (2.0 * reach * numbers[PERIOD])
-        remember(ring, index, window, position[k] + half, speed, side, knees, edges, dry, numbers)
+        remember(
+            ring,
+            index,
+            window,
+            position[k] + half,
+            speed,
+            side,
+            knees,
+            edges,
+            dry,
+            numbers,
+            warm[0, k],
+            warm[1, k],
+        )
         ready = state[RUN] - window
         if ready >= 0.0 and ready % every == 0.0:
             fill_row(
@@ -243,6 +262,7 @@ def walk(
                 weights,
                 load,
                 numbers,
+                warm,
             )
             if move[ROWS] == 0.0:
                 move[SIDE] = direction

@@ -9,7 +9,8 @@ several moves show a larger change (change_detection.py), the walk is enlarged u
 these moves: the wear has grown faster, or has jumped (thesis 6.3.2).
 
 The variance of the interval is the sum of the variance of the filters, the square of the lag behind
-a growing wear, and the square of FLOOR times the wear. FLOOR is the error that many moves do not
+a growing wear, the square of FLOOR times the wear and, if the model has friction over temperature,
+the variance of the dry friction at the mean temperature of the moves. FLOOR is the error that many moves do not
 reduce: errors of the friction's dependence on position and speed, and of approximations in the
 rows.
 """
@@ -66,6 +67,8 @@ class WearEstimator:
         self.moves = MoveCollector(self.layout)
         self._count = 0
         self._quantile = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
+        self._slope_deviation = _slope_deviation(model)
+        self._excess = 0.0  # mean over the moves, K
         # the wear after each of the last moves
         self._lately: deque[float] = deque(
             maxlen=1 + max(moves * count for moves, count, _ in GOING_ON)
@@ -87,6 +90,7 @@ class WearEstimator:
     def learn(self, move: Move) -> WearEstimate:
         """Return the estimate after one more move, from this or another collector."""
         self._count += 1
+        self._excess += (move.excess - self._excess) / self._count
         if self.bank.take(move):
             self._since, self._before = 0, self._since
         else:
@@ -97,7 +101,8 @@ class WearEstimator:
                 "inertia", 1.0 / self.model.parameters.inertia.value, INERTIA_FLOOR
             )
         }
-        wear = self._range("wear", 1.0, FLOOR, self._going)
+        floor = math.hypot(FLOOR, self._slope_deviation * self._excess)
+        wear = self._range("wear", 1.0, floor, self._going)
         alike = WearEstimate(move.time, self._count, wear, scale=self._scale, others=others)
         verdict = self.kinds.take(move)
         if (
@@ -142,6 +147,15 @@ class WearEstimator:
         value, deviation = self.bank.value(name)
         half = self._quantile * math.hypot(deviation, floor * value, extra)
         return EstimateRange(scale * value, scale * (value - half), scale * (value + half))
+
+
+def _slope_deviation(model: Model) -> float:
+    """Return the standard deviation of the dry friction's relative slope over temperature, 1/K."""
+    law = model.laws.temperature if model.laws is not None else None
+    if law is None or law.coulomb is None:
+        return 0.0
+    low, high = law.coulomb.slope.interval
+    return 0.5 * (high - low) / float(scipy.special.ndtri(0.5 + 0.5 * model.confidence))
 
 
 def apart(one: EstimateRange, other: EstimateRange) -> bool:
