@@ -10,9 +10,9 @@ these moves: the wear has grown faster, or has jumped (thesis 6.3.2).
 
 The variance of the interval is the sum of the variance of the filters, the square of the lag behind
 a growing wear, the square of FLOOR times the wear and, if the model has friction over temperature,
-the variance of the dry friction at the mean temperature of the moves. FLOOR is the error that many moves do not
-reduce: errors of the friction's dependence on position and speed, and of approximations in the
-rows.
+the variance of the dry friction at the mean temperature of the moves. FLOOR is the error that many
+moves do not reduce: errors of the friction's dependence on position and speed, and of
+approximations in the rows.
 """
 
 from __future__ import annotations
