@@ -38,6 +38,7 @@ def test_the_schema_describes_the_laws() -> None:
         "dwell",
         "restitution",
         "load",
+        "temperature",
     }
 
 
@@ -51,6 +52,11 @@ def test_the_schema_describes_the_laws() -> None:
             "value: 150.0",
             "value: 300.0",
             ["regimes: found a knee at 260 after one at 300; allowed: knees in rising order"],
+        ),
+        (
+            "reference: {value: 45.0, unit: degC}",
+            "reference: {value: 363.15, unit: K}",
+            ["reference: found 90 degC; allowed: 30 to 80 degC"],
         ),
         ("fresh: 0.9", "fresh: 0.0", ["laws.dwell.fresh", "> 0"]),
         ("rise_time_s: 0.25", "rise_time_s: 0", ["laws.dwell.rise_time_s", "> 0"]),

@@ -53,7 +53,9 @@ class MoveCollector:
         self._ring = np.zeros((layout.knees.size + layout.zones, 2 * layout.window))
         self._gram = np.zeros((self._columns, self._columns))
         self._move = np.zeros(weak_form_rows.MOVE_SIZE)
-        self._forget_samples()
+        self._time, self._position, self._effort, self._excess = (np.empty(0) for _ in range(4))
+        self._warm = np.empty((2, 0))
+        self._next = 0
         self._last = 0.0
         self._last_excess = 0.0
         weak_form_rows.forget(self._state, layout.gap)
@@ -127,15 +129,11 @@ class MoveCollector:
     def end(self) -> list[Move]:
         """End the current move at a gap or the log's end; return [move], or [] without rows."""
         ended = self._closed()
-        self._forget_samples()
-        weak_form_rows.forget(self._state, self.layout.gap)
-        return ended
-
-    def _forget_samples(self) -> None:
-        """Empty the buffers of samples."""
         self._time, self._position, self._effort, self._excess = (np.empty(0) for _ in range(4))
         self._warm = np.empty((2, 0))
         self._next = 0
+        weak_form_rows.forget(self._state, self.layout.gap)
+        return ended
 
     def _closed(self) -> list[Move]:
         """Return [present move], or [] if it has no rows, and start the next move."""
