@@ -1,4 +1,4 @@
-"""`python -m frictool`: the command line, where the program of that name is not on the path."""
+"""Entry point of `python -m frictool`, for use if the program `frictool` is not on the path."""
 
 from frictool.cli.main import main
 

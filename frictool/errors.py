@@ -86,7 +86,7 @@ class NoSolutionError(FrictoolError):
 
 
 class WorkerLost(FrictoolError):
-    """The same job made one worker process after another end.
+    """Several worker processes ended, one after another, while they ran the same job.
 
     job: index of the job in the list of jobs; None if no job began.
     """

@@ -143,7 +143,9 @@ def _minimise(
 def _by_riccati(
     plant: GeneralisedPlant, t: Matrix, recentring: float, chosen: TransformVariable
 ) -> LyapunovPair | None:
-    """Return (R, S) of one framed plant by Riccati equations; `t` is its first balancing.
+    """Return (R, S) of one plant in the variable `chosen` by Riccati equations.
+
+    t: first balancing of the plant's states.
 
     The result is None if the equations do not apply, if R and S violate the inequalities, or if
     they admit no controller.

@@ -188,7 +188,7 @@ def slowest_step(model: Model, least: ShortestTime, length: float) -> SlowestSte
 
 
 def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
-    """Return a vertex with the bench's drive and an open backlash, if its friction is known."""
+    """Return a vertex with the bench's drive; with an open backlash, if its friction is known."""
     axis, known = driven_axis(model.bench, vertex), model.bench.mechanics
     if known.backlash is None or known.backlash_coulomb is None:
         return axis

@@ -62,7 +62,10 @@ class ChosenWeights:
     least_effort: float = 1.0
 
     def relaxed(self, disturbance: float, effort: float) -> PlantWeights:
-        """Return the weights with W1 multiplied by `disturbance`, and W3 and A by `effort`.
+        """Return the weights with W1 times `disturbance`, and with W3 times `effort`.
+
+        The amplitude A of the reference, from which other weights are derived, is multiplied by
+        `effort`, too.
 
         Both factors are in (0, 1].
         """

@@ -74,7 +74,7 @@ class Verification(ResultView):
 
     @property
     def holds(self) -> bool:
-        """Return True if a bound is proved, nothing was altered, and a model is covered."""
+        """Return True if a bound is proved, nothing was altered, and a given model is covered."""
         return bool(self.proved) and self.unaltered and (self.model is None or self.model.holds)
 
 

@@ -221,7 +221,7 @@ def _pieces(interval: Interval) -> Iterator[Interval]:
 
 
 def _kernel_loop(loop: CertificateLoop, holds: HoldPolynomials) -> KernelLoop:
-    """Return the loop in the range of sigma of the axis's polynomials `holds`."""
+    """Return the loop as the kernel reads it, for the viscous rates at which `holds` is valid."""
     period = Fraction(loop.period)
     feedback = feedback_polynomials(loop)
     numerator, measured, denominator = (

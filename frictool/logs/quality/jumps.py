@@ -97,7 +97,7 @@ class PositionJumps:
         """Return the number of bits of a counter that overflows, or None.
 
         A counter overflows if several jumps are as long as the counter's range, and if the counter
-        values after the jumps span at most this range; both apart from `slack`.
+        values after the jumps span at most this range. Both lengths may deviate by `slack`.
         """
         if (
             self.count < FEWEST_WRAPS

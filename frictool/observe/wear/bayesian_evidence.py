@@ -43,7 +43,7 @@ def best_fit(gram: Vector, right: Vector) -> Vector:
 
 
 def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vector:
-    """Return ln p (m,) of the data under m priors, up to a common constant.
+    """Return the logarithms (m,) of the evidence of the data under m priors, up to a constant.
 
     best: (p,), least-squares fit. means (m, p), beliefs (m, p, p): means and covariances of the
     priors.

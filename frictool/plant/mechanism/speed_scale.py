@@ -27,11 +27,11 @@ def speed_scale(
 ) -> Vector:
     """Return the typical speeds (n,) [rad/s | m/s] of the blocks.
 
-    ratios: (a, b, q_b/q_a) of every link. pushed: (block, largest effort) of every source. known:
-    one block and its top speed. In each connected part of the mechanism one block determines the
-    speeds: by its top speed if known, else by the speed that the largest effort reaches within
-    RISE_S. The link ratios then give the speeds of the other blocks. Raises ElementError if these
-    speeds differ too much.
+    ratios: (a, b, speed of b divided by speed of a) for the blocks a and b of every link. pushed:
+    (block, largest effort) of every source. known: one block and its top speed. In each connected
+    part of the mechanism one block determines the speeds: by its top speed if known, else by the
+    speed that the largest effort reaches within RISE_S. The link ratios then give the speeds of the
+    other blocks. Raises ElementError if these speeds differ too much.
     """
     count = len(inertia)
     neighbours: list[list[tuple[int, float]]] = [[] for _ in range(count)]
