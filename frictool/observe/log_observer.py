@@ -76,7 +76,7 @@ THESE = EstimatorFactories()
 
 
 class LogObserver:
-    """Log under observation: iterate `parts` once, then call `outcome`."""
+    """Observation of one log; `parts` yields the estimates, then `outcome` is complete."""
 
     def __init__(
         self,
@@ -175,7 +175,7 @@ class LogObserver:
         )
 
     def wear_alone(self) -> WearEstimate:
-        """Return the final wear estimate; call this method instead of iterating `parts`."""
+        """Read the whole log for the wear alone, and return the final wear estimate."""
         for piece in self.feed.pieces():
             self.wear.take(piece)
         self.wear.finish()
@@ -187,7 +187,7 @@ class LogObserver:
         return self.feed.made.progress
 
     def outcome(self) -> ObservationOutcome:
-        """Return the outcome; call this after `parts` has ended."""
+        """Return the outcome, which is complete only after `parts` has ended."""
         log = self.feed
         made = self.feed.made
         origin = origin_of(

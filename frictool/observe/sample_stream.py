@@ -115,7 +115,7 @@ class SampleStream:
         return tuple(dict.fromkeys(odd))
 
     def pieces(self) -> Iterator[MotionBlock]:
-        """Yield the blocks; call this once.
+        """Yield the blocks of the log; the log can be read only once.
 
         Raises LogError if the log is damaged or has too many gaps.
         """
@@ -320,7 +320,7 @@ def _columns(made: LogAssembly, ready: PendingStream) -> dict[str, dict[str, str
 
 
 def _check_clock(source: str, time: Vector) -> None:
-    """Raise LogError if the first instants (n,) are too few or have no uniform clock."""
+    """Raise LogError if the first times (n,) are too few or not uniform."""
     if time.size < FEWEST:
         raise LogError(
             source,

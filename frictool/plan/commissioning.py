@@ -153,7 +153,10 @@ def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep
 
 
 def _strokes(bench: Bench, why: str, reached: tuple[ReachedPrecision, ...]) -> PlanStep:
-    """Return strokes for friction and inertia, or the best of FALLBACK_DURATION."""
+    """Return strokes that reach the precision FIRST_STROKES of friction and inertia.
+
+    If none do, return the most precise strokes of FALLBACK_DURATION.
+    """
     known = bench.mechanics
     wanted = {name: FIRST_STROKES for name in SLIDING if getattr(known, name).value > 0.0}
     try:
@@ -164,7 +167,7 @@ def _strokes(bench: Bench, why: str, reached: tuple[ReachedPrecision, ...]) -> P
 
 
 def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow: bool) -> PlanStep:
-    """Return the step that the judge of a controller leads to."""
+    """Return the next step, which depends on the result of a controller search."""
     model = outcome.model
     reached = _reached(outcome)
     left = narrowed_model(model) if narrow else model

@@ -91,7 +91,11 @@ def as_friction(
 
 
 def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple[float, float]:
-    """Return the smallest and the largest product of one of `beyond` and one of the two factors."""
+    """Return the interval of a block's slope, quotient of two efforts, behind one more link.
+
+    beyond: interval behind the other links. helped, against: slopes of this link
+    (`LinkLoss.slopes`).
+    """
     ends = [slope * one for slope in (helped, against) for one in beyond]
     return min(ends), max(ends)
 

@@ -314,7 +314,7 @@ class StepTest(Generic[V]):
     def _signals(
         self, loop: SimulatedLoop, record: Vector, known: Mapping[int, float], with_speed: bool
     ) -> ControllerSignals:
-        """Return the inner values of the controller that the log of a run contains."""
+        """Return the internal signals of the controller that the log of a run contains."""
         controller, program = self.controller, self._program
         period = controller.sample_period_s
         run = RecordedRun(

@@ -10,7 +10,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def auto(problem: SynthesisProblem) -> ControllerCandidate:
-    """Raise NoSolutionError, because a caller must first replace this method by another."""
+    """Raise NoSolutionError; a search replaces this method by another before the synthesis."""
     raise NoSolutionError(
         f"{problem.design.name}: method auto is a search by simulation, which frictool synth "
         f"conducts; synthesise the design that it finds"

@@ -222,7 +222,10 @@ class _FiniteSet:
         return float(np.max(self.open_loop.gains(k)))
 
     def slack(self, parameters: Vector, level: float) -> Vector:
-        """Return `level` minus each gain, and 1 minus each M |S|; all are >= 0 if all hold."""
+        """Return the slack of each constraint; all are >= 0 if the constraints hold.
+
+        The constraints are gain <= `level`, and (required modulus margin) |sensitivity| <= 1.
+        """
         k, _ = self.structure.response(parameters, self.structure.points(self.frequencies))
         rows = [level - self.open_loop.gains(k)]
         if self.steep is not None:

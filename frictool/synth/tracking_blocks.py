@@ -117,7 +117,10 @@ def _least_acceleration(
 
 
 def _smoothing(model: Model, rise: float) -> tuple[int, str]:
-    """Return the samples of the moving average and their source; `rise` is speed/acceleration."""
+    """Return the number of samples of the moving average, and the source of this number.
+
+    rise: (top speed)/(acceleration) [s].
+    """
     period = model.bench.sample_period_s
     if model.resonances is not None:
         lowest = min(pole.rad_s for pole in model.resonances.poles)

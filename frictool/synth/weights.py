@@ -202,7 +202,7 @@ class _WeightRules:
         return template(bandwidth, margin, error)
 
     def _amplitude(self, wanted: str) -> tuple[float, str]:
-        """Return A and its key in the bench; an error names the weight `wanted`."""
+        """Return the reference's amplitude A and its key in the bench; an error names `wanted`."""
         mechanics = self.model.bench.mechanics
         if self.speed and mechanics.top_speed is not None:
             return mechanics.top_speed.value, "mechanics.top_speed"

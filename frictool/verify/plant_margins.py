@@ -54,7 +54,7 @@ class PlantMargins:
         self._grid = np.append(0.0, np.geomspace(1e-6 * np.pi, np.pi, POINTS))
 
     def __call__(self, plant: LoggedPlant) -> float:
-        """Return the smallest margin over the plant's slopes and constants; 0 if unstable."""
+        """Return the smallest margin for all slopes and constants of the plant; 0 if unstable."""
         loops = self._scheduled(plant.point) if self._schedule is not None else self._loops
         return min(self.of(loop, point.rates) for loop in loops for point in plant.points())
 

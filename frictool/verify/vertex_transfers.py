@@ -144,7 +144,7 @@ def _closed(controller: Controller, vertex: Vertex, weights: PlantWeights) -> Lt
 
 
 def _closed_by_speed(controller: Controller, rates: AxisRates, lag: float) -> Lti:
-    """Return the loop of a controller fed by the speed error, with s and friction as inputs."""
+    """Return the loop of a controller of the speed error; inputs: speed reference, friction."""
     period, velocity = controller.sample_period_s, controller.velocity
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     drive = gain(1.0, period)

@@ -59,7 +59,7 @@ def _encoder(observer: Observer, switched: Switched) -> str:
 
 
 def _constant(switched: Switched) -> str:
-    """Return a note if UNIT_DEVIATION of the friction replaces a Delta of 0 in thesis (6.18)."""
+    """Return a note if gamma refers to an assumed deviation, since friction is constant."""
     chosen = [
         mode
         for mode in switched.modes

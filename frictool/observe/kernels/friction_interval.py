@@ -126,7 +126,10 @@ def _in_slip(
 
 @kernel
 def _play(state: Vector, x: float, direction: float, widths: Vector) -> float:
-    """Update the plays to position x; return the fraction of widths with the axis in its gap."""
+    """Update the play operators of three backlash widths to the position x.
+
+    Return the fraction of the widths for which the axis is inside the backlash.
+    """
     loose = 0
     for which in range(3):
         half = 0.5 * widths[which]

@@ -90,7 +90,7 @@ class FilterBank:
         return self.inflation * float(np.min(self._squares)) / self._rows
 
     def take(self, move: Move) -> bool:
-        """Update the filters with a move; return True if the move shows a change of `name`."""
+        """Update the filters with a move; return True if the parameter `name` has changed."""
         information, right, squares = self._information(move)
         missed = right - _times(information, self.states)
         index = self._index
