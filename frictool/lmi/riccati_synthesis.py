@@ -127,7 +127,10 @@ def _regular(plant: GeneralisedPlant) -> bool:
 
 
 def _excess(plant: GeneralisedPlant, gamma: float) -> float:
-    """Return (spectral radius of X Y)/gamma^2 - 1; NaN if X >= 0 and Y >= 0 do not exist."""
+    """Return (spectral radius of X Y)/gamma^2 - 1; X and Y are the solutions of the equations.
+
+    The result is NaN if X or Y does not exist or is indefinite.
+    """
     pair = _solutions(plant, gamma)
     return math.nan if pair is None else _radius(*pair) / gamma**2 - 1.0
 

@@ -15,6 +15,6 @@ def tail_samples(count: int) -> int:
 
 
 def final_value(position: Vector) -> float:
-    """Return the mean [rad or m] of the last `tail_samples` positions of a hold, position (n,)."""
+    """Return the mean [rad or m] of the last `tail_samples` of the positions (n,) of a hold."""
     tail = position[-tail_samples(position.size) :]
     return float(np.add.reduce(tail) / tail.size)  # equal to np.mean

@@ -27,5 +27,8 @@ def noise_deviation(signal: Vector) -> float:
 
 
 def noise_floor(signal: Vector) -> float:
-    """Return the peak of n samples of the white noise alone: (sqrt(2 ln n) + 2) deviation."""
+    """Return the peak of n samples of the white noise alone.
+
+    The peak is sqrt(2 ln n) + 2 times the standard deviation of the noise.
+    """
     return noise_deviation(signal) * (math.sqrt(2.0 * math.log(max(signal.size, 2))) + MARGIN)

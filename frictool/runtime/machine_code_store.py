@@ -83,7 +83,7 @@ class KernelStore(FunctionCache):
         return str(self._folder)
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Return the stored code; None if the caller must compile: other processes then wait."""
+        """Return the stored code; None if this process must compile it, while others wait."""
         context.refresh()
         if not self._place(signature):
             return None
@@ -149,7 +149,7 @@ class KernelStore(FunctionCache):
         return True
 
     def _state(self, signature: Any) -> State:
-        """Return the state of the sources of the function's module and the arguments' classes."""
+        """Return the state of the sources of a function's module and its arguments' classes."""
         sources = sources_of(self._folder, self._module, self._source)
         classes = {
             one.instance_class.__module__

@@ -121,7 +121,7 @@ def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int
 
 
 def phase_crossings(loop: Lti) -> Vector:
-    """Return the sorted angular frequencies [rad/s] in (0, pi/T] where L is real."""
+    """Return the angular frequencies [rad/s], up to pi/period, where the loop gain is real."""
     n = loop.order
     zero = np.zeros
     # z x = a x + b u,  p = z (a p + b u),  c x = c p
@@ -143,7 +143,7 @@ def phase_crossings(loop: Lti) -> Vector:
 
 
 def gain_crossings(loop: Lti) -> Vector:
-    """Return the sorted angular frequencies [rad/s] in (0, pi/T) where |L| = 1."""
+    """Return the angular frequencies [rad/s], below pi/period, where |loop gain| = 1."""
     n = loop.order
     zero = np.zeros
     a = loop.a

@@ -125,7 +125,7 @@ class CanonicalWriter:
             start += len(one.record) + len(one.behind)
 
     def finish(self) -> None:
-        """Write the end of the data, the summary and the footer; do not close the output."""
+        """Write the end of the data, the summary and the footer; the output stays open."""
         self._drain()
         self._thread.shutdown()
         self._put(_bytes(DataEnd(self._crc)))

@@ -50,7 +50,7 @@ class CandidateFamily:
 
     @property
     def starts(self) -> list[Vector]:
-        """Return the starting points in the unit cube, each (d,)."""
+        """Return the starting points in the unit cube, each (d,) for d parameters."""
         count = len(self.parameters[0].starts)
         return [
             np.array([_unit(one, one.starts[index]) for one in self.parameters])
