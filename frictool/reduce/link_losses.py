@@ -136,8 +136,6 @@ def _reflected_inertia(
 
         If the bound is negative, the mechanism locks and nothing accelerates; the blocks with
         negative shares are then left out.
-
-        A negative share means that the mechanism locks, so that nothing accelerates.
         """
         value = share(names, 0)
         if value > 0.0:

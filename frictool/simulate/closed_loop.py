@@ -337,7 +337,7 @@ class StepTest(Generic[V]):
 def _known_values(
     plant: SimulatedPlant[V], variants: Sequence[V], states: Mapping[str, int]
 ) -> list[dict[int, float]]:
-    """Return the scheduled parameters of each variant: value by state index.
+    """Return the scheduled parameters of each variant: state index -> value.
 
     The list is empty if no value is known. `states` maps names of parameters to state indices.
     """

@@ -73,8 +73,9 @@ class PlacementTrial:
 
 
 def rst(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the RST controller with the best w, m and f, even if it violates the specification.
+    """Return the RST controller of the best tuning, even if it violates the specification.
 
+    The tuning consists of the natural frequency w, the damping m and the frequency ratio f.
     Raises NoSolutionError if the controller's order is below the plant's order, or if no tuning is
     stable at every vertex.
     """

@@ -42,8 +42,9 @@ _LOWEST = float(np.log(SLOWEST))
 class StructuredController:
     """Structure of a controller; its methods take the array of parameters.
 
-    order: at least 1. bound, around: b and w0 [rad/s]. gain: k [drive per rad | m]. period: T [s],
-    0 for continuous time.
+    The symbols are those of the module docstring. order: at least 1. bound: largest modulus b of a
+    pole. around: scaling frequency w0 [rad/s]. gain: k [drive per rad | m]. period: T [s], 0 for
+    continuous time.
     """
 
     order: int

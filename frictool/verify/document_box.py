@@ -28,7 +28,8 @@ def check_box(controller: Controller) -> None:
     Raises
     ------
     NoSolutionError
-        If a vertex or a part of an interval is outside the box, or if the document has no vertex.
+        If a vertex or a part of an interval of the bench is outside the document's intervals, or if
+        the document has no vertex.
     """
     vertices = vertex_points(controller)
     holder = "the vertices" if controller.certificate is None else "the certificate's box"

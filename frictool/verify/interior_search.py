@@ -1,8 +1,9 @@
 """Search for the worst closed loop inside the box of plants: scattered points and a local search.
 
-The result is a lower bound of the worst norm in the box, not a proof. Upper bounds are computed in
-verify/zero_exclusion.py (constant parameters) and lmi/common_bound.py (parameters that vary with
-time).
+The box contains every plant whose parameters are in given intervals; the vertices are the plants at
+the ends of the intervals. The result is a lower bound of the worst norm in the box, not a proof.
+Upper bounds are computed in verify/zero_exclusion.py (constant parameters) and lmi/common_bound.py
+(parameters that vary with time).
 """
 
 from __future__ import annotations
@@ -78,8 +79,8 @@ def worst_inside(
 ) -> tuple[WorstPlant, WorstPlant]:
     """Return the worst plant of the vertices, and the worst plant between the vertices.
 
-    Inside the box, POINTS scattered plants are evaluated first; a local search then starts at the
-    worst of these plants and the vertices.
+    Between the vertices, POINTS scattered plants are evaluated first; a local search then starts at
+    the worst of these plants and the vertices.
     """
     box = enclosing_box(vertices)
     at_vertices = worst_norm(controller, plant, vertices)
@@ -93,7 +94,7 @@ def worst_sensitivity(
 ) -> tuple[float, float, PlantPoint]:
     """Return the largest sensitivity at the vertices; that between them, with its plant.
 
-    Inside the box, POINTS scattered plants are evaluated.
+    Between the vertices, POINTS scattered plants are evaluated.
     """
 
     def sensitivity(point: PlantPoint) -> float:

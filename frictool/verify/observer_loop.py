@@ -75,7 +75,11 @@ def check_observer(observer: Observer, hold: Held = float) -> None:
 
 
 def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
-    """Return the observer per mode without the drive; inputs: m and effort, states: errors."""
+    """Return the observer per mode without the drive.
+
+    The inputs are m = minus the difference quotient of the position, and the effort. The first state
+    is the measured minus the estimated position.
+    """
     if observer.tracking is not None:
         return (ObserverSpeed(_tracking(observer, hold)),)
     switched = observer.switched
@@ -97,8 +101,9 @@ def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
 def _tracking(observer: Observer, hold: Held) -> Lti:
     """Return the system from m and the effort to minus the estimated speed.
 
-    The states are the measured minus the estimated position after a sample, and the predictions of
-    speed and disturbance for the next sample.
+    m is minus the difference quotient of the position. The states are the measured minus the
+    estimated position after a sample, and the predictions of speed and disturbance for the next
+    sample.
     """
     tracking = observer.tracking
     assert tracking is not None

@@ -99,7 +99,7 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
     Raises
     ------
     NoSolutionError
-        If a bound is missing or not proved, the certificate's box does not contain the bench's
+        If a bound is missing or not proved, the certificate's intervals do not contain the bench's
         intervals, a loop is unstable or has less than the specified margin, or the realisations in
         the document differ.
     FrictoolError
@@ -127,9 +127,9 @@ def recheck(controller: Controller) -> None:
     Raises
     ------
     NoSolutionError
-        If the box does not contain the bench's intervals, a corner of the box is not a vertex, a
-        loop is unstable or has less than the specified margin, or a margin in `verified` differs
-        from the margin that the coefficients give.
+        If the document's intervals do not contain the bench's intervals, no vertex is at some
+        combination of their ends, a loop is unstable or has less than the specified margin, or a
+        margin in `verified` differs from the margin that the coefficients give.
     """
     check_document(controller, margins=True)
     check_box(controller)

@@ -1,7 +1,8 @@
 """Proof that an axis inside the band of its controller comes to rest and stays there.
 
 While the drive is released, the forces on the axis are friction, the decaying drive i and a
-disturbance. F is the smallest friction of all plants of the box. For |disturbance| <= d < F,
+disturbance. F is the smallest friction of all plants of the certificate's box, which contains every
+plant with parameters in the stored intervals. For |disturbance| <= d < F,
 
     J v' = K i(t) - friction + disturbance    =>    the axis moves by at most D = J w^2/(2 (F - d))
 

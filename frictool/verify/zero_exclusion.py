@@ -1,7 +1,8 @@
 """Proof of stability, sensitivity and norm for every constant plant of a box, by zero exclusion.
 
-The closed loop of thesis figure 5.11 or 5.25 with the sampled axis is T(z) = N(z)/D(z). D is the
-characteristic polynomial of the whole loop (zero_exclusion_kernel.py). Theorem: if
+A box contains every plant with parameters in given intervals. The closed loop of thesis figure 5.11
+or 5.25 with the sampled axis is T(z) = N(z)/D(z). D is the characteristic polynomial of the whole
+loop (zero_exclusion_kernel.py). Theorem: if
 
     (a) the roots of D lie in the unit circle for one plant of the box,
     (b) D(z) differs from zero for every plant of the box and every |z| = 1,
@@ -9,10 +10,10 @@ characteristic polynomial of the whole loop (zero_exclusion_kernel.py). Theorem:
 
 then the loop of every constant plant of the box is stable with a norm below g. The reason is that
 roots depend continuously on the plant, the box is connected, and by (b) no root crosses the circle.
-(b) and (c) are proved on cells: boxes in frequency and plant parameters that are halved until the
-enclosure is sharp enough. (a) is proved by Mikhailov's criterion: along half the circle, the
-argument of D, a polynomial of degree n in the bilinear variable, changes by n pi/2. The sensitivity
-is the norm of a loop without weights.
+(b) and (c) are proved on cells: products of an interval of the frequency and intervals of the plant
+parameters, halved until the enclosure is sharp enough. (a) is proved by Mikhailov's criterion:
+along half the circle, the argument of D, a polynomial of degree n in the bilinear variable, changes
+by n pi/2. The sensitivity is the norm of a loop without weights.
 
 The proof uses no solver, no grid and no stored figure besides g. All coefficients are computed from
 the stored ones in integers, and all rounding errors of the kernel are bounded (taylor_forms.py).

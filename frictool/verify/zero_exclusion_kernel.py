@@ -74,7 +74,9 @@ class KernelLoop(NamedTuple):
     `measured` is N_v, (2, 0) without a measured speed. If `free`, the factor 2 p of N is left out.
     `holds` (4, n + 1) are the polynomials of h_1, h_2, a and b in sigma - `middle`, `errors` (4,)
     bounds of their errors. `lost` is 1 - e, `kept` is 1 + e. `delay` is in samples, `period` in s.
-    `error` and `noise` are W2 and W4 as gain, zero and pole of gain (q + zero p)/(q + pole p).
+    `error` and `noise` are W2 and W4 as gain, zero and pole of gain (q + zero p)/(q + pole p). The
+    weights `disturbance` (on the friction), `drive` (on i), `command` (on u) and `eta` are numbers;
+    a row or column with the weight 0 is left out of the matrix.
     """
 
     numerator: ComplexVector
@@ -166,9 +168,9 @@ def workspace(loop: KernelLoop) -> KernelWorkspace:
 def inverse_inertia(
     box: KernelBox, drive: tuple[float, float], viscous: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return (low, high) bounds of alpha of the plants with kappa and sigma in given intervals.
+    """Return (low, high) bounds of T^2/J for the plants with kappa and sigma in given intervals.
 
-    There is no such plant if low > high.
+    `drive` is the interval of kappa, `viscous` that of sigma. There is no such plant if low > high.
     """
     low = max(box.inverse[0], drive[0] / box.drive[1])
     high = min(box.inverse[1], drive[1] / box.drive[0])
@@ -191,8 +193,10 @@ def inverse_inertia(
 def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
     """Return an upper bound, as a form, of phi for every plant with these kappa and sigma.
 
-    alpha has three upper bounds: the upper end of its interval, kappa/(least drive), and
-    sigma/(least viscous rate). The bound that is smallest in the middle of the cell is used.
+    phi is the Coulomb friction times T^2/J. T^2/J has three upper bounds: the upper end of its
+    interval, kappa divided by the least actuator's constant, and sigma divided by the least
+    (viscous friction)/T if that is positive. The bound that is smallest in the middle of the cell
+    is used.
     """
     most = box.inverse[1]
     form = constant(box.friction * most * UP)
