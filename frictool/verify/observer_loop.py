@@ -77,8 +77,8 @@ def check_observer(observer: Observer, hold: Held = float) -> None:
 def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
     """Return the observer per mode without the drive.
 
-    The inputs are m = minus the difference quotient of the position, and the effort. The first state
-    is the measured minus the estimated position.
+    The inputs are m = minus the difference quotient of the position, and the effort. The first
+    state is the measured minus the estimated position.
     """
     if observer.tracking is not None:
         return (ObserverSpeed(_tracking(observer, hold)),)
