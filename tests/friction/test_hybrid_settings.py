@@ -66,3 +66,31 @@ def test_a_bench_out_of_range_is_refused(bad: float) -> None:
         violations(LAWS["hybrid_a"], replace(TABLE, inertia=bad), GOOD)
     with pytest.raises(ValueError, match=r"^step is .*; allowed: a finite number > 0$"):
         violations(LAWS["hybrid_a"], TABLE, replace(GOOD, step=bad))
+
+
+@pytest.mark.parametrize(
+    ("changed", "start"),
+    [
+        ({"convergence_rate": 1280.0}, None),  # p0 = 5/T_s is allowed
+        ({"capture_velocity": 2.0}, "Sigma < delta_x p0"),
+        ({"shortest_step": 0.25, "hold_time": 0.25}, None),  # T_0 = T_e_min is allowed
+        ({"step": 0.25}, "m Sigma > u_max T_e"),
+        ({"capture_velocity": 0.125}, "Sigma > 3 v_s"),
+    ],
+)
+def test_equality_breaks_the_strict_inequalities_only(
+    changed: dict[str, float], start: str | None
+) -> None:
+    """The two sides are equal without rounding."""
+    bench = HybridBench(
+        sample_period=2.0**-8,
+        encoder_step=2.0**-10,
+        inertia=1.0,
+        effort_limit=2.0,
+        stribeck_velocity=0.125 / 3.0 if start == "Sigma > 3 v_s" else 2.0**-10,
+    )
+    settings = replace(
+        HybridSettings(convergence_rate=2048.0, capture_velocity=0.5, step=2.0**-10), **changed
+    )
+    found = [line.split(":")[0] for line in violations(LAWS["hybrid_a"], bench, settings)]
+    assert found == ([] if start is None else [start])
