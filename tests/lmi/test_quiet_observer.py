@@ -112,3 +112,18 @@ def test_what_has_no_solution_is_refused() -> None:
             ValueError, match="allowed: a decay above 0 and at most 1, a factor above 1"
         ):
             quiet_gains({0: _axis(1.0)}, [(0, 0)], NOISE, decay, factor)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
+def test_gains_and_noise_do_not_depend_on_the_unit_of_a_measurement(unit: float) -> None:
+    """A mode measures, with its noise, in another unit than the other mode."""
+    random = np.random.default_rng(0)
+    modes = {0: _random(random), 1: _random(random)}
+    plain = quiet_gains(modes, ALL, NOISE, 0.98, 2.0)
+    other = {**modes, 1: replace(modes[1], c=unit * modes[1].c)}
+    found = quiet_gains(other, ALL, {**NOISE, 1: unit * NOISE[1]}, 0.98, 2.0)
+    assert found.noise_gain == pytest.approx(plain.noise_gain, rel=1e-3)
+    np.testing.assert_allclose(found.gains.gains[0], plain.gains.gains[0], rtol=1e-2, atol=1e-4)
+    np.testing.assert_allclose(
+        unit * found.gains.gains[1], plain.gains.gains[1], rtol=1e-2, atol=1e-4
+    )
