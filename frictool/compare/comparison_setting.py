@@ -27,7 +27,9 @@ import numpy as np
 
 from frictool.documents.friction import Friction
 from frictool.documents.quantity import Axis
+from frictool.friction.elasto_plastic import PLASTIC_FROM
 from frictool.friction.law_extension import NO_EXTENSION, FrictionExtension
+from frictool.friction.leuven import DEFAULT_EXPONENT
 from frictool.friction.position_polynomial import normalise
 
 TIME_CONSTANT = 2.5  # s, m/sigma_v of table 3.1
@@ -35,8 +37,6 @@ TIME_CONSTANT = 2.5  # s, m/sigma_v of table 3.1
 STRIBECK_VELOCITY, PRESLIDING, EFFORT_LIMIT, DEAD_BAND = 1e-3, 1e-5, 2.0, 1e-3
 # printed: 1e-4 and 1e-4, which violate (3.11) and Sigma > 3 v_s
 STEP, SWITCH_VELOCITY, DECAY = 4e-5, 4e-3, 1e3
-PLASTIC_FROM = 0.9
-LEUVEN_EXPONENT = 10.0
 PREISACH_INTERVALS = 20
 SHORTEST = 1e-9  # s | m, smallest plausible unit; its inverse is the largest
 FALL = 0.5  # (F_s - F_c)/F_c of table 3.1
@@ -236,7 +236,7 @@ def scaled_setting(
         stribeck_exponent=2.0,
         presliding=presliding,
         plastic_from=PLASTIC_FROM,
-        leuven_exponent=LEUVEN_EXPONENT,
+        leuven_exponent=DEFAULT_EXPONENT,
         stiffness=stiffness,
         damping=2.0 * math.sqrt(mass * stiffness),
         dead_band=DEAD_BAND * speed,

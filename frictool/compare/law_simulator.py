@@ -150,16 +150,7 @@ class LawSimulator:
 
         Raises ValueError if the law does not allow the parameters of the setting.
         """
-        friction_law = LAWS[law]
-        values = law_values(self._setting)
-        chosen = {}
-        for parameter in friction_law.parameters:
-            if parameter.comparison_value is not None:
-                chosen[parameter.name] = parameter.comparison_value(values)
-            elif parameter.name in values:
-                chosen[parameter.name] = values[parameter.name]
-        tail = None if friction_law.tail is None else friction_law.tail(values)
-        return friction_law.pack(chosen, self._setting.axis, tail)
+        return LAWS[law].pack_shared(law_values(self._setting), self._setting.axis)
 
     def defaults(self, laws: tuple[str, ...]) -> list[str]:
         """Return a line for each parameter of `laws` that has its default value."""

@@ -14,6 +14,16 @@ from frictool.documents.quantity import (
     ViscousEstimate,
 )
 
+KEY = "presliding"  # key of the law's name in the record `log` of a simulated log
+
+
+def presliding_words(owner: str, law: str) -> str:
+    """Return the warning that no verification covers the presliding law of `owner`."""
+    return (
+        f"{owner} has presliding friction by {law}, which is simulated only: the controller's "
+        "margins and certificate do not cover the stiffness of the contact"
+    )
+
 
 class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameters of one presliding law. A branch is the part of a loop between two reversals.
@@ -89,11 +99,15 @@ class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             )
 
 
+# dynamic laws of friction/law_registry.py
+ContactLaw = Literal["dahl", "lugre", "elasto_plastic", "leuven", "leuven_masing", "maxwell_slip"]
+
+
 class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Presliding laws of a model.
 
-    - `law`: Law with the best prediction of held-out branches (parts of loops between two
-      reversals).
+    - `law`: Law of the simulations. `identify` writes the law with the best prediction of held-out
+      branches (parts of loops between two reversals).
     - `limit`: Largest deflection z_max of the contacts, according to `law`.
     - `stiffness`: Slope of the effort against the deflection at 0, according to `law`.
     - `breakaway`: Breakaway with which the laws were fitted.
@@ -103,7 +117,7 @@ class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     """
 
     # 2.4.3
-    law: Literal["lugre", "elasto_plastic", "maxwell_slip"]
+    law: ContactLaw
     limit: PositiveLengthEstimate
     stiffness: StiffnessEstimate
     breakaway: NonNegativeEffortEstimate

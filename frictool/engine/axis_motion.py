@@ -9,7 +9,8 @@ changes: at a knee, at the boundary of the Stribeck layer and at an end of the p
 If the breakaway grows with the time at rest, engine/drive_lag.py computes the time of the
 breakaway. If friction is nonlinear in speed or position, or a load depends on the position
 (plant/position_load.py), the slip is integrated in steps (engine/slip_integration.py); otherwise
-the slip has a closed form.
+the slip has a closed form. A dynamic law, which neither sticks nor slips, is integrated by
+engine/dynamic_law_axis.py.
 
 The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the
@@ -32,6 +33,7 @@ from frictool.engine.axis_friction import (
     threshold,
 )
 from frictool.engine.drive_lag import lagged_drive, outgrowing_time
+from frictool.engine.dynamic_law_axis import has_dynamic_law, move_under_law
 from frictool.engine.slip_closed_form import (
     NEVER,
     Phase,
@@ -309,13 +311,13 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
 
     The test is exact, because the drive tends monotonically to the command and the breakaway does
     not fall at rest. The result is False for an axis with a winding, because the winding changes
-    the drive limit within a period.
+    the drive limit within a period, and for a dynamic law, which deflects under any effort.
     """
     if state[ax.VELOCITY] != 0.0 or p[ax.RESISTANCE] > 0.0:
         return False
     command = min(max(command, -p[ax.DRIVE_LIMIT]), p[ax.DRIVE_LIMIT])
     if p.shape[0] > al.PLAIN_SIZE:
-        return bool(_is_held(state, command, p, p))
+        return bool(not has_dynamic_law(p) and _is_held(state, command, p, p))
     return bool(_is_held(state, command, p, None))
 
 
@@ -361,8 +363,9 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
     """Advance `state` (7,), in place, by `duration` [s] under a held `command` [A | V].
 
     parameters: (14,), or (EXTENDED_SIZE,) with laws, or more with a load (plant/position_load.py
-    `with_load`). The limit of the winding is computed for the speed at the beginning of the call.
-    Returns a status of engine/status_codes.py.
+    `with_load`) or a dynamic law (engine/dynamic_law_axis.py), whose states follow in `state`. The
+    limit of the winding is computed for the speed at the beginning of the call. Returns a status of
+    engine/status_codes.py.
     """
     total = command * 0.0 + duration
     for index in range(ax.STATE_SIZE):
@@ -378,5 +381,7 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
     if parameters[ax.LAG] == 0.0:
         state[ax.DRIVE] = command
     if parameters.shape[0] > al.PLAIN_SIZE:
+        if has_dynamic_law(parameters):
+            return int(move_under_law(state, command, parameters, duration))
         return _advance(state, command, parameters, parameters, duration)
     return _advance(state, command, parameters, None, duration)

@@ -27,6 +27,7 @@ import math
 
 import numpy as np
 
+from frictool.engine.dynamic_law_axis import impose_on_law
 from frictool.plant import axis as ax
 from frictool.plant import axis_friction_laws as al
 from frictool.runtime.kernels import kernel
@@ -78,8 +79,9 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
             p[al.BREAKAWAY_PAIR + side] = friction * axis[al.BREAKAWAY_PAIR + side]
         for regime in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
             p[regime + 1], p[regime + 2] = viscous * axis[regime + 1], viscous * axis[regime + 2]
-        for term in range(al.COULOMB_MAPS, al.EXTENDED_SIZE):
+        for term in range(al.COULOMB_MAPS, al.DYNAMIC_SIZE):
             p[term] = friction * axis[term]
+        impose_on_law(axis, p, friction, viscous)
 
 
 @kernel

@@ -9,6 +9,8 @@ sine            amplitude, frequency, phase
 spring          proportional = stiffness, r = free end of the spring (3.7.2)
 PID             all three gains (3.40)
 
+decaying        decaying e^(-decay_rate t): the lag of a drive, for dynamic laws only
+
 Apart from the sine, u is linear in time and state. With a fixed sign of the friction, the motion
 therefore has a power series with recursive coefficients. Time t is measured from the start of the
 run, not of the segment.
@@ -35,7 +37,9 @@ from frictool.typing import Vector
     INTEGRAL,
     TARGET,
     TARGET_SPEED,
-) = range(10)
+    DECAYING,
+    DECAY_RATE,
+) = range(12)
 
 
 class EffortFunction(NamedTuple):
@@ -101,12 +105,26 @@ def effort(t: float, x: float, v: float, q: float, drive: Vector) -> float:
     u: float = drive[OFFSET] + drive[SLOPE] * t
     if drive[AMPLITUDE] != 0.0:
         u += drive[AMPLITUDE] * math.sin(drive[FREQUENCY] * t + drive[PHASE])
+    if drive.shape[0] > DECAYING:
+        u += drive[DECAYING] * math.exp(-drive[DECAY_RATE] * t)
     u -= (
         drive[PROPORTIONAL] * (x - reference(t, drive))
         + drive[DERIVATIVE] * v
         + drive[INTEGRAL] * q
     )
     return u
+
+
+@kernel
+def effort_rate(t: float, drive: Vector) -> float:
+    """Return the derivative of u [N/s | N m/s] by t at a constant position, speed and integral."""
+    rate: float = drive[SLOPE] + drive[PROPORTIONAL] * drive[TARGET_SPEED]
+    if drive[AMPLITUDE] != 0.0:
+        turn = math.cos(drive[FREQUENCY] * t + drive[PHASE])
+        rate += drive[AMPLITUDE] * drive[FREQUENCY] * turn
+    if drive.shape[0] > DECAYING:
+        rate -= drive[DECAY_RATE] * drive[DECAYING] * math.exp(-drive[DECAY_RATE] * t)
+    return rate
 
 
 @kernel

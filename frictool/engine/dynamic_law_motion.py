@@ -1,6 +1,10 @@
 """Simulation of a mass under a friction law with internal states z, such as Dahl or LuGre.
 
-    m v' = u(t, x, v, q) - F(z, z', v)        x' = v        q' = x - r        z' = rate(z, v)
+    m v' = u(t, x, v, q) - load(x) - F(z, z', v)      x' = v      q' = x - r      z' = rate(z, v)
+
+`run_dynamic` simulates a run of a mass without load; engine/dynamic_law_axis.py uses the steps of
+this module for an axis in a sampled loop. The kernels of the law are called by their addresses, so
+that the steps are compiled once for all laws.
 
 These laws are reference models for the exact engine. They have no modes: during stick v is small,
 but not zero. The integrator is an implicit Rosenbrock method (engine/rosenbrock.py) with error
@@ -16,25 +20,29 @@ friction with position, which is small compared with the contact stiffness.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from frictool.engine import body as fb
 from frictool.engine import drive as dr
-from frictool.engine.drive import effort, reference
+from frictool.engine.drive import effort, effort_rate, reference
+from frictool.engine.mechanism.address_calls import call_by_address
 from frictool.engine.rosenbrock import CONTACT, NODES, STAGES, between, complete_stage, stage_point
 from frictool.engine.status_codes import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL
+from frictool.friction import kernel_signatures as s
+from frictool.friction.law import DynamicKernels
 from frictool.friction.law_extension import levels, regime_table
 from frictool.friction.speed_regimes import knee_force, knee_slope
-from frictool.runtime.kernels import kernel
+from frictool.plant.position_load import load_effort, load_slope
+from frictool.runtime.kernels import function_pointer, kernel
 from frictool.typing import Vector
 
-Rate = Callable[[Vector, float, Vector, Vector], int]
-Force = Callable[[Vector, Vector, float, Vector], float]
-Commit = Callable[[Vector, float, Vector], int]
 Laws = tuple[Vector, Vector, Vector, Vector]
+
+law_rate = call_by_address(s.RATE)
+law_force = call_by_address(s.FORCE)
+law_commit = call_by_address(s.COMMIT)
 
 FIRST_STEP = 1e-9  # first step, relative to the length of the segment
 SHORTEST_STEP = 2.0**-50  # shortest step, relative to the time
@@ -43,8 +51,58 @@ DIFFERENCE = 1e-7  # step of the law's difference quotients, relative to the siz
 AT_REVERSAL = 1e-3  # speed below which a step may pass v = 0, relative to the speed's size
 
 
+class LawKernels(NamedTuple):
+    """Addresses of the kernels of a dynamic law (friction/law.py `DynamicKernels`)."""
+
+    rate: int
+    force: int
+    commit: int
+
+
+class DrivenBody(NamedTuple):
+    """A body with a dynamic law under one drive and a load (plant/position_load.py)."""
+
+    kernels: LawKernels
+    laws: Laws
+    mass: float
+    drive: Vector
+    load: Vector
+
+
+class Linearisation(NamedTuple):
+    """Derivatives of the state's rate y' (rosenbrock.py `complete_stage`)."""
+
+    gains: Vector
+    couplings: Vector
+    in_time: Vector
+
+
+def law_kernels(kernels: DynamicKernels) -> LawKernels:
+    """Return the addresses of a law's kernels."""
+    return LawKernels(
+        function_pointer(kernels.rate, s.RATE).address,
+        function_pointer(kernels.force, s.FORCE).address,
+        function_pointer(kernels.commit, s.COMMIT).address,
+    )
+
+
+def virgin_contact(
+    kernels: DynamicKernels, p: Vector, speed_scale: float, length_scale: float
+) -> tuple[Vector, int, Vector]:
+    """Return the state z (n,) of a contact that never moved, and how its error is measured.
+
+    The second value is the number of leading elements of z with a rate; the others are memory. The
+    third (n,) is a reference size of each element: its change over `length_scale` [m | rad].
+    """
+    z = kernels.reset(p)
+    rates = np.zeros_like(z)
+    kernels.rate(z, speed_scale, p, rates)
+    # every state of a virgin contact has a rate, except memory, which needs no error control
+    return z, int(np.count_nonzero(rates)), np.abs(rates) / speed_scale * length_scale
+
+
 @kernel
-def _hold(laws: Laws, y: Vector) -> float:
+def hold_levels(laws: Laws, y: Vector) -> float:
     """Write the law's parameters at the state y to p; return the friction of the speed regimes."""
     forward, backward, table, p = laws
     if table.shape[0] == 0:
@@ -54,92 +112,69 @@ def _hold(laws: Laws, y: Vector) -> float:
     return added
 
 
-class _DrivenBody(NamedTuple):
-    """A body with a dynamic law under one drive."""
-
-    rate: Rate
-    force: Force
-    laws: Laws
-    mass: float
-    drive: Vector
-
-
-class _Linearisation(NamedTuple):
-    """Derivatives of the state's rate y' (rosenbrock.py `complete_stage`)."""
-
-    gains: Vector
-    couplings: Vector
-    in_time: Vector
-
-
 @kernel
-def _field(driven: _DrivenBody, t: float, y: Vector, out: Vector) -> int:
+def law_field(driven: DrivenBody, t: float, y: Vector, out: Vector) -> int:
     """Fill `out` with the rate y' of the state y; return a status code."""
-    rate, force, laws, mass, drive = driven
-    added = _hold(laws, y)
+    kernels, laws, mass, drive, load = driven
+    added = hold_levels(laws, y) + load_effort(load, y[0])
     law = laws[3]
-    status = rate(y[CONTACT:], y[1], law, out[CONTACT:])
+    status = law_rate(kernels.rate, y[CONTACT:], y[1], law, out[CONTACT:])
+    friction = law_force(kernels.force, y[CONTACT:], out[CONTACT:], y[1], law)
     out[0] = y[1]
-    out[1] = (
-        effort(t, y[0], y[1], y[2], drive) - force(y[CONTACT:], out[CONTACT:], y[1], law) - added
-    ) / mass
+    out[1] = (effort(t, y[0], y[1], y[2], drive) - friction - added) / mass
     out[2] = y[0] - reference(t, drive)
-    return status
+    return int(status)
 
 
 @kernel
-def _linearise(
-    driven: _DrivenBody, t: float, y: Vector, slope: Vector, scales: Vector, linear: _Linearisation
+def linearise(
+    driven: DrivenBody, t: float, y: Vector, slope: Vector, scales: Vector, linear: Linearisation
 ) -> int:
     """Fill the derivatives of y' at the state y for engine/rosenbrock.py; `slope`: y' at y.
 
     The difference quotients step away from v = 0, and along the motion of z: a hysteresis is
     stiffer in the opposite direction.
     """
-    rate, force, laws, mass, drive = driven
+    kernels, laws, mass, drive, load = driven
     gains, couplings, in_time = linear
     m = couplings.shape[1]
     z = y[CONTACT:]
     zdot = slope[CONTACT:]
     table = laws[2]
     law = laws[3]
-    _hold(laws, y)
+    hold_levels(laws, y)
     out = np.zeros_like(z)
     there = z.copy()
-    friction = force(z, zdot, y[1], law)
+    friction = law_force(kernels.force, z, zdot, y[1], law)
     step = math.copysign(DIFFERENCE * max(scales[1], abs(y[1])), y[1])
-    failed = rate(z, y[1] + step, law, out)
-    gains[0], gains[2] = drive[dr.PROPORTIONAL] / mass, drive[dr.INTEGRAL] / mass
+    failed = law_rate(kernels.rate, z, y[1] + step, law, out)
+    gains[0] = (drive[dr.PROPORTIONAL] + load_slope(load, y[0])) / mass
+    gains[2] = drive[dr.INTEGRAL] / mass
     steeper = knee_slope(y[1], regime_table(table)) if table.shape[0] > 0 else 0.0
-    gains[1] = (
-        steeper + drive[dr.DERIVATIVE] + (force(z, out, y[1] + step, law) - friction) / step
-    ) / mass
+    faster = law_force(kernels.force, z, out, y[1] + step, law)
+    gains[1] = (steeper + drive[dr.DERIVATIVE] + (faster - friction) / step) / mass
     couplings[0] = (out[:m] - zdot[:m]) / step
     for j in range(m):
         there[j] += math.copysign(DIFFERENCE * max(scales[CONTACT + j], abs(z[j])), zdot[j])
-    failed += rate(there, y[1], law, out)
+    failed += law_rate(kernels.rate, there, y[1], law, out)
     couplings[1] = (out[:m] - zdot[:m]) / (there[:m] - z[:m])
     for j in range(m):
         here = z[j]
         turned = zdot[j]
         step = there[j] - z[j]
         z[j], zdot[j] = there[j], out[j]
-        couplings[2, j] = (force(z, zdot, y[1], law) - friction) / (step * mass)
+        deflected = law_force(kernels.force, z, zdot, y[1], law)
+        couplings[2, j] = (deflected - friction) / (step * mass)
         z[j], zdot[j] = here, turned
-    turn = (
-        drive[dr.AMPLITUDE]
-        * drive[dr.FREQUENCY]
-        * math.cos(drive[dr.FREQUENCY] * t + drive[dr.PHASE])
-    )
-    in_time[1] = (drive[dr.SLOPE] + turn + drive[dr.PROPORTIONAL] * drive[dr.TARGET_SPEED]) / mass
+    in_time[1] = effort_rate(t, drive) / mass
     in_time[2] = -drive[dr.TARGET_SPEED]
-    return failed
+    return int(failed)
 
 
 @kernel
-def _try_step(
-    driven: _DrivenBody,
-    linear: _Linearisation,
+def try_law_step(
+    driven: DrivenBody,
+    linear: Linearisation,
     t: float,
     h: float,
     y: Vector,
@@ -158,7 +193,7 @@ def _try_step(
     complete_stage(gains, couplings, in_time, h, 0, stages)
     for i in range(1, STAGES):
         stage_point(y, stages, i, rows, end)
-        if _field(driven, t + NODES[i] * h, end, stages[i]) != OK:
+        if law_field(driven, t + NODES[i] * h, end, stages[i]) != OK:
             return math.inf
         complete_stage(gains, couplings, in_time, h, i, stages)
     worst = 0.0
@@ -176,21 +211,21 @@ def _try_step(
 
 
 @kernel
-def _sample(driven: _DrivenBody, t: float, y: Vector, zdot: Vector, row: Vector) -> None:
+def _sample(driven: DrivenBody, t: float, y: Vector, zdot: Vector, row: Vector) -> None:
     """Fill one sample at time t and state y."""
-    rate, force, laws, _, drive = driven
-    added = _hold(laws, y)
+    kernels, laws, _, drive, _ = driven
+    added = hold_levels(laws, y)
     law = laws[3]
-    rate(y[CONTACT:], y[1], law, zdot)
+    law_rate(kernels.rate, y[CONTACT:], y[1], law, zdot)
     row[fb.SAMPLE_POSITION] = y[0]
     row[fb.SAMPLE_VELOCITY] = y[1]
     row[fb.SAMPLE_EFFORT] = effort(t, y[0], y[1], y[2], drive)
-    row[fb.SAMPLE_FRICTION] = force(y[CONTACT:], zdot, y[1], law) + added
+    row[fb.SAMPLE_FRICTION] = law_force(kernels.force, y[CONTACT:], zdot, y[1], law) + added
     row[fb.SAMPLE_MODE] = float(np.sign(y[1]))
 
 
 @kernel
-def _factor(error: float) -> float:
+def step_factor(error: float) -> float:
     """Return the next step length relative to the last, for an error relative to the tolerance."""
     if not math.isfinite(error):
         return SHRINKAGE
@@ -199,8 +234,7 @@ def _factor(error: float) -> float:
 
 @kernel
 def _segment(
-    driven: _DrivenBody,
-    commit: Commit,
+    driven: DrivenBody,
     y: Vector,
     moving: int,
     scales: Vector,
@@ -218,22 +252,22 @@ def _segment(
     at = y.copy()
     zdot = np.zeros(n - CONTACT)
     stages = np.zeros((STAGES, n))
-    linear = _Linearisation(np.zeros(3), np.zeros((3, moving)), np.zeros(CONTACT))
+    linear = Linearisation(np.zeros(3), np.zeros((3, moving)), np.zeros(CONTACT))
     h = FIRST_STEP * (end - t)
     shortest = SHORTEST_STEP * max(abs(t), abs(end))
     fresh = True
     while t < end:
         step = min(h, end - t)
         if fresh:
-            failed = _field(driven, t, y, slope)
-            if failed + _linearise(driven, t, y, slope, scales, linear) != OK:
+            failed = law_field(driven, t, y, slope)
+            if failed + linearise(driven, t, y, slope, scales, linear) != OK:
                 return LAW_FAILED, t, filled
-        error = _try_step(driven, linear, t, step, y, slope, scales, stages, after)
+        error = try_law_step(driven, linear, t, step, y, slope, scales, stages, after)
         fresh = error <= 1.0
         if not fresh:
             if step <= shortest:
                 return STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE, t, filled
-            h = step * _factor(error)
+            h = step * step_factor(error)
             continue
         if y[1] * after[1] < 0.0 and min(abs(y[1]), abs(after[1])) > AT_REVERSAL * scales[1]:
             h = step * y[1] / (y[1] - after[1])
@@ -245,21 +279,19 @@ def _segment(
             _sample(driven, times[filled], at, zdot, samples[filled])
             filled += 1
         y[: CONTACT + moving] = after[: CONTACT + moving]
-        _hold(laws, y)
-        if commit(y[CONTACT:], y[1], laws[3]) != OK:
+        hold_levels(laws, y)
+        if law_commit(driven.kernels.commit, y[CONTACT:], y[1], laws[3]) != OK:
             return LAW_FAILED, later, filled
         after[CONTACT + moving :] = y[CONTACT + moving :]
         at[CONTACT + moving :] = y[CONTACT + moving :]
         t = later
-        h = max(h if step < h else 0.0, step * _factor(error))
+        h = max(h if step < h else 0.0, step * step_factor(error))
     return OK, t, filled
 
 
 @kernel
 def run_dynamic(
-    rate: Rate,
-    force: Force,
-    commit: Commit,
+    kernels: LawKernels,
     laws: Laws,
     mass: float,
     y: Vector,
@@ -273,26 +305,25 @@ def run_dynamic(
 ) -> tuple[int, float]:
     """Simulate y = (x, v, q, z...), in place, from `start` [s] under successive drives.
 
-    The segments end at `ends` (s,) and have the `drives` (s, 10). laws: arrays of a PackedExtension
-    (forward, backward, table), then a workspace for the current parameters; without an extension
-    the workspace contains the parameters of the law. moving: number of leading elements of z with a
-    rate; the other elements are memory. scales: relative tolerance, reference speed [m/s], 0 (q has
-    no error control), and a reference size for each z. times (n,): ascending, within the run;
-    samples (n, 5) are filled.
+    The segments end at `ends` (s,) and have the `drives` (s, 10). kernels: `law_kernels`. laws:
+    arrays of a PackedExtension (forward, backward, table), then a workspace for the current
+    parameters; without an extension the workspace contains the parameters of the law. moving:
+    number of leading elements of z with a rate; the other elements are memory. scales: relative
+    tolerance, reference speed [m/s], 0 (q has no error control), and a reference size for each z.
+    times (n,): ascending, within the run; samples (n, 5) are filled.
 
     Returns a status of engine/status_codes.py and the time reached.
     """
     t = start
     filled = 0
+    none = np.zeros(0)
     for k in range(ends.shape[0]):
-        driven = _DrivenBody(rate, force, laws, mass, drives[k])
-        status, t, filled = _segment(
-            driven, commit, y, moving, scales, t, ends[k], times, samples, filled
-        )
+        driven = DrivenBody(kernels, laws, mass, drives[k], none)
+        status, t, filled = _segment(driven, y, moving, scales, t, ends[k], times, samples, filled)
         if status != OK:
             return status, t
     zdot = np.zeros(y.shape[0] - CONTACT)
-    driven = _DrivenBody(rate, force, laws, mass, drives[-1])
+    driven = DrivenBody(kernels, laws, mass, drives[-1], none)
     while filled < times.shape[0]:
         _sample(driven, times[filled], y, zdot, samples[filled])
         filled += 1

@@ -84,7 +84,7 @@ def slip_through_period(
     least = 0.0
     most = math.inf
     if p.shape[0] > al.PLAIN_SIZE:
-        if p[al.MAPPED] > 0.0:
+        if p[al.MAPPED] > 0.0 or p[al.DYNAMIC_SIZE] > 0.0:
             return False
         least, most = p[al.LAYER], p[al.REGIMES]
     low, high = (first, last) if direction * (last - first) > 0.0 else (last, first)

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from frictool.engine.body import EVENT_SIZE, SAMPLE_SIZE, FrictionBody
 from frictool.engine.drive import EffortFunction
-from frictool.engine.dynamic_law_motion import run_dynamic
+from frictool.engine.dynamic_law_motion import law_kernels, run_dynamic, virgin_contact
 from frictool.engine.fixed_step_laws import run_band, run_hybrid
 from frictool.engine.rosenbrock import CONTACT
 from frictool.engine.status_codes import OK
@@ -193,18 +193,12 @@ def _run_dynamic(
     scales: Vector,
 ) -> Trajectory:
     """Run the driver of dynamic laws; it has no events, because such a law has no modes."""
-    p = laws[3]
-    z = kernels.reset(p)
-    rates = np.zeros_like(z)
-    kernels.rate(z, scales[1], p, rates)
-    # every state of a virgin contact has a rate, except memory, which needs no error control
-    moving = int(np.count_nonzero(rates))
+    z, moving, sizes = virgin_contact(kernels, laws[3], scales[1], scales[CONTACT])
     y = np.concatenate([np.zeros(CONTACT), z])
-    # change of each state over the length scale
-    sizes = np.concatenate([scales[:CONTACT], np.abs(rates) / scales[1] * scales[CONTACT]])
-    driver: Any = run_dynamic
-    parts = _pointers(kernels[:3], (s.RATE, s.FORCE, s.COMMIT))
-    status, reached = driver(*parts, laws, mass, y, moving, sizes, 0.0, *segments, times, samples)
+    scales = np.concatenate([scales[:CONTACT], sizes])
+    status, reached = run_dynamic(
+        law_kernels(kernels), laws, mass, y, moving, scales, 0.0, *segments, times, samples
+    )
     if status != OK:
         samples[times > reached] = np.nan
     return Trajectory(status, reached, times, samples, np.zeros((0, EVENT_SIZE)), y)

@@ -23,6 +23,7 @@ from frictool.friction.stribeck import BREAKAWAY, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
+PLASTIC_FROM = 0.9  # default of z_ba/z_max
 ELASTIC_LIMIT = LawParameter(  # z_ba
     "elastic_limit",
     "m",

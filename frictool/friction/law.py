@@ -156,6 +156,23 @@ class Law:
             )
         return np.concatenate([fixed, table])
 
+    def pack_shared(
+        self, values: Values, axis: Axis = "linear", tail: Vector | None = None
+    ) -> Vector:
+        """Return p from values that all laws share (`LawParameter.comparison_value`).
+
+        A parameter without a value has its default. `tail` and errors are those of `pack`.
+        """
+        chosen = {}
+        for parameter in self.parameters:
+            if parameter.comparison_value is not None:
+                chosen[parameter.name] = parameter.comparison_value(values)
+            elif parameter.name in values:
+                chosen[parameter.name] = values[parameter.name]
+        if tail is None and self.tail is not None:
+            tail = self.tail(values)
+        return self.pack(chosen, axis, tail)
+
     def changed(self, p: Vector, values: Mapping[str, float], axis: Axis = "linear") -> Vector:
         """Return a copy of p with new SI values for the parameters in `values`.
 

@@ -24,6 +24,7 @@ from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
+DEFAULT_EXPONENT = 10.0
 # i of (2.49)
 EXPONENT = replace(dahl.EXPONENT, comparison_value=lambda values: values["leuven_exponent"])
 LIMIT, SIGMA_1, POWER, FIXED = 5, 6, 7, 8

@@ -27,7 +27,8 @@ class LawParameter:
     of this one. `letters`: symbol in text and in LaTeX; by default the name. `simulation_only`:
     True if the parameter belongs to the simulation and is not identified. `comparison_value`:
     function that takes the values of a friction.yaml and returns the value of this parameter for
-    `frictool compare`; by default, the value of the same name, or `default`.
+    `frictool compare`, or the values of a model.yaml for `frictool simulate`; by default, the value
+    of the same name, or `default`.
     """
 
     name: str

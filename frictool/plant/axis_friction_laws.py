@@ -41,7 +41,9 @@ RESTITUTION, STRIBECK_VELOCITY, STRIBECK_EXPONENT, LAYER, FRESH, RISE_TIME = ran
 MAPPED, MAP_LOW, MAP_HIGH, REGIMES = range(PLAIN_SIZE + 14, PLAIN_SIZE + 18)
 COULOMB_MAPS = REGIMES + 3 * MAX_REGIMES
 BREAKAWAY_MAPS = COULOMB_MAPS + 2 * MAX_TERMS
-EXTENDED_SIZE = BREAKAWAY_MAPS + 2 * MAX_TERMS
+# size of the data of a dynamic law behind the laws (engine/dynamic_law_axis.py); 0: none
+DYNAMIC_SIZE = BREAKAWAY_MAPS + 2 * MAX_TERMS
+EXTENDED_SIZE = DYNAMIC_SIZE + 1
 
 REGIME_SIZE = 3
 ROUNDING = 1e-12
@@ -129,7 +131,7 @@ class AxisLaws(NamedTuple):
             out[MAPPED] = 1.0
             out[MAP_LOW] = self.shape.low
             out[MAP_HIGH] = self.shape.high
-            out[COULOMB_MAPS:] = _maps(self.shape, sides)
+            out[COULOMB_MAPS:DYNAMIC_SIZE] = _maps(self.shape, sides)
         return out[PLAIN_SIZE:]
 
     def _check(self, sides: tuple[AxisFrictionLevels, AxisFrictionLevels]) -> None:

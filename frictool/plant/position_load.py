@@ -21,6 +21,7 @@ from frictool.plant.axis_friction_laws import (
     BREAKAWAY_PAIR,
     COULOMB_MAPS,
     COULOMB_PAIR,
+    DYNAMIC_SIZE,
     EXTENDED_SIZE,
     FRESH,
     PLAIN_SIZE,
@@ -80,18 +81,35 @@ def load_effort(load: Vector, x: float) -> float:
 
 
 @kernel
+def load_slope(load: Vector, x: float) -> float:
+    """Return the derivative of `load_effort` by x [N m/rad | N/m]."""
+    if load.shape[0] == 0:
+        return 0.0
+    total = float(load[0])
+    for term in range(1, load.shape[0], TERM_SIZE):
+        angle = load[term] * x
+        total += load[term] * (load[term + 1] * math.cos(angle) - load[term + 2] * math.sin(angle))
+    return total
+
+
+@kernel
 def with_load(axis: Vector, load: Vector) -> Vector:
     """Return a copy of the parameters `axis` with `load` appended.
 
     An axis without laws gets laws that have no effect.
     """
-    if load.shape[0] == 0:
-        return axis.copy()
-    out = np.zeros(EXTENDED_SIZE + load.shape[0])
+    return axis.copy() if load.shape[0] == 0 else appended(axis, load)
+
+
+@kernel
+def appended(axis: Vector, values: Vector) -> Vector:
+    """Return the parameters `axis`, with laws, followed by `values`."""
+    size = max(axis.shape[0], EXTENDED_SIZE)
+    out = np.zeros(size + values.shape[0])
     for i in range(axis.shape[0]):
         out[i] = axis[i]
-    for i in range(load.shape[0]):
-        out[EXTENDED_SIZE + i] = load[i]
+    for i in range(values.shape[0]):
+        out[size + i] = values[i]
     if axis.shape[0] == PLAIN_SIZE:
         for side in range(2):
             out[VISCOUS_PAIR + side], out[COULOMB_PAIR + side] = axis[VISCOUS], axis[COULOMB]
@@ -105,9 +123,15 @@ def with_load(axis: Vector, load: Vector) -> Vector:
 
 
 @inner_kernel
+def load_start(p: Vector) -> int:
+    """Return the index of the load in the parameters of an axis with laws."""
+    return EXTENDED_SIZE + int(p[DYNAMIC_SIZE])
+
+
+@inner_kernel
 def is_loaded(p: Vector) -> bool:
-    """Return True if the parameters `p` of an axis include a load."""
-    return bool(p.shape[0] > EXTENDED_SIZE)
+    """Return True if the parameters `p` of an axis with laws include a load."""
+    return bool(p.shape[0] > load_start(p))
 
 
 @inner_kernel
@@ -117,7 +141,7 @@ def opposing_effort(p: Vector, x: float) -> float:
     `p`: parameters of an axis with laws.
     """
     return (
-        float(p[OFFSET]) + load_effort(p[EXTENDED_SIZE:], x) if is_loaded(p) else float(p[OFFSET])
+        float(p[OFFSET]) + load_effort(p[load_start(p) :], x) if is_loaded(p) else float(p[OFFSET])
     )
 
 
@@ -129,7 +153,8 @@ def load_size(p: Vector, x: float) -> float:
     """
     if not is_loaded(p):
         return 0.0
-    total = abs(p[EXTENDED_SIZE] * x)
-    for term in range(EXTENDED_SIZE + 1, p.shape[0], TERM_SIZE):
+    first = load_start(p)
+    total = abs(p[first] * x)
+    for term in range(first + 1, p.shape[0], TERM_SIZE):
         total += abs(p[term + 1]) + abs(p[term + 2])
     return float(total)

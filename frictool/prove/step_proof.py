@@ -194,6 +194,7 @@ def _refuse_uncovered(test: ProofRequest) -> None:
             ),
             ("a Stribeck velocity of the model", axis.laws.stribeck_velocity > 0.0),
             ("resonances of the model", model.resonances is not None),
+            ("presliding of the model", model.presliding is not None),
             ("a winding of the bench", model.bench.actuator.winding is not None),
             ("an encoder without a step", axis.encoder_step <= 0.0),
             ("a measured or observed speed", controller.velocity.source != "position"),

@@ -12,6 +12,8 @@ from frictool.documents.controller import Controller
 from frictool.documents.digests import changed_words
 from frictool.documents.example_values import examples_words
 from frictool.documents.metric_table import REQUIREMENTS
+from frictool.documents.presliding import KEY as PRESLIDING
+from frictool.documents.presliding import presliding_words
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.logs.log import Log, Stream
@@ -93,7 +95,7 @@ def verdict_of(request: ReportRequest) -> Verdict:
     remarks = [
         *_changed(controller),
         *(beyond or _played_beyond(logs, loop)),
-        *_bench_values(logs),
+        *_simulated_models(logs),
         *_examples(spec, logs, bench),
     ]
     return Verdict(
@@ -176,13 +178,14 @@ def _changed(controller: Controller | None) -> list[str]:
     return [f"{controller.name}: {words}"] if controller is not None and words else []
 
 
-def _bench_values(logs: Sequence[Log]) -> list[str]:
-    """Return a remark on each simulated model without identified parameters."""
+def _simulated_models(logs: Sequence[Log]) -> list[str]:
+    """Return a remark on each simulated model without identified parameters or with presliding."""
     records = [log.metadata.get("log", {}) for log in logs]
     notes = [
-        bench_values_words(f"the model {one.get('model', '')}", one[KEY])
+        words(f"the model {one.get('model', '')}", one[key])
         for one in records
-        if KEY in one
+        for key, words in ((KEY, bench_values_words), (PRESLIDING, presliding_words))
+        if key in one
     ]
     return list(dict.fromkeys(notes))
 

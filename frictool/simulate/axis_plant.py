@@ -7,7 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from frictool.adapters.axis_model import load_of
+from frictool.adapters.axis_dynamic_law import assumed_fall, dynamic_law_of
+from frictool.adapters.axis_model import axis_of, load_of
 from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
@@ -66,6 +67,10 @@ class AxisPlant:
                     f"{key}.on",
                     f"names a block of a mechanism; {names.model} is one axis: leave the key out",
                 )
+        try:
+            dynamic_law_of(self.model, axis_of(self.model))
+        except ValueError as error:
+            refuse(names.model, "presliding", f"cannot be simulated: {error}")
         check_given(scenario, self.ranges(), names)
 
     def count(self, controller: Controller, scenario: Scenario) -> int:
@@ -92,8 +97,11 @@ class AxisPlant:
     def play(
         self, variants: Sequence[AxisVariant], loop: SimulatedLoop
     ) -> Iterator[tuple[AxisVariant, VariantRun]]:
+        assumed = assumed_fall(self.model)
         for variant, record in play(variants, loop, load_of(self.model)):
-            yield variant, VariantRun(record, warnings=tuple(self._against_stops(variant, record)))
+            remarks = [assumed] if assumed and variant is variants[0] else []
+            warnings = (*remarks, *self._against_stops(variant, record))
+            yield variant, VariantRun(record, warnings=warnings)
 
     def linear(self, variant: AxisVariant, conditions: Vector) -> LoggedPlant:
         axis = variant.axis

@@ -20,7 +20,7 @@ from frictool.engine.closed_loop import RECORD_SIZE, advance_sample, encoder_rea
 from frictool.engine.coded_loop import run_coded
 from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import NoSolutionError
-from frictool.plant.axis import ENCODER_STEP, POSITION, VELOCITY, rest
+from frictool.plant.axis import ENCODER_STEP, POSITION, VELOCITY
 from frictool.plant.position_load import PositionLoad, with_load
 from frictool.simulate.axis_variants import AxisVariant
 from frictool.simulate.compiled_target import CompiledTarget
@@ -93,7 +93,7 @@ def _run_program(
 def _run_alone(variant: AxisVariant, loop: SimulatedLoop, load: Vector, record: Vector) -> int:
     """Simulate one variant in this thread; fill its record (n, 7), and return the status code."""
     axis = variant.array
-    state = rest(loop.start)
+    state = variant.rest(loop.start)
     measured = measure(loop.start, axis[ENCODER_STEP])
     period, delay = loop.controller.sample_period_s, loop.controller.delay_samples
     others = loop.reference, period, delay, record, load, loop.conditions
@@ -114,8 +114,8 @@ def _run_sampled(
     record: Vector,
 ) -> int:
     """Simulate one variant sample by sample; fill its record (n, 7), and return the status code."""
-    axis = with_load(variant.axis.as_array(), load.as_array())
-    state = rest(loop.start)
+    axis = with_load(variant.array, load.as_array())
+    state = variant.rest(loop.start)
     p = axis.copy()
     waiting = np.zeros(loop.controller.delay_samples + 1)
     period = loop.controller.sample_period_s

@@ -17,15 +17,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.adapters.axis_dynamic_law import dynamic_law_of
 from frictool.adapters.axis_model import axis_of
 from frictool.adapters.friction_levels import coulomb_level, viscous_level
 from frictool.adapters.parameter_intervals import hull, ranges
 from frictool.documents.model import Model
 from frictool.documents.quantity import drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
+from frictool.engine.dynamic_law_axis import with_contact, with_dynamic_law
 from frictool.errors import FrictoolError
 from frictool.logs.log import MAIN_TOPIC
-from frictool.plant.axis import AxisParameters
+from frictool.plant.axis import AxisParameters, rest
+from frictool.plant.axis_dynamic_law import AxisDynamicLaw
 from frictool.plant.polytope import PARAMETERS, PlantPoint, corner_points
 from frictool.simulate.scenario_plant_values import GIVEN, given_values
 from frictool.simulate.simulated_plant import VariedParameter
@@ -47,12 +50,13 @@ class AxisVariant:
     """One plant of a simulation.
 
     `name` is empty for the nominal plant. `values`: parameters [SI] that differ from the nominal
-    plant.
+    plant. `dynamic`: law of the friction with presliding; None if the axis sticks and slips.
     """
 
     name: str
     axis: AxisParameters
     values: dict[str, float] = field(default_factory=dict)
+    dynamic: AxisDynamicLaw | None = None
 
     @property
     def topic(self) -> str:
@@ -62,7 +66,13 @@ class AxisVariant:
     @cached_property
     def array(self) -> NDArray[np.float64]:
         """Return the axis parameters as an array for the kernels."""
-        return self.axis.as_array()
+        array = self.axis.as_array()
+        return array if self.dynamic is None else with_dynamic_law(array, self.dynamic)
+
+    def rest(self, start: float) -> NDArray[np.float64]:
+        """Return the state of the axis at rest at `start` [rad | m], with a relaxed contact."""
+        state = rest(start)
+        return state if self.dynamic is None else with_contact(state, self.dynamic)
 
 
 def count(model: Model, scenario: Scenario) -> int:
@@ -91,23 +101,24 @@ def variants_of(
     """
     if scenario.variants == GIVEN:
         values = given_values(scenario, parameters or parameters_of(model))
-        return [AxisVariant(GIVEN, _axis(f"{owner} as given", model, **values), values)]
-    variants = [AxisVariant("", _axis(owner, model))]
+        return [_variant(GIVEN, f"{owner} as given", model, values)]
+    variants = [nominal_variant(model, owner)]
     if scenario.variants == "vertices":
         for vertex in vertices(model):
             values = {key: getattr(vertex, key) for key in PARAMETERS}
             variants.append(
-                AxisVariant(
-                    vertex.name, _axis(f"{owner} at vertex {vertex.name}", model, **values), values
-                )
+                _variant(vertex.name, f"{owner} at vertex {vertex.name}", model, values)
             )
     if scenario.variants == "random":
         assert scenario.plants is not None
         for name, values in _drawn(model, scenario.plants, scenario.seed, owner).items():
-            variants.append(
-                AxisVariant(name, _axis(f"{owner}, plant {name}", model, **values), values)
-            )
+            variants.append(_variant(name, f"{owner}, plant {name}", model, values))
     return variants
+
+
+def nominal_variant(model: Model, owner: str = "model") -> AxisVariant:
+    """Return the nominal plant; raise FrictoolError if a parameter is out of range."""
+    return _variant("", owner, model, {})
 
 
 def nominal_levels(model: Model) -> dict[str, float]:
@@ -184,8 +195,10 @@ def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[s
     }
 
 
-def _axis(owner: str, model: Model, **values: float) -> AxisParameters:
+def _variant(name: str, owner: str, model: Model, values: dict[str, float]) -> AxisVariant:
+    """Return a plant of the model; `owner` names it in messages."""
     try:
-        return axis_of(model, **values)
+        axis = axis_of(model, **values)
+        return AxisVariant(name, axis, values, dynamic_law_of(model, axis))
     except ValueError as error:
         raise FrictoolError(f"{owner}: {error}") from None

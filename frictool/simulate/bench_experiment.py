@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from frictool.adapters.axis_model import axis_of, load_of
+from frictool.adapters.axis_model import load_of
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, si_unit
@@ -29,7 +29,7 @@ from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
 from frictool.logs.provenance import with_provenance
-from frictool.plant.axis import rest
+from frictool.simulate.axis_variants import nominal_variant
 from frictool.simulate.rig import Rig, rig_of
 from frictool.typing import IntVector, Vector
 
@@ -98,7 +98,8 @@ class AxisBenchPlant:
     def __init__(self, model: Model) -> None:
         self.name = model.name
         self.rig = rig_of(model.bench)
-        self._axis, self._load = axis_of(model).as_array(), load_of(model).as_array()
+        self._variant = nominal_variant(model)
+        self._load = load_of(model).as_array()
 
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
@@ -106,7 +107,14 @@ class AxisBenchPlant:
         timing = self.rig.sample_period_s, self.rig.delay_samples
         return int(
             play_reference(
-                self._axis, self._load, rest(start), servo, reference, *timing, position, drive
+                self._variant.array,
+                self._load,
+                self._variant.rest(start),
+                servo,
+                reference,
+                *timing,
+                position,
+                drive,
             )
         )
 
@@ -116,7 +124,14 @@ class AxisBenchPlant:
         timing = self.rig.sample_period_s, self.rig.delay_samples
         return int(
             play_ramps(
-                self._axis, self._load, rest(start), *ramps, *timing, position, drive, played
+                self._variant.array,
+                self._load,
+                self._variant.rest(start),
+                *ramps,
+                *timing,
+                position,
+                drive,
+                played,
             )
         )
 

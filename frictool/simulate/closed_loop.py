@@ -27,6 +27,8 @@ from frictool.control.program import Program
 from frictool.documents import bench_values
 from frictool.documents.controller import Controller, ProgramNumber
 from frictool.documents.model import Model
+from frictool.documents.presliding import KEY as PRESLIDING
+from frictool.documents.presliding import presliding_words
 from frictool.documents.provenance import Provenance
 from frictool.documents.scenario import Scenario
 from frictool.errors import FrictoolError, NoSolutionError
@@ -185,6 +187,9 @@ class StepTest(Generic[V]):
             about["speed_from"] = f"{controller.velocity.observer.kind} observer"
         if rig.bench_values_only:
             about[bench_values.KEY] = rig.bench_values_only
+        if rig.presliding:
+            about[PRESLIDING] = rig.presliding
+            warnings.append(presliding_words(self.names.model, rig.presliding))
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
         kept = {"bench": self.plant.rig.examples, "scenario": scenario.examples}
         examples = {name: ", ".join(keys) for name, keys in kept.items() if keys}

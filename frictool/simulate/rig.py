@@ -19,7 +19,8 @@ class Rig:
     `owner`: text for the document in messages, with {} for its name. `constant`: effort per unit of
     the drive. `effort_axis`: kind of axis on which the drive acts. `facts`: facts of
     verify/rig_facts.py. `examples`: keys of example values in the bench. `bench_values_only`:
-    reason why no parameter of the model was identified, or empty.
+    reason why no parameter of the model was identified, or empty. `presliding`: name of the model's
+    presliding law, or empty.
     """
 
     owner: str
@@ -31,6 +32,7 @@ class Rig:
     facts: Mapping[str, float]
     examples: tuple[str, ...] = ()
     bench_values_only: str = ""
+    presliding: str = ""
 
     @property
     def sample_period_s(self) -> float:
@@ -65,4 +67,5 @@ def rig_of(bench: Bench, model: Model | None = None) -> Rig:
         facts=facts_of(bench, model),
         examples=bench.examples,
         bench_values_only=(None if model is None else model.bench_values_only) or "",
+        presliding="" if model is None or model.presliding is None else model.presliding.law,
     )

@@ -11,6 +11,7 @@ from frictool.documents.conditions import DriftPoint, Drifts
 from frictool.documents.digests import changed_words
 from frictool.documents.example_values import examples_words
 from frictool.documents.mechanism import Mechanism
+from frictool.documents.presliding import presliding_words
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import Spread
 from frictool.simulate.simulated_plant import VariedParameter
@@ -28,16 +29,18 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     """Return the warnings of a campaign before its trials.
 
     The warnings concern plants outside the intervals for which the controller was verified, a model
-    without identified parameters, and example values in the bench.
+    without identified parameters or with presliding, and example values in the bench.
     """
     plant = plant_of(setting.plant)
     controller = setting.controller
     bench = plant.rig.examples or controller.bench.examples
     reason = plant.rig.bench_values_only
+    law = plant.rig.presliding
     changed = changed_words(controller)
     words = (
         f"{controller.name}: {changed}" if changed else "",
         bench_values_words(f"the model {plant.name}", reason) if reason else "",
+        presliding_words(f"the model {plant.name}", law) if law else "",
         examples_words(
             {"spec": setting.spec.examples, "bench": bench, "scenario": setting.scenario.examples}
         ),

@@ -20,10 +20,12 @@ from typing import Any
 import numpy as np
 import scipy
 
+from frictool.adapters.axis_dynamic_law import dynamic_law_of
 from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
 from frictool.documents.quantity import Axis, si_unit
 from frictool.engine.bench_position_loop import PositionServo, follow_reference
+from frictool.engine.dynamic_law_axis import with_contact, with_dynamic_law
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
@@ -268,11 +270,10 @@ def _run(
 ) -> dict[str, tuple[Vector, Vector]]:
     """Return a mapping of signal to (measured, simulated), each (n,)."""
     record, servo = piece.record, request.servo
-    p = _free_axis(model, record)
+    p, state = _free_axis(model, piece)
     load = load_of(model).as_array()
     n = piece.last - piece.first
     period = piece.record.period
-    state = piece.start()
     if not request.moving:
         state[VELOCITY] = 0.0
     x = np.empty(n)
@@ -299,12 +300,24 @@ def _run(
     }
 
 
-def _free_axis(model: Model, record: MotionRecord) -> Vector:
-    """Return the parameters of the model's axis without end stops, with the lag of the record."""
+def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
+    """Return the parameters of the axis without end stops, and its state at the piece's start.
+
+    The lag is that of the record; the contact of a presliding law is relaxed. Raises
+    NoSolutionError if the model's presliding law does not support its axis.
+    """
     axis = axis_of(model)
-    return replay_parameters(
-        axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=record.lag)
+    try:
+        dynamic = dynamic_law_of(model, axis)
+    except ValueError as error:
+        raise NoSolutionError(f"{model.name}: presliding: {error}") from None
+    p = replay_parameters(
+        axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=piece.record.lag)
     )
+    state = piece.start()
+    if dynamic is None:
+        return p, state
+    return with_dynamic_law(p, dynamic), with_contact(state, dynamic)
 
 
 def replayed_position(model: Model, piece: RecordSegment) -> Vector:
@@ -315,10 +328,11 @@ def replayed_position(model: Model, piece: RecordSegment) -> Vector:
     """
     n = piece.last - piece.first
     position, velocity = np.empty(n), np.empty(n)
+    p, state = _free_axis(model, piece)
     status = replay(
-        _free_axis(model, piece.record),
+        p,
         load_of(model).as_array(),
-        piece.start(),
+        state,
         piece.effort,
         piece.position,
         FREE,

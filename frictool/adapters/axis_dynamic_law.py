@@ -1,0 +1,116 @@
+"""Dynamic friction law of a model.yaml with the key `presliding`.
+
+The law's parameters are those that `compare` derives from a friction.yaml
+(`LawParameter.comparison_value`). A plant whose Coulomb friction is c times that of the model has c
+times the stiffness and the damping of the contact, so that its deflections do not change.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictool.documents.model import Model
+from frictool.documents.presliding import Contact, MaxwellSlip
+from frictool.friction.elasto_plastic import PLASTIC_FROM
+from frictool.friction.law_registry import LAWS
+from frictool.friction.leuven import DEFAULT_EXPONENT
+from frictool.friction.maxwell_bank import bank_tail
+from frictool.plant.axis import AxisParameters
+from frictool.plant.axis_dynamic_law import AxisDynamicLaw, extension_of
+from frictool.typing import Vector
+
+BANKS = ("leuven", "maxwell_slip")  # laws whose tail is a bank of friction/maxwell_bank.py
+
+
+def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
+    """Return the dynamic law of `axis`, a plant of the model; None without `presliding`.
+
+    Raises ValueError if the law does not support the axis or its parameters.
+    """
+    document = model.presliding
+    if document is None:
+        return None
+    if axis.backlash > 0.0:
+        raise ValueError(
+            "a law of presliding has no backlash; describe motor and load as a mechanism, or "
+            "remove the key"
+        )
+    law = LAWS[document.law]
+    coulomb = model.parameters.coulomb.value
+    scale = axis.coulomb / coulomb if coulomb > 0.0 else 1.0
+    fitted = getattr(document, document.law, None)
+    contact = fitted if isinstance(fitted, Contact) else None
+    stiffness = scale * (contact or document).stiffness.value
+    damping = (
+        2.0 * math.sqrt(axis.inertia * stiffness)
+        if contact is None
+        else scale * contact.damping.value
+    )
+    elastic = None if contact is None else contact.elastic_limit
+    limit, tail = document.limit.value, None
+    if document.law in BANKS and document.maxwell_slip is not None:
+        limit, tail = _bank(document.maxwell_slip, model.parameters.breakaway.value, limit)
+    own_speed = axis.breakaway / math.sqrt(stiffness * axis.inertia)
+    stribeck_velocity = axis.laws.stribeck_velocity or own_speed
+    values = {
+        "coulomb": axis.coulomb,
+        "breakaway": axis.breakaway,
+        "viscous": axis.viscous,
+        "stribeck_velocity": stribeck_velocity,
+        "stribeck_exponent": axis.laws.stribeck_exponent,
+        "stiffness": stiffness,
+        "damping": damping,
+        "presliding_limit": limit,
+        "plastic_from": PLASTIC_FROM
+        if elastic is None
+        else elastic.value * stiffness / axis.breakaway,
+        "leuven_exponent": DEFAULT_EXPONENT,
+    }
+    p = law.pack_shared(values, model.axis, tail)
+    dynamic = AxisDynamicLaw(
+        law,
+        p,
+        min(stribeck_velocity, own_speed),
+        min(limit, axis.breakaway / stiffness),
+        extension_of(law, axis.laws, axis.viscous),
+    )
+    dynamic.extension.pack(law, p)  # also checks the extension
+    return dynamic
+
+
+def assumed_fall(model: Model) -> str:
+    """Return a remark if the speed of the fall from breakaway to Coulomb friction is assumed."""
+    document, today = model.presliding, model.parameters
+    if (
+        document is None
+        or today.stribeck_velocity is not None
+        or today.breakaway.value <= today.coulomb.value
+        or "breakaway" not in {parameter.name for parameter in LAWS[document.law].parameters}
+    ):
+        return ""
+    contact = getattr(document, document.law, None) or document
+    speed = today.breakaway.value / math.sqrt(contact.stiffness.value * today.inertia.value)
+    return (
+        f"presliding by {document.law} without stribeck_velocity: the friction falls from the "
+        f"breakaway within {speed:.3g} {'rad/s' if model.axis == 'rotary' else 'm/s'}, the speed "
+        "of the contact's own motion"
+    )
+
+
+def _bank(fitted: MaxwellSlip, breakaway: float, limit: float) -> tuple[float, Vector]:
+    """Return the limit [rad | m] and the elements of the bank with the fitted virgin curve.
+
+    The curve ends at the breakaway; if the fit ends below it, its last piece is a straight line to
+    the breakaway at `limit`.
+    """
+    displacement, force = np.array(fitted.displacement), np.array(fitted.force)
+    below = force < breakaway
+    end = (
+        limit
+        if np.all(below)
+        else float(np.interp(breakaway, np.append(0.0, force), np.append(0.0, displacement)))
+    )
+    kept = below & (displacement < end)
+    return end, bank_tail(np.append(displacement[kept], end), np.append(force[kept], breakaway))

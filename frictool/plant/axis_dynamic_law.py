@@ -1,0 +1,71 @@
+"""Dynamic friction law of an axis, such as LuGre, in place of sticking and slipping."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from frictool.friction.law import Law
+from frictool.friction.law_extension import NO_EXTENSION, FrictionExtension
+from frictool.friction.position_polynomial import normalised_coefficients
+from frictool.plant.axis_friction_laws import AxisLaws
+from frictool.typing import Vector
+
+TOLERANCE = 1e-7  # largest error of a step, relative to the scales of AxisDynamicLaw
+
+
+class AxisDynamicLaw(NamedTuple):
+    """Dynamic friction law of an axis.
+
+    `p`: `law.pack(...)`. `extension`: levels by direction and position, and knees of the viscous
+    friction. `speed_scale` [rad/s | m/s] and `length_scale` [rad | m]: scales of the error.
+    """
+
+    law: Law
+    p: Vector
+    speed_scale: float
+    length_scale: float
+    extension: FrictionExtension = NO_EXTENSION
+
+
+def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
+    """Return the extension of a dynamic law by the further laws of an axis.
+
+    viscous: coefficient below the first knee [N m s/rad | N s/m]. Raises ValueError if the axis has
+    a law that no dynamic law supports; `FrictionExtension.pack` checks the others.
+    """
+    names = {parameter.name for parameter in law.parameters}
+    levels = {} if laws.backward is None else laws.backward._asdict()
+    extension = FrictionExtension(
+        backward_values={name: value for name, value in levels.items() if name in names},
+        fresh=laws.fresh,
+        rise_time=laws.rise_time,
+        regimes=_knees(laws, viscous),
+    )
+    shape = laws.shape
+    if shape is None:
+        return extension
+    if shape.breakaway != shape.coulomb:
+        raise ValueError(
+            "position.breakaway differs from position.coulomb: a dynamic law has one factor over "
+            "the position"
+        )
+    ends = (shape.low, shape.high)
+    forward, backward = (tuple(normalised_coefficients(one, *ends)) for one in shape.coulomb)
+    return replace(extension, forward=forward, backward=backward, travel=ends)
+
+
+def _knees(laws: AxisLaws, viscous: float) -> tuple[tuple[float, float], ...]:
+    """Return (knee, additional slope) pairs; raise ValueError if the directions differ."""
+    knees = []
+    slopes = (viscous, viscous if laws.backward is None else laws.backward.viscous)
+    for regime in laws.regimes:
+        added = regime.forward - slopes[0]
+        if regime.backward - slopes[1] != added:
+            raise ValueError(
+                f"the viscous friction beyond {regime.knee:g} rises by {added:g} forward and "
+                f"{regime.backward - slopes[1]:g} backward: a dynamic law needs equal values"
+            )
+        knees.append((regime.knee, added))
+        slopes = (regime.forward, regime.backward)
+    return tuple(knees)
