@@ -112,7 +112,7 @@ class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `stiffness`: Slope of the effort against the deflection at 0, according to `law`.
     - `breakaway`: Breakaway with which the laws were fitted.
     - `lugre`, `elasto_plastic`, `maxwell_slip`, `preisach`: Parameters of this law, if the loops
-      determine them.
+      determine them. A simulation of a law without such parameters uses `limit` and `stiffness`.
     - `refused`: Reason for each law that the loops do not determine.
     """
 

@@ -12,6 +12,7 @@ import pytest
 from frictool.adapters.axis_model import axis_of
 from frictool.control.compiled_program import control_step, copy_program, start_at
 from frictool.documents.controller import Controller
+from frictool.documents.model import Model
 from frictool.documents.proof import Proof, proof_digest
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
@@ -28,6 +29,7 @@ from frictool.prove.step_proof import ProofRequest, differences, loop_of, prove_
 from frictool.simulate.axis_variants import variants_of
 from studies.rigs.clutch_model import ROOT, clutch_model
 from tests.support.certified_controllers import certified
+from tests.support.simulated_mechanisms import one_axis
 
 SEED = 20261127
 HERE = Provenance("a test", "0")
@@ -228,6 +230,10 @@ def test_what_is_not_covered_is_refused() -> None:
     test = _step_test(controller)
     with pytest.raises(NoSolutionError, match="laws or a load"):
         _loop(ProofRequest(nonlinear, controller, test.scenario, test.spec))
+    contact = load(RIG.parent / "mass/contact.yaml", Model).presliding
+    bent = msgspec.structs.replace(one_axis(), presliding=contact)
+    with pytest.raises(NoSolutionError, match="presliding of the model"):
+        _loop(ProofRequest(bent, controller, test.scenario, test.spec))
     ramp = Step(ramp_to=Quantity(55.0, 55.0, 55.0), duration_s=0.2)
     scenario = msgspec.structs.replace(test.scenario, steps=(ramp,))
     proof = prove_step(ProofRequest(test.model, controller, scenario, test.spec), HERE)
