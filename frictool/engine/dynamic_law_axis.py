@@ -26,7 +26,7 @@ from frictool.engine.dynamic_law_motion import (
     AT_REVERSAL,
     FIRST_STEP,
     SHORTEST_STEP,
-    DrivenBody,
+    DrivenContact,
     LawKernels,
     Linearisation,
     hold_levels,
@@ -152,7 +152,7 @@ def _wall(x: float, p: Vector) -> float:
 
 
 @kernel
-def _released(driven: DrivenBody, t: float, wall: float, outwards: float) -> float:
+def _released(driven: DrivenContact, t: float, wall: float, outwards: float) -> float:
     """Return the time at which the effort ceases to press the axis against the stop; may be inf.
 
     outwards: acceleration towards the stop at t. The friction of a resting contact is constant.
@@ -208,7 +208,7 @@ def move_under_law(state: Vector, command: float, p: Vector, duration: float) ->
     kernels = LawKernels(int(head[RATE]), int(head[FORCE]), int(head[COMMIT]))
     laws = (forward, backward, table, forward.copy())
     drive = _drive(state, command, p)
-    driven = DrivenBody(kernels, laws, p[ax.INERTIA], drive, p[load_start(p) :])
+    driven = DrivenContact(kernels, laws, p[ax.INERTIA], drive, p[load_start(p) :])
     moving = int(head[MOVING])
     rows = CONTACT + moving
     y = np.zeros(CONTACT + int(head[STATES]))

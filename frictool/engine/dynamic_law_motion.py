@@ -59,7 +59,7 @@ class LawKernels(NamedTuple):
     commit: int
 
 
-class DrivenBody(NamedTuple):
+class DrivenContact(NamedTuple):
     """A body with a dynamic law under one drive and a load (plant/position_load.py)."""
 
     kernels: LawKernels
@@ -113,7 +113,7 @@ def hold_levels(laws: Laws, y: Vector) -> float:
 
 
 @kernel
-def law_field(driven: DrivenBody, t: float, y: Vector, out: Vector) -> int:
+def law_field(driven: DrivenContact, t: float, y: Vector, out: Vector) -> int:
     """Fill `out` with the rate y' of the state y; return a status code."""
     kernels, laws, mass, drive, load = driven
     added = hold_levels(laws, y) + load_effort(load, y[0])
@@ -128,7 +128,7 @@ def law_field(driven: DrivenBody, t: float, y: Vector, out: Vector) -> int:
 
 @kernel
 def linearise(
-    driven: DrivenBody, t: float, y: Vector, slope: Vector, scales: Vector, linear: Linearisation
+    driven: DrivenContact, t: float, y: Vector, slope: Vector, scales: Vector, linear: Linearisation
 ) -> int:
     """Fill the derivatives of y' at the state y for engine/rosenbrock.py; `slope`: y' at y.
 
@@ -173,7 +173,7 @@ def linearise(
 
 @kernel
 def try_law_step(
-    driven: DrivenBody,
+    driven: DrivenContact,
     linear: Linearisation,
     t: float,
     h: float,
@@ -211,7 +211,7 @@ def try_law_step(
 
 
 @kernel
-def _sample(driven: DrivenBody, t: float, y: Vector, zdot: Vector, row: Vector) -> None:
+def _sample(driven: DrivenContact, t: float, y: Vector, zdot: Vector, row: Vector) -> None:
     """Fill one sample at time t and state y."""
     kernels, laws, _, drive, _ = driven
     added = hold_levels(laws, y)
@@ -234,7 +234,7 @@ def step_factor(error: float) -> float:
 
 @kernel
 def _segment(
-    driven: DrivenBody,
+    driven: DrivenContact,
     y: Vector,
     moving: int,
     scales: Vector,
@@ -318,12 +318,12 @@ def run_dynamic(
     filled = 0
     none = np.zeros(0)
     for k in range(ends.shape[0]):
-        driven = DrivenBody(kernels, laws, mass, drives[k], none)
+        driven = DrivenContact(kernels, laws, mass, drives[k], none)
         status, t, filled = _segment(driven, y, moving, scales, t, ends[k], times, samples, filled)
         if status != OK:
             return status, t
     zdot = np.zeros(y.shape[0] - CONTACT)
-    driven = DrivenBody(kernels, laws, mass, drives[-1], none)
+    driven = DrivenContact(kernels, laws, mass, drives[-1], none)
     while filled < times.shape[0]:
         _sample(driven, times[filled], y, zdot, samples[filled])
         filled += 1

@@ -7,7 +7,7 @@ import pytest
 
 from frictool.engine.drive import EffortFunction
 from frictool.engine.dynamic_law_motion import (
-    DrivenBody,
+    DrivenContact,
     Linearisation,
     law_field,
     law_kernels,
@@ -48,7 +48,7 @@ def test_the_derivatives_are_those_of_the_field(seed: int, lagged: bool) -> None
     p = law.pack(TABLE_3_1["lugre"])
     laws = (*pack_plain_law(p), p.copy())
     drive = np.append(DRIVE.as_array(), LAG) if lagged else DRIVE.as_array()
-    driven = DrivenBody(law_kernels(law.kernels), laws, MASS, drive, LOAD)
+    driven = DrivenContact(law_kernels(law.kernels), laws, MASS, drive, LOAD)
     y = np.array([0.02, 0.05, 0.01, 2e-6]) * random.uniform(-1.0, 1.0, 4)
     t, slope = float(random.uniform(0.0, 2.0)), np.zeros(4)
     scales = np.array([1e-7, 1e-3, 0.0, 1e-5])
