@@ -3,9 +3,14 @@ of the mass of table 4.1.
 
 Each seed has its own noise, its own encoder phase, its own turns, and its own axis: inertia drawn
 from the bench's interval, every friction within 20 % of the sample logs'. The intervals of `auto`
-have to cover in 92 to 98 % of 400 records. Of the other methods a count of covers is judged against
-the binomial distribution at the stated rate: it fails where so few covers would come by chance once
-in a thousand runs, and more than stated are no failure.
+have to cover in at least 92 % of 400 records. They include effects that the model may lack, so that
+they cover a true model more often than stated; the median half width may be three times the rms
+error (1.96 times at the stated rate). Breakaway's width is judged by `check_breakaway`, because its
+interval holds every fall of friction over speed that the encoder does not refute.
+
+Of the other methods a count of covers is judged against the binomial distribution at the stated
+rate: it fails where so few covers would come by chance once in a thousand runs, and more than
+stated are no failure.
 """
 
 from __future__ import annotations
@@ -26,32 +31,39 @@ from studies.rigs.sample_logs import TRUTH, sines
 from tests.support.identification_statistics import (
     CHANCE,
     FINE_STEP,
-    HIGHEST,
     LOWEST,
     RATE,
     SEEDS,
-    covered,
     experiment,
+    found,
     in_published_order,
     linear_covered,
     table_errors,
 )
 
 MASS_SEEDS = 400
+WIDEST = 3.0  # median half width divided by the rms error
 
 
 def _coverage(encoder_step: float) -> dict[str, Any]:
     expected = {*SLIDING, "breakaway"}
-    hits = [covered(seed, encoder_step) for seed in range(SEEDS)]
-    counts = {name: sum(hit.get(name, False) for hit in hits) for name in sorted(expected)}
-    identified = all(set(hit) == expected for hit in hits)
+    results = [found(seed, encoder_step) for seed in range(SEEDS)]
+    counts, ratios = {}, {}
+    for name in sorted(expected):
+        pairs = [result[name] for result in results if name in result]
+        counts[name] = sum(one.low <= truth <= one.high for one, truth in pairs)
+        error = np.array([one.value / truth - 1.0 for one, truth in pairs])
+        half = np.array([one.half_width / abs(truth) for one, truth in pairs])
+        ratios[name] = float(np.median(half) / np.sqrt(np.mean(error**2)))
+    identified = all(set(result) == expected for result in results)
     return {
         "passed": identified
         and min(counts.values()) >= LOWEST * SEEDS
-        and max(counts.values()) <= HIGHEST * SEEDS,
+        and max(ratios[name] for name in SLIDING) <= WIDEST,
         "seeds": SEEDS,
         "stated_rate": RATE,
         **_flat("covered", counts),
+        **_flat("half_width_over_rms_error", ratios),
     }
 
 
@@ -119,14 +131,14 @@ def table_4_1() -> dict[str, Any]:
         bench = mass_bench(Path(folder))
     for seed in range(MASS_SEEDS):
         fit_ = run(DEFAULT, [mass_sine(seed)], bench, IdentificationSettings(RATE))
-        found = [fit_.parameters[name] for name in names]
+        intervals = [fit_.parameters[name] for name in names]
         truth = [getattr(MASS, name) for name in names]
         errors.append(
-            [interval.value / value - 1.0 for interval, value in zip(found, truth, strict=True)]
+            [interval.value / value - 1.0 for interval, value in zip(intervals, truth, strict=True)]
         )
         hits += [
             interval.low <= value <= interval.high
-            for interval, value in zip(found, truth, strict=True)
+            for interval, value in zip(intervals, truth, strict=True)
         ]
     rms = 100.0 * np.sqrt(np.mean(np.square(errors), axis=0))
     least = int(binom.ppf(CHANCE, MASS_SEEDS, RATE))

@@ -9,6 +9,7 @@ import pytest
 from frictool.adapters.parameter_intervals import absolute
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
+from frictool.identify.effect_regression import effect_regression
 from frictool.identify.estimators.auto import auto
 from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.fit_result import SLIDING, SlidingFit
@@ -22,13 +23,20 @@ INERTIA, VISCOUS, COULOMB, OFFSET = (1e-3, 0.01, 0.1, 0.02)
 PERIOD = 1e-3
 
 
+def effort_at(time: Vector) -> Vector:
+    """Return the effort (n,) of the motion with two sines."""
+    velocity = 16.0 * np.cos(4.0 * time) + 18.2 * np.cos(9.1 * time)
+    acceleration = -64.0 * np.sin(4.0 * time) - 165.62 * np.sin(9.1 * time)
+    moving = INERTIA * acceleration + VISCOUS * velocity + COULOMB * np.sign(velocity)
+    return np.asarray(moving + OFFSET)
+
+
 def axis(effect: Vector | float = 0.0, seed: int = 1) -> tuple[MotionRecord, Vector, Vector]:
     """Return a record of two sines with an additional effort, its time and its velocity."""
     time = np.arange(12_000) * PERIOD
     position = 4.0 * np.sin(4.0 * time) + 2.0 * np.sin(9.1 * time)
     velocity = 16.0 * np.cos(4.0 * time) + 18.2 * np.cos(9.1 * time)
-    acceleration = -64.0 * np.sin(4.0 * time) - 165.62 * np.sin(9.1 * time)
-    effort = INERTIA * acceleration + VISCOUS * velocity + COULOMB * np.sign(velocity) + OFFSET
+    effort = effort_at(time)
     noise = np.random.default_rng(seed).normal(0.0, 3e-3, time.size)
     record = make_record("log", time, position, effort + effect + noise, resolution=1e-5, lag=1.0)
     return record, time, velocity
@@ -73,6 +81,42 @@ def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: B
     assert result.warnings({"coulomb": plain}) == ()
     assert "friction that falls with speed" in warning
     assert "coulomb" in warning
+
+
+def test_the_intervals_include_a_delay_that_is_too_small_to_be_found(bench: Bench) -> None:
+    """The current is read 0.6 of a sample late; without this uncertainty 8 intervals hold."""
+    time = np.arange(3000) * PERIOD
+    position = 4.0 * np.sin(4.0 * time) + 2.0 * np.sin(9.1 * time)
+    held = 0
+    for seed in range(12):
+        noise = np.random.default_rng(seed).normal(0.0, 2e-3, time.size)
+        effort = effort_at(time - 0.6 * PERIOD) + noise
+        record = make_record("log", time, position, effort, resolution=1e-5, lag=1.0)
+        fit, result = both(record, bench)
+        assert fit.effects == {}
+        inertia = result.fit.parameters["inertia"]
+        held += inertia.low <= INERTIA <= inertia.high
+    assert held >= 10
+
+
+def test_a_delay_known_before_the_fit_shifts_nothing(bench: Bench) -> None:
+    time = np.arange(3000) * PERIOD
+    position = 4.0 * np.sin(4.0 * time) + 2.0 * np.sin(9.1 * time)
+    effort = effort_at(time - 0.6 * PERIOD)
+    record = make_record("log", time, position, effort, resolution=1e-5, lag=1.0)
+    fit = least_squares([record], bench, IdentificationSettings())
+    regression = effect_regression(fit, [record], bench, 0.95)
+    assert regression is not None
+    unknown, known = regression.timing(1.0), regression.timing(1e-12)
+    assert unknown is not None
+    assert known is not None
+    for name in SLIDING:
+        assert abs(known.shift[name]) < 1e-6 * abs(unknown.shift[name])
+        assert known.scatter[name] < 1e-4 * abs(unknown.shift[name])
+    # the delay that the regression finds is the true one, and its shift leads to the true inertia
+    assert fit.parameters["inertia"].value + unknown.shift["inertia"] == pytest.approx(
+        INERTIA, rel=1e-3
+    )
 
 
 def test_an_effect_that_was_removed_widens_nothing(bench: Bench) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.identify.estimators.inverse_dynamic import inverse_dynamic
 from frictool.identify.estimators.power_balance import by_speed
+from frictool.identify.fit_result import Interval
 from frictool.identify.identification import identify_records
 from frictool.identify.methods import DEFAULT, IdentificationSettings
 from frictool.identify.rows.difference_fit import differenced
@@ -42,26 +43,31 @@ def experiment(seed: int, encoder_step: float = TRUTH.encoder_step) -> tuple[Axi
     return truth, bench
 
 
-def covered(seed: int, encoder_step: float = TRUTH.encoder_step) -> dict[str, bool]:
-    """Return, for each identified parameter, if its interval holds the truth."""
+def found(seed: int, encoder_step: float = TRUTH.encoder_step) -> dict[str, tuple[Interval, float]]:
+    """Return the interval and the true value of each identified parameter."""
     truth, bench = experiment(seed, encoder_step)
     logs = [
         record(make(seed, truth), truth, name) for name, make in (("sines", sines), ("ramp", ramp))
     ]
     result = identify_records(logs, [], bench, DEFAULT, IdentificationSettings(RATE))
+    return {name: (one, getattr(truth, name)) for name, one in result.identified.items()}
+
+
+def covered(seed: int, encoder_step: float = TRUTH.encoder_step) -> dict[str, bool]:
+    """Return, for each identified parameter, if its interval holds the truth."""
     return {
-        name: bool(found.low <= getattr(truth, name) <= found.high)
-        for name, found in result.identified.items()
+        name: bool(one.low <= truth <= one.high)
+        for name, (one, truth) in found(seed, encoder_step).items()
     }
 
 
 def linear_covered(seed: int) -> dict[str, bool]:
     """Return, for each parameter of the published pipeline, if its interval holds the truth."""
     truth, log = linear_axis(seed)
-    found = inverse_dynamic([log], linear_bench(), IdentificationSettings(RATE)).parameters
+    parameters = inverse_dynamic([log], linear_bench(), IdentificationSettings(RATE)).parameters
     return {
         name: bool(interval.low <= getattr(truth, name) <= interval.high)
-        for name, interval in found.items()
+        for name, interval in parameters.items()
     }
 
 
@@ -81,9 +87,9 @@ def table_errors(seeds: Iterable[int]) -> dict[str, Vector]:
         ):
             samples, memory = differenced([log], time_constant)
             weight = np.ones(samples.velocity.size) if by is None else by(samples)
-            found = fit(samples, weight, memory, RATE, {}).parameters
+            fitted = fit(samples, weight, memory, RATE, {}).parameters
             errors[name].append(
-                np.array([found[p].value for p in ("inertia", "viscous", "coulomb")]) / truth - 1.0
+                np.array([fitted[p].value for p in ("inertia", "viscous", "coulomb")]) / truth - 1.0
             )
     return {name: np.sqrt(np.mean(np.square(rows), axis=0)) for name, rows in errors.items()}
 

@@ -1,0 +1,343 @@
+"""Regression of the effort that tests effects which the model does not include.
+
+The rows are those of the search of explanations (`estimators/explanation_search.py`), with the
+columns of all hypotheses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import scipy
+
+from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws
+from frictool.identify.estimators.explanation_search import EQUAL, ExplanationSearch
+from frictool.identify.estimators.hypothesis_rows import ReducedRows
+from frictool.identify.estimators.load_hypotheses import declared_term, harmonic, wave_numbers
+from frictool.identify.fit_result import (
+    SLIDING,
+    Interval,
+    SlidingFit,
+    UnusableLogs,
+    intervals_around,
+)
+from frictool.identify.force_error import friction_in_slip
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.outcome import sliding_intervals
+from frictool.identify.regression.multiway import equal_bins, shared_variance
+from frictool.identify.regression.regression import SingularRegressors, solve_triangles
+from frictool.identify.regression.term_selection import beyond_chance
+from frictool.identify.rows.effects import WARMING, Hypothesis
+from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with_terms, terms_of
+from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE
+from frictool.typing import IntVector, Matrix, Vector
+
+BINS = 24  # bins of positions, and of states (velocity, sign of the acceleration)
+# share of rows that are few; the share is the participation ratio of the squared influence of all
+# rows, a half in a sine
+FEW_ROWS = 0.2
+MOST_EFFECTS = 4  # largest number of effects that act together
+NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
+DELAY = "delay"
+LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried if it is noisy
+# largest effort of the effects relative to the measured effort (rms); columns that resemble the
+# sliding columns would have any effort
+LARGEST_EFFORT = 0.2
+
+
+@dataclass(frozen=True)
+class AcceptedEffects:
+    """Effects that act together.
+
+    - what: names of the effects in the order of acceptance
+    - significance: p-value of the effect that was accepted last
+    - shift: change of each sliding parameter if the model had these effects
+    - held_out: sum of the squared prediction errors, relative to the sum without the effects
+    - scatter: half width by which each shift is uncertain; a missing parameter has 0
+    """
+
+    what: tuple[str, ...]
+    significance: float
+    shift: Mapping[str, float]
+    held_out: float = 1.0
+    scatter: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class EffectRegression:
+    """Rows of the model and of all hypotheses.
+
+    - used: hypotheses that the model includes
+    - free: hypotheses that it does not include
+    - names: sliding parameters that are free in the model
+    """
+
+    rows: ReducedRows
+    used: tuple[Hypothesis, ...]
+    free: tuple[Hypothesis, ...]
+    names: tuple[str, ...]
+    confidence: float
+
+    def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
+        """Return the intervals with the variance between positions and states added."""
+        rows = self.rows
+        columns = rows.table(self.used)
+        position = rows.samples.loads.get(TERMS[SPRING][0])
+        groups = [_states(rows.samples)]
+        groups += [] if position is None else [equal_bins(position, BINS)]
+        residual = rows.residual(self.used)
+        variance = shared_variance(columns, residual, rows.samples.stroke, groups)
+        variance += self._variance_by_noise(columns)
+        factor = float(scipy.special.stdtrit(BINS - columns.shape[1], 0.5 + 0.5 * self.confidence))
+        names = [rows.names[k] for k in rows.columns(self.used)]
+        out = {}
+        for name in self.names:
+            more = factor * np.sqrt(variance[names.index(name)])
+            half = float(np.hypot(parameters[name].half_width, more))
+            out[name] = Interval.around(parameters[name].value, half)
+        return out
+
+    def _variance_by_noise(self, columns: Matrix) -> Vector:
+        """Return the variance (p,) of the parameters due to noise of the acceleration.
+
+        It is computed only if few rows determine viscous friction; else it is 0. The noise is
+        treated as the same in all strokes, so that strokes do not average it, and as independent
+        between the rows of a stroke. The rms of the noise is limited to that of the residual,
+        because the residual contains this noise.
+        """
+        rows = self.rows
+        scale = np.linalg.norm(columns, axis=0)
+        influence = np.linalg.pinv(columns / scale) ** 2 / scale[:, None] ** 2
+        names = [rows.names[k] for k in rows.columns(self.used)]
+        if "viscous" not in names:
+            return np.zeros(scale.size)
+        viscous = influence[names.index("viscous")]
+        if np.sum(viscous) ** 2 > FEW_ROWS * viscous.size * np.sum(viscous**2):
+            return np.zeros(scale.size)
+        fixed = rows.samples.fixed.get("inertia")
+        inertia = float(rows.fitted(rows.columns(self.used))[0]) if fixed is None else fixed.value
+        strokes = np.unique(rows.samples.stroke).size
+        left = float(np.sqrt(np.mean(rows.residual(self.used) ** 2)))
+        noise = min(inertia * rows.noise, left)
+        return np.asarray(noise**2 * strokes * np.sum(influence, axis=1))
+
+    def intervals(self, more: Sequence[Hypothesis] = ()) -> dict[str, Interval]:
+        """Return the intervals of all parameters of the model and of `more`, over clusters.
+
+        The result is empty if the rows do not determine the parameters.
+        """
+        columns = self.rows.columns([*self.used, *more])
+        try:
+            solution = solve_triangles(self.rows.plain[:, :, [*columns, -1]], self.rows.cluster)
+        except SingularRegressors:
+            return {}
+        names = [self.rows.names[k] for k in columns]
+        return intervals_around(names, solution.value, solution.half_width(self.confidence))
+
+    def accepted(self) -> list[AcceptedEffects]:
+        """Return single effects and groups of effects that explain the residual.
+
+        The result includes effects that explain the residual equally well as a used effect.
+        """
+        if self._values(self.used) is None or self.rows.squares(self.used) is None:
+            return []
+        out = self._rivals()
+        chosen = list(self.used)
+        level = 1.0 - self.confidence
+        while len(chosen) < len(self.used) + MOST_EFFECTS:
+            first = len(chosen) == len(self.used)
+            tried = [
+                (self.rows.probability(one, chosen), one)
+                for one in self.free
+                if one not in chosen and self.rows.visible(one, chosen)
+            ]
+            # Bonferroni's correction until an effect is accepted; then each test has the full level
+            best = min(tried, key=lambda one: one[0], default=None)
+            if best is None or best[0] > level / (1.0 if chosen else len(tried)):
+                break
+            for significance, one in self._alike(best[1], tried) if first else [best]:
+                out += self._shifted([*chosen, one], significance)
+            chosen.append(best[1])
+        return out
+
+    def _alike(
+        self, best: Hypothesis, tried: Sequence[tuple[float, Hypothesis]]
+    ) -> list[tuple[float, Hypothesis]]:
+        """Return the significant hypotheses that predict unseen strokes as well as the best."""
+        least = self.rows.squares([*self.used, best])
+        return [
+            (significance, one)
+            for significance, one in tried
+            if one is best
+            or (
+                significance < 1.0 - self.confidence
+                and self._as_good(self.rows.squares([*self.used, one]), least)
+            )
+        ]
+
+    def timing(self, known: float) -> AcceptedEffects | None:
+        """Return the shift by an unknown delay between effort and position.
+
+        The delay is known to +-`known` [s] before the fit. The regression with the column of the
+        delay also determines the delay. The two intervals are combined with their inverse variances
+        as weights, and each parameter changes in proportion to the combined delay.
+
+        Return None if the model includes the delay, or if the delay does not improve the prediction
+        of unseen strokes.
+        """
+        late = next((one for one in self.free if one.term == DELAY), None)
+        if late is None:
+            return None
+        values = self._values([*self.used, late])
+        alone = self._values(self.used)
+        before = self.rows.squares(self.used)
+        after = self.rows.squares([*self.used, late])
+        if values is None or alone is None or before is None or after is None:
+            return None
+        if np.sum(after) >= np.sum(before):
+            return None
+        found = self.intervals([late])[DELAY]
+        weight = known**2 / (known**2 + found.half_width**2)
+        half = found.half_width * float(np.sqrt(weight))
+        slope = {name: (values[name] - alone[name]) / found.value for name in self.names}
+        return AcceptedEffects(
+            (late.what,),
+            1.0,
+            {name: weight * found.value * one for name, one in slope.items()},
+            scatter={name: half * abs(one) for name, one in slope.items()},
+        )
+
+    def _rivals(self) -> list[AcceptedEffects]:
+        """Return the models with one hypothesis exchanged that predict as well as this model."""
+        least = self.rows.squares(self.used)
+        out = []
+        for one in self.used:
+            others = [other for other in self.used if other is not one]
+            for rival in self.free:
+                if one.needs_temperature and rival.term == WARMING:
+                    continue  # a measured cause explains the change along the log
+                if self.rows.visible(rival, others) and self._as_good(
+                    self.rows.squares([*others, rival]), least
+                ):
+                    out += self._shifted([*others, rival], 1.0)
+        return out
+
+    def _as_good(self, squares: Vector | None, least: Vector | None) -> bool:
+        """Return whether a model predicts unseen strokes as well as the one with `least`."""
+        return (
+            squares is not None
+            and least is not None
+            and bool(np.sum(squares) <= EQUAL * np.sum(least))
+            and not beyond_chance(least, squares, self.confidence)
+        )
+
+    def _shifted(
+        self, hypotheses: Sequence[Hypothesis], significance: float
+    ) -> list[AcceptedEffects]:
+        """Return the change of the parameters if the model had these hypotheses."""
+        alone = self._values(self.used)
+        values = self._values(hypotheses)
+        if alone is None or values is None:
+            return []
+        more = [one for one in hypotheses if one not in self.used]
+        factor = self._plausible(more, hypotheses)
+        shift = {name: factor * (values[name] - alone[name]) for name in self.names}
+        before = self.rows.squares(self.used)
+        after = self.rows.squares(hypotheses)
+        held_out = 1.0
+        if before is not None and after is not None:
+            held_out = float(np.sum(after) / max(np.sum(before), 1e-300))
+        what = tuple(one.what for one in more)
+        return [AcceptedEffects(what, significance, shift, held_out)]
+
+    def _values(self, hypotheses: Sequence[Hypothesis]) -> dict[str, float] | None:
+        """Return the parameters of the fit with these hypotheses, or None if undetermined."""
+        columns = self.rows.columns(hypotheses)
+        try:
+            values = self.rows.fitted(columns)
+        except SingularRegressors:
+            return None
+        names = [self.rows.names[k] for k in columns]
+        return dict(zip(names, values.tolist(), strict=True))
+
+    def _plausible(self, more: Sequence[Hypothesis], hypotheses: Sequence[Hypothesis]) -> float:
+        """Return the factor that limits the effort of `more`; 1 if this effort is below the limit.
+
+        The limit is the share LARGEST_EFFORT of the rms effort, or the rms residual if that is
+        larger.
+        """
+        samples = self.rows.samples
+        size = float(np.sqrt(np.mean((samples.effort + samples.known_effort) ** 2)))
+        left = float(np.sqrt(np.mean(self.rows.residual(self.used) ** 2)))
+        effort = sum(
+            self.rows.effort(one, [other for other in hypotheses if other is not one])
+            for one in more
+        )
+        return min(1.0, max(LARGEST_EFFORT * size, left) / max(effort, 1e-300))
+
+
+def effect_regression(
+    fit: SlidingFit,
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    confidence: float,
+    smoother: float = 1.0,
+) -> EffectRegression | None:
+    """Return the regression of the effort, or None if no row slips or nothing is free.
+
+    `smoother` is a factor on the smoothing windows.
+    """
+    structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
+    try:
+        search = ExplanationSearch.of(records, structure, IdentificationSettings(confidence))
+        search = search.smoother(smoother)
+        waves = wave_numbers(fit.load) or search.declared_waves
+        samples = search.samples(waves)
+        fixed = dict(fit.fixed)
+        noisy = search.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
+        if noisy:
+            fixed["inertia"] = {**sliding_intervals(fit.parameters, bench), **fit.parameters}[
+                "inertia"
+            ]
+        loads = {name: one for name, one in samples.loads.items() if name not in fit.refused}
+        samples = replace(_without_knees(samples, fit, bench), loads=loads)
+        samples = with_fixed(samples, fixed)
+        rows = search.reduced_rows(samples, waves)
+    except UnusableLogs:
+        return None
+    names = tuple(name for name in SLIDING if name in fit.parameters and name in rows.base)
+    if not names:
+        return None
+    terms = () if fit.load is None else fit.load.terms
+    used = tuple(one for one in search.hypotheses if declared_term(one) in terms)
+    ripples = tuple(harmonic(term) for term in RIPPLES[len(search.declared_waves) : len(waves)])
+    free = tuple(
+        one
+        for one in search.hypotheses
+        if one not in used and not (noisy and one.term in LIKE_ACCELERATION)
+    )
+    return EffectRegression(rows, (*used, *ripples), free, names, confidence)
+
+
+def _states(samples: RegressionSamples) -> IntVector:
+    """Return the bin (n,) of each row by velocity and by the sign of the acceleration."""
+    half = BINS // 2
+    return equal_bins(samples.velocity, half) + half * (samples.acceleration > 0.0)
+
+
+def _without_knees(samples: RegressionSamples, fit: SlidingFit, bench: Bench) -> RegressionSamples:
+    """Return the samples without the effort of knees and Stribeck effect, which have no columns."""
+    if fit.laws is None or not (fit.laws.regimes or "stribeck_velocity" in fit.parameters):
+        return samples
+    intervals = {**sliding_intervals(fit.parameters, bench), **fit.parameters}
+    values = {name: interval.value for name, interval in intervals.items()}
+    laws = Laws(regimes=fit.laws.regimes, stribeck_exponent=fit.laws.stribeck_exponent)
+    still = np.zeros(samples.velocity.size)
+    line = values["viscous"] * samples.velocity + values["coulomb"] * samples.sign
+    friction = friction_in_slip(values, laws, still, samples.velocity)
+    return replace(samples, effort=samples.effort - (friction - line))
