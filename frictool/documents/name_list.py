@@ -8,17 +8,17 @@ MOST_NAMES_SHOWN = 12
 LONGEST_LIST = 120  # maximum number of characters of a list of names in a message
 
 
-def listed(names: Collection[str], longest: int = LONGEST_LIST) -> str:
+def listed(names: Collection[str], longest: int = LONGEST_LIST, separator: str = ", ") -> str:
     """Return names for a message, up to `longest` characters; an empty name is shown in quotes."""
     shown: list[str] = []
     for name in names:
         if len(shown) == MOST_NAMES_SHOWN or (
-            shown and len(", ".join(shown)) + len(name) > longest
+            shown and len(separator.join(shown)) + len(name) > longest
         ):
             break
         shown.append(name or "''")
     return (
-        ", ".join(shown)
+        separator.join(shown)
         + (f" and {len(names) - len(shown)} more" if len(names) > len(shown) else "")
         if shown
         else "nothing"

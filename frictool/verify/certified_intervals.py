@@ -8,6 +8,7 @@ from frictool.adapters.parameter_intervals import bench_intervals, intervals
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
+from frictool.documents.name_list import listed
 from frictool.plant.polytope import PARAMETERS
 from frictool.verify.document_box import box_of
 from frictool.verify.loop_wording import plant_units
@@ -19,6 +20,7 @@ MARGIN_PARAMETERS = (
     "constant",
 )  # a margin depends on these alone; a norm depends on Coulomb friction too
 
+LONGEST_PHRASES = 80  # characters of the phrases in a warning
 Interval = tuple[float, float]
 
 
@@ -71,9 +73,11 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
 def outside_message(controller: str, names: Iterable[str]) -> str:
     """Return a warning about the phrases `names`, without the subject of the sentence.
 
-    The caller adds the subject: the model, the mechanism or the bench.
+    The caller adds the subject: the model, the mechanism or the bench. The warning shows the first
+    phrases and the number of the others; `verify --model` prints all.
     """
+    phrases = listed(list(names), LONGEST_PHRASES, "; ")
     return (
-        f"is outside the range for which {controller} was verified: {'; '.join(names)}; its "
-        "margins do not apply: run frictool synth again"
+        f"is outside the range for which {controller} was verified: {phrases}; its margins do not "
+        "apply: run frictool synth again"
     )

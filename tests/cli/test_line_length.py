@@ -27,6 +27,7 @@ from frictool.identify.identification import Identification, NothingIdentified
 from frictool.identify.rows.effects import WHAT
 from frictool.identify.unmodelled_effects import WidenedFit
 from frictool.presentation.line_breaking import INDENT, LONGEST, bounded
+from frictool.verify.certified_intervals import outside_message
 from studies.command_line import run
 from tests.support.linear_axis import linear_bench
 
@@ -167,6 +168,13 @@ def test_a_refusal_of_several_parameters_names_the_most_frequent_reason() -> Non
     assert str(error).endswith("(1 more)")
     assert len(str(error)) <= LONGEST_REFUSAL
     assert list(error.reasons.values()) == [["inertia"], ["viscous", "coulomb", "offset"]]
+
+
+def test_a_warning_about_a_plant_outside_the_certificate_is_one_short_line() -> None:
+    phrases = [f"inertia {k}e-06 to 5.1e-06, verified 1.11e-05 to 1.53e-05" for k in range(9)]
+    line = f"model {outside_message('controller', phrases)}"
+    assert len(line) <= 200
+    assert f"{phrases[0]} and 8 more" in line
 
 
 def test_a_warning_of_example_values_is_one_short_line() -> None:
