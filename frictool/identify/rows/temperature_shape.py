@@ -77,7 +77,8 @@ def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, flo
     # without a shape, the second column of the effect is s h
     excess = samples.sign * samples.loads["coulomb_temperature"]
     every = max(1, excess.size // MOST_ROWS)
-    rows = np.column_stack([*samples.columns, excess, samples.effort])[::every]
+    signals = (*samples.columns, excess, samples.effort)
+    rows = np.column_stack([one[::every] for one in signals])
     line, left = _fitted(rows, curved=False)
     square, less = _fitted(rows, curved=True)
     gain = excess.size / window * np.log(left / less)
