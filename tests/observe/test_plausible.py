@@ -32,7 +32,7 @@ def test_what_units_differ_by_is_not_told(inertia: float) -> None:
 def test_an_inertia_that_no_unit_has_is_told_with_what_to_look_at(inertia: float) -> None:
     (line,) = implausible(clutch(), told(inertia))
     assert f"{inertia:.3g} times the model's" in line
-    assert "saturate" in line
+    assert "saturation" in line
 
 
 def test_before_any_move_nothing_is_implausible() -> None:
