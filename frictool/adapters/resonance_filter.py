@@ -35,7 +35,7 @@ def _filter(resonances: Resonances, end: int | None) -> Lti:
             whole, _section(np.ones(1) if fitting is None else above.pop(fitting), denominator)
         )
     if above:  # a pair of zeros needs a section with a pair of poles
-        raise ValueError("resonances: zeros in pairs need poles in pairs")
+        raise ValueError("resonances: a pair of zeros needs a pair of poles")
     return whole
 
 

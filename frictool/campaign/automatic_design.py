@@ -170,7 +170,7 @@ class _Search:
         """
         for number in range(len(EASINGS)):
             first = self.eased(EASINGS[number])
-            self.progress(f"search: response 95 % of {first.scales.response:.4g} s first")
+            self.progress(f"search: first for a response time of {first.scales.response:.4g} s")
             outcome = first.of(family).run(self.progress)
             if outcome.passed:
                 break

@@ -383,8 +383,8 @@ def golden_vectors(
     _commands(bench)
     if not all(math.isfinite(row[-1]) for row in bench.rows):
         raise NoSolutionError(
-            f"{controller.name}: the drive overflows on the golden vectors; check that a - l c of "
-            "the anti-windup is stable"
+            f"{controller.name}: the drive overflows on the golden vectors; check that the "
+            "matrix a - l c of the anti-windup is stable"
         )
     away = max(bench.differences, default=0.0)
     rms = math.sqrt(

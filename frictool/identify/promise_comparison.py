@@ -164,6 +164,6 @@ def _reasons(
     if not reasons:
         reasons.append(
             "length, noise and strokes are as planned: the residual probably has a part that the "
-            "model lacks, such as a load or a friction over position"
+            "model lacks, such as a load, or friction that varies with position"
         )
     return tuple(reasons)

@@ -101,7 +101,7 @@ def controlled_names(document: Mechanism) -> tuple[str, str]:
         if len(names) > 1:
             raise ElementError(
                 f"{what}s",
-                f"found {', '.join(names)}; write the {what} of the controller under control: "
+                f"found {', '.join(names)}; write the controller's {what} under `control`: "
                 f"{{source: ..., sensor: ...}}",
             )
     return driven[0], next(iter(document.sensors))

@@ -51,9 +51,9 @@ def refusal(found: AutomaticDesign) -> str:
     best = _best(found)
     refusals = [reason for one in found.outcomes for reason in one.refusals]
     if best is None:
-        reason = "no candidate can be played"
+        reason = "no candidate can be simulated"
     elif max(best.missing.values()) <= 0.0 and refusals:
-        reason = f"the candidates that meet the specification when played are {refusals[-1]}"
+        reason = f"the candidates that meet the specification in simulation are {refusals[-1]}"
     else:
         reason = _missed(best)
     return f"no design found: {reason}"

@@ -134,7 +134,7 @@ def breakaway(
         errors = _errors(data, fit, axis, fall, half_step, confidence)
     except SingularRegressors as error:
         raise UnusableLogs(
-            f"the breakaways do not determine friction over position: {error}"
+            f"the breakaways do not determine how friction varies with position: {error}"
         ) from None
     positions = data.positions
     levels = _levels(fit.structure)

@@ -156,7 +156,7 @@ def rate_lines(over_rate: BreakawayOverRate, unit: str) -> list[str]:
         f"({one.count})"
         for one in over_rate.rates
     )
-    lines = [f"breakaway over the rate of the ramp [{unit}] (number): {at}"]
+    lines = [f"breakaway at each ramp rate [{unit}] (number of breakaways): {at}"]
     rise = over_rate.per_decade
     if rise is not None:
         verb = (
