@@ -106,6 +106,6 @@ def _mean_factor(
 ) -> float:
     """Return the mean of the normalised friction polynomial over positions first to last.
 
-    It is cached, because all plants drawn from one model have the same mean.
+    The mean is cached, because all plants drawn from one model share it.
     """
     return mean_over(normalised_coefficients(powers, low, high), low, high, first, last)

@@ -371,7 +371,7 @@ def _show(
 
 
 def _check_options(method: str, values: dict[str, Any]) -> None:
-    """Raise UsageError if an option belongs to another method, or an odd number is even."""
+    """Raise UsageError for an option of another method, or an even number that must be odd."""
     for option in OPTIONS:
         value = values[option.name]
         if value is not None and option.name not in METHODS[method].reads:

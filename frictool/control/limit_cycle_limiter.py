@@ -13,9 +13,9 @@ states of the controller are updated as usual.
 
 Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
 0. The derivative (5.12) has no definite sign: boundedness and rest are proved, but no Lyapunov
-decrease. Choose delta_e at least one encoder step, and above |e| dF'/F' for the largest error dF'
-of the friction. Choose v_r as some encoder steps per time constant of the speed filter, 0.01 m/s on
-the mass of table 5.1.
+decrease. delta_e should be at least one encoder step, and above |e| dF'/F' for the largest error
+dF' of the friction. v_r should be some encoder steps per time constant of the speed filter, such as
+0.01 m/s on the mass of table 5.1.
 """
 
 from __future__ import annotations

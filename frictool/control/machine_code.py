@@ -43,8 +43,9 @@ class MachineCode(NamedTuple):
     """Compiled function of one sample.
 
     `address`: address of the function, for kernels. The function's arguments are the address of
-    `real` of the program (int64), reference, position and velocity; it returns the drive or another
-    value. `library`: the compiled code, which exists as long as this object.
+    `real` of the program (int64), reference, position and velocity. The function returns the value
+    for which it was compiled, by default the drive. `library`: the compiled code, which exists as
+    long as this object.
     """
 
     address: int

@@ -15,8 +15,8 @@ slope of the root at zero would turn each encoder count into a jump of omega_c.
 
 Property (proposition 5.2.2): with an infinitely fast speed loop the error decreases outside the
 band and ends within the band. With a finite bandwidth only simulation can show this; the slope
-k/sqrt(band) must stay well below the bandwidth of the speed loop. Compute k from the lowest
-friction on the travel, and choose a band of at least some encoder steps.
+k/sqrt(band) must stay well below the bandwidth of the speed loop. k should be computed from the
+lowest friction on the travel, and `band` should be some encoder steps.
 """
 
 from __future__ import annotations

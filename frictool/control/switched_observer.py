@@ -17,7 +17,7 @@ omega, which is definite in every mode except 0. While stuck, alpha is frozen, s
 treats the estimate of alpha as a measurement.
 
 Limit: the certificate of the thesis, (6.6), takes the mode as known. It does not cover the samples
-in which plant and observer are in different modes. Choose Sigma as some encoder steps per period.
+in which plant and observer are in different modes. Sigma should be some encoder steps per period.
 With a coarse encoder, the speed is below this Sigma during most of the travel, and both observers
 fail (figures: docs/theory/observers.md).
 """

@@ -15,8 +15,8 @@ the drive would be cut during a move whenever the axis follows the filtered refe
 enters REST immediately; `brake` first brings the measured speed below `rest_speed`. The mode is RUN
 again when the error leaves the band or the prefilter moves.
 
-Property: the motion is bounded and ends at rest. This is no proof of stability, because the
-derivative (5.12) has no definite sign. Choose a band above two encoder steps, and above the
+Property: the motion is bounded and ends at rest. Stability is not proved, because the derivative in
+(5.12) of the thesis has no definite sign. The band should be above two encoder steps, and above the
 distance in which friction stops the axis after the band begins to act. With `cut` and a small band,
 the axis hunts at low friction.
 """

@@ -192,7 +192,7 @@ def _friction(
 ) -> tuple[ProgramNode | None, tuple[ProgramNode, ProgramNode]]:
     """Return the position in the backlash [rad | m] and the slip friction [N m | N] at position x.
 
-    The first is None without a backlash. The friction is a pair: forward and backward.
+    The position is None without a backlash. The friction is a pair: forward and backward.
     """
     zero, (low, high) = program.constant(0.0), facts.travel
     mapped = x

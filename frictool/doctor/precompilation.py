@@ -102,7 +102,7 @@ def _compile(module: str, name: str, kind: str, encoded: list[Any]) -> None:
 def encode(kind: Any) -> Any:
     """Return a numba type as JSON.
 
-    Raises ValueError for a type that only other kernels pass, such as a literal.
+    Raises ValueError for a type that only a compiled caller can pass, such as a literal.
     """
     if isinstance(kind, types.Array):
         return ["array", str(kind.dtype), kind.ndim, kind.layout, kind.mutable]

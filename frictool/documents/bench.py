@@ -296,7 +296,7 @@ class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `quadrature`: Encoder channels to decode, by the name of the new column.
     - `clock_offset`: Lead of the instrument's clock over that of the log's first file; it is
       subtracted from the instrument's times.
-    - `clock_estimate`: Estimate this lead from the data instead.
+    - `clock_estimate`: Settings with which this lead is estimated from the data.
     """
 
     files: Annotated[str, msgspec.Meta(min_length=1)]

@@ -546,7 +546,7 @@ class Controller(
     def judged_by(self) -> CertifiedWeights | None:
         """Return the weights of the verified norm; None if a speed is the input of the loop.
 
-        They are the weights of the certificate; without a certificate they are `weights`.
+        The certificate's weights are returned; without a certificate, `weights`.
         """
         if self.linear.input == "speed_error":
             return None

@@ -54,10 +54,7 @@ def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
 def _layer_event(
     laws: ExtendedLaws, body: Vector, state: Vector, piece: Vector, spent: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return time and kind of the event: the film velocity leaves or enters its layer.
-
-    The layer contains the velocities at which the friction falls (Stribeck effect).
-    """
+    """Return time and kind of the event at which the film enters or leaves the Stribeck layer."""
     row = 3 if laws[2][LAG] > 0.0 else 1
     if state[fb.REGION] == fb.IN_LAYER:
         if body[fb.LAYER] == math.inf:

@@ -41,8 +41,8 @@ def body_of(
 ) -> FrictionBody:
     """Return the body of the exact engine for a static law without a band.
 
-    p: `law.pack(...)`. Use `dataclasses.replace` to change the other fields. Raises ValueError for
-    any other law, and for an extension that the law does not support.
+    p: parameter array, `law.pack(...)`. The other fields have their default values. Raises
+    ValueError for any other law, and for an extension that the law does not support.
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:

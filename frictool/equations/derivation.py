@@ -188,7 +188,7 @@ def _trees(
     acting: list[ElementEquations],
     notation: Notation,
 ) -> tuple[list[Equation], list[Condition]]:
-    """Return one equation for each group of tied blocks, and its condition of rest.
+    """Return one equation for each group of blocks tied by rigid links, and its condition of rest.
 
     The equation is for a block that a source drives, if the group has one.
     """

@@ -111,7 +111,7 @@ def response_sum(sections: tuple[Row, ...]) -> float:
 
 
 def _noise(name: str, made: Biquads, number: Number) -> float:
-    """Return the bound of the rounding error at the output, in full ranges.
+    """Return the bound of the rounding error at the output, relative to the output's full range.
 
     Raises NoSolutionError if a stage might overflow or saturate.
     """

@@ -166,7 +166,7 @@ def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
 def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dict[str, Any]:
     """Return the values of the template that differ between real numbers and fixed point.
 
-    They are limits, conversions, the proof and notes on the fields.
+    These values are limits, conversions, the proof and notes on the fields.
     """
     program = names.program
     scaled = numbers.scaled if isinstance(numbers, FixedNumbers) else None
@@ -210,7 +210,7 @@ def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dic
 def _limit(scaled: FixedProgram, drive: ProgramNode) -> int:
     """Return the drive's largest word.
 
-    It is the rounded coefficient of the limit, shifted to the drive's fraction.
+    This word is the rounded coefficient of the limit, shifted to the drive's fraction.
     """
     limit = next(index for index, name in scaled.program.names.items() if name == "drive_limit")
     return shift_rounded(

@@ -14,7 +14,7 @@ class VisitCondition:
     """Condition: the value at `index` equals `value`; if `differs`, it does not equal `value`.
 
     If `where` is present, the value at index `where` must also differ from 0. `text`: description,
-    printed after a number of samples.
+    which follows the number of visited samples in the output.
     """
 
     index: int

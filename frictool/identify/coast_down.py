@@ -89,7 +89,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Return a parameter, estimated at `inertia.value`, with an interval for all of `inertia`."""
+    """Return a parameter estimated at `inertia.value`, with an interval for the whole `inertia`."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

@@ -26,7 +26,7 @@ class UnitDraws(NamedTuple):
     """Draws of a campaign.
 
     `units` (n, d): the draws.
-    `corners`: number of all vertices for method vertices, else 0.
+    `corners`: number of all vertices for the method `vertices`, else 0.
     """
 
     units: Vector
@@ -36,7 +36,7 @@ class UnitDraws(NamedTuple):
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
     """Return `count` draws of the factors.
 
-    For method vertices, `count` None stands for all vertices, at most MOST_VERTICES.
+    For the method `vertices`, `count` None stands for all vertices, at most MOST_VERTICES.
     """
     if method == "vertices":
         corners = 2**factors

@@ -211,8 +211,8 @@ def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
 def _reach(values: Vector, limit: float) -> tuple[float, float]:
     """Return the range of the histogram.
 
-    The range does not include far outliers, which would compress all other values into one bar. It
-    includes the limit if the limit is among the values.
+    The range does not include far outliers, which would compress all other values into one bar. The
+    range includes the limit if the limit is among the values.
     """
     low, high = float(values.min()), float(values.max())
     fifth, last = (float(q) for q in np.quantile(values, (0.05, 0.95)))

@@ -68,7 +68,8 @@ class PassRate:
 def pass_rate(trials: Trials, method: Method, confidence: float = CONFIDENCE) -> PassRate:
     """Return the pass rate of the trials.
 
-    For method vertices, fewer than 2^d trials are a random subset of the vertices.
+    For the method `vertices` and d factors, fewer than 2^d trials are a random subset of the
+    vertices.
     """
     n = trials.count
     passed, failed, undecided = (

@@ -126,7 +126,7 @@ class TrialStore:
     def _read(self, path: Path, header: Header) -> None:
         """Read the stored trials.
 
-        Drops an incomplete last line, and writes the header of a new file.
+        An incomplete last line is dropped. A new file gets the header.
         """
         assert self._file is not None
         data = path.read_bytes()

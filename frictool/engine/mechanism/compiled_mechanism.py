@@ -181,7 +181,7 @@ def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Ve
 
 
 def _spans(forest: JointForest) -> IntVector:
-    """Return the number of blocks in the subtree of each block (n,), contiguous in the order."""
+    """Return the number of blocks in the subtree of each block, including this block, (n,)."""
     span = np.ones(len(forest.order), dtype=np.int64)
     for block in reversed(forest.order):
         if forest.parent[block] >= 0:

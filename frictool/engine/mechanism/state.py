@@ -30,7 +30,7 @@ external    n          done by the external efforts on blocks
 joints      joints     lost in each joint by its efficiency
 couplings   couplings  lost by damping and efficiency
 frictions   f          taken by each friction; a dynamic law returns what its contact stores
-pressings   p          taken by each pressing
+pressings   p          taken by each pressing (cam friction)
 impacts     joints     lost in impacts of flanks and in jams
 stops       stops      lost at end stops
 ==========  =========  ==========================================================================

@@ -88,7 +88,7 @@ def _members(k: IntVector, modes: IntVector, index: int, members: IntVector) -> 
 
 @inset_kernel
 def _spread_ratios(tree: JointTree) -> None:
-    """Fill ALONG with each block's speed per unit of the root's."""
+    """Fill the row ALONG with each block's speed divided by the root's speed."""
     k, p, _, members, _, w = tree
     for m in range(members.size):
         i = ly.block_at(k, members[m])

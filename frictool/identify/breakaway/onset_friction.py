@@ -146,9 +146,9 @@ class OnsetData:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
         The position fitted to an onset depends linearly on the expected position, with constants a
-        and b: fitted = a + b expected. At expected = fitted = a/(1 - b), only the timing of the
-        changes determines the position. This value and a uniform position within the count are
-        averaged with weights 1/variance.
+        and b: fitted = a + b expected. At the position a/(1 - b), the fitted equals the expected
+        position, so that only the timing of the changes determines it. This position and a uniform
+        position within the count are averaged with weights 1/variance.
         """
         low, high = (
             efforts(self.onsets, axis, self.resolution, expected, shape, self.fall)[1]

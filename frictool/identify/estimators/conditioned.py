@@ -28,7 +28,7 @@ BEST_SPEED = math.sqrt(2.0)  # speed amplitude with the least condition (4.30)
 def condition_m2(velocity: Vector, sign: Vector) -> float:
     """Return the condition number of M_2 (module docstring) from speeds and their signs (n,).
 
-    It is computed from singular values, because eigenvalues lose half of their digits.
+    Singular values are used, because eigenvalues lose half of their digits.
     """
     singular = np.linalg.svd(
         np.linalg.qr(np.column_stack((velocity, sign)), mode="r"), compute_uv=False

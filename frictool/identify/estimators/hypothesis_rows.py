@@ -120,8 +120,8 @@ class ReducedRows:
         """Return the decrease of the mean square, (N m)^2 | N^2, that the encoder's noise causes.
 
         The acceleration has the rms noise n, and the other columns leave the part s^2 of its mean
-        square unexplained. The residual of the inertia J then has the mean square
-        J^2 n^2 (s^2 - n^2)/s^2, which decreases with s^2. For a fixed inertia the result is 0.
+        square unexplained. The residual of the inertia J then has the mean square J^2 n^2 (s^2 -
+        n^2)/s^2, which becomes smaller if s^2 becomes smaller. For a fixed inertia the result is 0.
         """
         if "inertia" in self.samples.fixed:
             return 0.0

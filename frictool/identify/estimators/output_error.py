@@ -303,7 +303,7 @@ def _fit(
 
 
 def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the load terms over position whose intervals all contain 0.
+    """Return the position-dependent load terms whose intervals all contain 0.
 
     Such a load only compensates a drift of the simulation.
     """
@@ -350,7 +350,7 @@ def simulated_fit(
     terms: tuple[str, ...],
     errors: Mapping[str, float],
 ) -> SlidingFit:
-    """Return the fit of `terms` without insignificant loads over position."""
+    """Return the fit of `terms` without those position-dependent loads that are insignificant."""
     fit = simulation_error(records, bench, settings, terms)
     while bench.load is None and (needless := _insignificant_loads(fit, terms)):
         terms = tuple(term for term in terms if term not in needless)

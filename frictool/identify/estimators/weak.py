@@ -237,7 +237,7 @@ def _why(structure: FrictionStructure) -> str | None:
 def _unexplained_power(samples: RegressionSamples) -> float:
     """Return the mean square of the acceleration not explained by other columns.
 
-    It is in (rad/s^2)^2 | (m/s^2)^2.
+    The unit is (rad/s^2)^2 | (m/s^2)^2.
     """
     others = np.column_stack((*samples.columns[1:], *samples.loads.values()))
     left = (

@@ -57,8 +57,8 @@ def reachable_speed(limits: BenchLimits, distance: float) -> float:
 
     In a sine, inertia a and viscous v are in quadrature, so that the largest effort is
     sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load, with the top speed V and w =
-    2 V/distance. It must not exceed TOP_SHARE of the effort at the drive's limit. Raises
-    NoSolutionError if friction and load need all of this effort.
+    2 V/distance. The largest effort must not exceed TOP_SHARE of the effort at the drive's limit.
+    Raises NoSolutionError if friction and load need all of this effort.
     """
     left = spare_effort(limits)
     fourth = (2.0 * limits.inertia / distance) ** 2

@@ -269,7 +269,7 @@ def _width(rows: list[ReversalRows], widest: float) -> float:
 def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:
     """Return the regressors (n, 5) for a width.
 
-    They are acceleration, speed and direction past the width, 1, and direction within it.
+    The columns are acceleration, speed and direction past the width, 1, and direction within it.
     """
     inside = np.concatenate([one.inside(width) for one in rows])
     return np.column_stack(

@@ -106,7 +106,7 @@ def residual_norm(parts: Tensor, value: Vector) -> float:
 def _jackknife(
     parts: Tensor, value: Vector, scale: Vector, cluster: IntVector
 ) -> tuple[Vector, Vector]:
-    """Return standard deviations (times scale) and degrees of freedom (p,) of the jackknife."""
+    """Return the jackknife's standard deviations, times `scale`, and degrees of freedom, (p,)."""
     rows = parts[:, :, :-1] / scale
     residual = parts[:, :, -1] - parts[:, :, :-1] @ value
     index = np.unique(cluster, return_inverse=True)[1]

@@ -105,7 +105,7 @@ class OmittedParameters:
     def _hidden_load_shift(self, cluster: IntVector, confidence: float) -> Vector:
         """Return the distance (p,) of the free parameters from a fit with the hidden loads.
 
-        It is inf if there is no such fit.
+        The distance is inf if there is no such fit.
         """
         with_loads, without = (
             self._solution([*self.free, *more], cluster) for more in (self._hidden, [])
@@ -127,7 +127,7 @@ class OmittedParameters:
 
 
 def _unit_loads(columns: Sequence[Vector]) -> Matrix:
-    """Return m mixtures of k columns as factors (m, k), each with a largest effort of 1."""
+    """Return factors (m, k) of m sums of the k columns, each sum with a largest effort of 1."""
     if len(columns) == 1:
         return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])
     angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS

@@ -388,8 +388,8 @@ def spread_as(
 ) -> dict[str, Interval]:
     """Return the intervals `fitted`, widened to at least the intervals `plain` of least squares.
 
-    They are widened only if parameters are fixed, because `plain` includes the uncertainty of the
-    fixed parameters.
+    The intervals are widened only if parameters are fixed, because `plain` includes the uncertainty
+    of the fixed parameters.
     """
     if not samples.fixed:
         return fitted
