@@ -24,7 +24,9 @@ def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polyt
 
 
 def regime_levels(model: Model, coulomb: tuple[float, float]) -> RegimeLevels:
-    """Return the model's regimes in both directions; `coulomb` is the interval of F_c at low speed.
+    """Return the model's regimes in both directions.
+
+    `coulomb` is the interval of the Coulomb friction at low speed.
 
     The slope below the first knee is the model's: the bench's range of the viscous coefficient
     applies to the steepest regime and is not used here. Raises FrictoolError if the model has no

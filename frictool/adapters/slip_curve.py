@@ -45,9 +45,9 @@ class SlipCurve(NamedTuple):
     def band(self, speed: Vector) -> tuple[Vector, Vector]:
         """Return the least and largest friction (n,) [N m | N] within the intervals.
 
-        F rises with F_c, F_s and every slope: the low ends of these parameters give the least
-        friction, the high ends the largest. The Stribeck velocity and the knees are tried at both
-        ends, because their effect may have either sign.
+        The friction rises with the Coulomb friction, the breakaway and every slope: the low ends of
+        these parameters give the least friction, the high ends the largest. The Stribeck velocity
+        and the knees are tried at both ends, because their effect may have either sign.
         """
         velocity = self.stribeck_velocity
         velocities = (None,) if velocity is None else velocity.interval

@@ -231,7 +231,7 @@ def _starts(model: Model, scenario: Scenario, places: Sequence[float]) -> list[f
 
 
 def _moved_inwards(model: Model, start: float, places: Sequence[float]) -> list[float]:
-    """Return a position moved by each of `places`, in encoder counts, towards the travel's middle.
+    """Return `start` moved by each of `places` [encoder counts] towards the travel's middle.
 
     If the travel is unknown, the position is moved upwards.
     """

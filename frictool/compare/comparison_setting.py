@@ -47,7 +47,7 @@ LEAST_FALL = 0.1  # smallest fall to which the tests are scaled, relative to FAL
 class UnitScales:
     """Units of the tests: force [N | N m], time [s] and length [m | rad].
 
-    `breakaway`: F_s in units of force.
+    `breakaway`: breakaway force in units of force.
     """
 
     force: float
@@ -255,7 +255,7 @@ def table_3_1() -> ComparisonSetting:
     Returns
     -------
     ComparisonSetting
-        Table 3.1 with T_e = 4e-5 s, Sigma = 4e-3 m/s and z_ba = 0.9 z_max.
-        configs/mass/friction.yaml states the reasons.
+        Table 3.1 with time step T_e = 4e-5 s, switching velocity Sigma = 4e-3 m/s and elastic limit
+        z_ba = 0.9 z_max. configs/mass/friction.yaml states the reasons.
     """
     return scaled_setting("table 3.1", "linear", 1.0, 1.0, 1.5, 0.4)

@@ -14,14 +14,18 @@ LIMIT = 1.0  # z_max, largest displacement without drift
 
 @dataclass(frozen=True)
 class DriftResult:
-    """Displacement from t = 5 s to t = 102 s, during 194 cycles, in SI and relative to z_max."""
+    """Displacement from 5 s to 102 s, during 194 cycles, in SI and relative to z_max.
+
+    z_max is the largest presliding displacement. The times are multiplied by the unit of time of
+    the test, which is 1 s for thesis table 3.1.
+    """
 
     displacement: float
     z_max_units: float
 
     @property
     def verdict(self) -> str:
-        """Return `+` (no drift) if the displacement is below 1 z_max, else `-`."""
+        """Return `+` (no drift) if the displacement is below z_max, else `-`."""
         return "+" if self.z_max_units < LIMIT else "-"
 
 

@@ -37,7 +37,7 @@ EULER_STEP, EULER_SPEED, EULER_FORCE = 1e-4, 1e-2, 0.5  # units of time, speed a
 
 
 def _noticeable(setting: ComparisonSetting) -> float:
-    """Return the smallest difference [N | N m] that counts as an effect of F_s > F_c."""
+    """Return the smallest difference [N | N m] that counts as an effect of the fall of friction."""
     return NOTICEABLE * setting.scales.fall * setting.coulomb
 
 
@@ -49,7 +49,10 @@ def steady_friction(follow: Follow, setting: ComparisonSetting, speed: float) ->
 
 
 def stribeck_effect(follow: Follow, setting: ComparisonSetting) -> str:
-    """Return `+` if friction falls with rising speed anywhere between 0.1 and 100 v_s, else `-`."""
+    """Return `+` if friction falls with rising speed at any tested speed, else `-`.
+
+    The tested speeds are 0.1 to 100 times the Stribeck velocity.
+    """
     curve = np.array(
         [steady_friction(follow, setting, speed * setting.stribeck_velocity) for speed in SPEEDS]
     )

@@ -39,7 +39,7 @@ def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vect
 def _dynamic(
     name: str, kernels: DynamicKernels, p: Vector, velocity: Vector, steps: Vector
 ) -> Vector:
-    """Integrate the law's state z by Heun's rule, and update its memory after each step.
+    """Integrate the state z of a law by Heun's rule, and update its memory after each step.
 
     If a state saturates within a step, Heun's rule still moves it by half of the step.
     """
@@ -64,7 +64,7 @@ def _dynamic(
 def _hybrid(
     name: str, kernels: HybridKernels, p: Vector, velocity: Vector, steps: Vector
 ) -> Vector:
-    """Integrate the presliding z by Euler's rule, which is exact in stick, where z' = v."""
+    """Integrate the presliding z by Euler's rule, which is exact in stick."""
     z = kernels.reset(p)
     mode = STUCK
     out = np.zeros_like(z)

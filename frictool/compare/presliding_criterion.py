@@ -1,7 +1,7 @@
 """Presliding (thesis 3.7.4): compliance, hysteresis and loop closure of the contact.
 
 The path of compare/input_protocol.py contains an inner loop, 0.4 -> -0.2 -> 0.4 z_max, and outer
-loops between -0.7 and 0.7 z_max.
+loops between -0.7 and 0.7 z_max. z_max is the largest presliding displacement.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ class PreslidingResult:
     """Measures of presliding.
 
     `compliance`: True if the contact yields to a force below breakaway and springs back.
-    `closure`: difference of the friction at the ends of the inner loop, divided by F_s; None
-        without compliance.
-    `area`: area of the last outer loop, divided by F_s z_max; None without compliance.
+    `closure`: difference of the friction at the ends of the inner loop, divided by the breakaway;
+        None without compliance.
+    `area`: area of the last outer loop, divided by breakaway times z_max; None without compliance.
     """
 
     compliance: bool

@@ -89,7 +89,7 @@ def output(
 ) -> ProgramNode:
     """Write the drive u = d e + c x and return its node.
 
-    entering: the input e. bounds (n,): bounds of the states x.
+    x are the states. entering: the input e. bounds (n,): bounds of the states.
     """
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
@@ -143,10 +143,10 @@ def state_bounds(
     """Return the bounds (n,) of |x| for |e| <= entering and |limited u| <= drive; inf if unbounded.
 
     With `conditional`, an integrator keeps its value at the drive's limit, and its bound follows
-    from that limit and from the bounds of the other states. There must be one integrator only, with
-    c b >= 0, which enters no other state; no other state may have an anti-windup gain. The bounds
-    do not cover a released drive, nor a term added to the drive before its limit; in both cases a
-    fixed-point word saturates.
+    from that limit and from the bounds of the other states. There must be a single integrator. It
+    must have c b >= 0 and enter no other state, and no other state may have an anti-windup gain.
+    The bounds do not cover a released drive, nor a term added to the drive before its limit; in
+    both cases the state's fixed-point word saturates.
     """
     n = len(equation.b)
     held_states = equation.integrators if conditional else []

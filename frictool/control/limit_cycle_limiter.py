@@ -34,7 +34,8 @@ def energy_released(
 ) -> ProgramNode:
     """Return the condition (thesis 5.7), | |e| - J v^2/(2 F') | < band.
 
-    error: e [rad | m]. speed: v [rad/s | m/s]. friction: F' [N m | N]. inertia: J [kg m2 | kg].
+    error: position error e [rad | m]. speed: v [rad/s | m/s]. band: half-width [rad | m]. inertia:
+    J [kg m2 | kg]. friction: sum F' of real and virtual friction [N m | N].
     """
     program.block("limit-cycle limiter (5.7): friction alone ends at the target")
     path = program.named(
@@ -57,7 +58,8 @@ def virtual_friction(
 ) -> ProgramNode:
     """Return the drive [A | V] of the virtual friction, which opposes the measured speed.
 
-    drive_per_virtual: drive for F_cv [A | V]. virtual_speed: v_r [rad/s | m/s].
+    drive_per_virtual: drive that gives the virtual friction F_cv [A | V]. virtual_speed: speed
+    scale v_r [rad/s | m/s].
     """
     program.block("virtual friction (5.41)")
     ratio = program.constant(1.0 / virtual_speed, "per_virtual_speed") * speed

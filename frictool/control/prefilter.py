@@ -27,7 +27,7 @@ def prefilter_coefficients(
 ) -> tuple[float, float, float]:
     """Return (h, p, q) of v[k] = p v[k-1] + q (r[k] + r[k-1] - 2 f[k-1]) with h = T/2.
 
-    r is the reference, f the filtered reference, v its speed, and T the sample period [s].
+    r is the reference, f the filtered reference, v the speed of f, and T the sample period [s].
     """
     h = 0.5 * period
     friction = 2.0 * damping * natural_frequency * h

@@ -47,7 +47,7 @@ def check_compiling() -> InstallationFinding:
 
 
 def _polynomial(x: float, order: int) -> float:
-    """Return 1 + x + ... + x^order, which is exact in double for the arguments of the check."""
+    """Return 1 + x + ... + x^order, which is exact in double for the x and `order` of the check."""
     total = 1.0
     for _ in range(order):
         total = 1.0 + x * total

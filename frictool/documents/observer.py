@@ -67,8 +67,7 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     The inequalities do not cover a rest, in which alpha is constant, nor a switch between moving
     modes that is not in `transitions`. After a rest or a switch that is not in `transitions`, the
-    axis must move for some time. No command proves an edited document again; run `observe design`
-    instead.
+    axis must move for some time. Only a new run of `observe design` can prove an edited document.
 
     - `wear`: `multiplicative`: the friction is alpha f. `additive`: the friction is f + alpha.
     - `switch_speed`: Speed below which the mode is 0.
@@ -81,9 +80,10 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `decay`: Largest factor of the error per sample; 1 if no decay was required.
     - `stuck_speed`: Factor of the velocity in mode 0: 0 keeps the velocity at 0, 1 lets a gain
       change the velocity.
-    - `switching_radius`: Largest spectral radius of the products of two modes that may alternate.
-    - `simulated_gain`: Largest ||z||/||Delta|| over simulated allowed switching sequences; at most
-      gamma.
+    - `switching_radius`: Largest spectral radius of the product of the error matrices of two modes
+      that may alternate.
+    - `simulated_gain`: Largest ||z||/||Delta|| of the simulated switching sequences, which
+      `transitions` allows; at most gamma.
     - `smallest_gamma`: Smallest gamma without a decay.
     - `motion_after_rest_s`: Duration of the motion that must follow a rest of any length.
     - `motion_after_turn_s`: Duration of the motion that must follow a switch that is not in

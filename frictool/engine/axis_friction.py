@@ -34,7 +34,7 @@ def _side(direction: float) -> int:
 
 @kernel
 def _mapped(p: Vector, maps: int, direction: float, x: float) -> float:
-    """Return the position polynomial of one direction at x; constant beyond its range."""
+    """Return the position polynomial of one direction at position x; constant beyond its range."""
     first = maps + al.MAX_TERMS * _side(direction)
     return polynomial(p[first : first + al.MAX_TERMS], min(max(x, p[al.MAP_LOW]), p[al.MAP_HIGH]))
 

@@ -68,7 +68,10 @@ SHORTEST_FLIGHT = 1e-6  # s, shortest flight of a rebound; a shorter one ends at
 
 @inner_kernel
 def _opposing(p: Vector, laws: Laws, x: float) -> float:
-    """Return the effort [N m | N] that opposes the drive at x: offset, with `laws` also load."""
+    """Return the effort [N m | N] that opposes the drive at position x.
+
+    The effort is the offset and, with `laws`, the load.
+    """
     return float(p[ax.OFFSET]) if laws is None else opposing_effort(laws, x)
 
 

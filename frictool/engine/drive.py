@@ -90,7 +90,7 @@ def spring(stiffness: float, speed: float, position: float = 0.0) -> EffortFunct
 
 
 def pid(proportional: float, derivative: float, integral: float, target: float) -> EffortFunction:
-    """Return the position loop (thesis 3.40) towards x_d = `target` [m].
+    """Return the position loop (thesis 3.40) towards the position `target` [m].
 
     The gains are Kp [N/m], Kv [N s/m] and Ki [N/(m s)].
     """

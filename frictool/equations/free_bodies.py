@@ -47,7 +47,10 @@ class RigidTree:
         self.root, self.links, self.notation = root, links, notation
 
     def equation(self, efforts: Efforts) -> Equation:
-        """Return (sum of inertias) q_root'' = sum of efforts."""
+        """Return the equation (sum of inertias) q_root'' = sum of efforts.
+
+        q_root is the position of the root.
+        """
         inertia = [mass.times(self.notation.inertia(block)) for block, _, mass in self._walk()]
         right = self._gathered(efforts, extra=True)
         unit = si_unit("effort", self.notation.kinds[self.root])

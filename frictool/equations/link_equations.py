@@ -61,7 +61,10 @@ class LinkEquations:
 def link_equations(
     name: str, link: Transmitting, notation: Notation, offset: float
 ) -> LinkEquations:
-    """Return the equations of a link; offset: q_b - ratio q_a at the start [rad | m]."""
+    """Return the equations of a link between blocks with the positions q_a and q_b.
+
+    offset: q_b - ratio q_a at the start [rad | m].
+    """
     a, b = link.between
     key = f"links.{name}"
     ratio, along = ratio_of(name, link, notation)

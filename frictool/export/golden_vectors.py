@@ -287,7 +287,7 @@ class _VectorSequence:
 
 
 def _speeds(controller: Controller, band: float) -> tuple[float, float]:
-    """Return the speed of a settled prefilter, and the measured speed treated as decayed."""
+    """Return the speeds below which prefilter and measured speed are treated as settled."""
     law, limiter = controller.position_law, controller.limiter
     stated = (
         law.settled_speed

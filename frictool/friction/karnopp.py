@@ -19,7 +19,7 @@ from frictool.typing import Vector
 
 @kernel
 def seen_velocity(v: float, p: Vector) -> float:
-    """Return v_m [m/s | rad/s], the rate of the position: 0 inside the band, else v."""
+    """Return the rate v_m [m/s | rad/s] of the position: 0 inside the band, else the velocity v."""
     return 0.0 if abs(v) <= p[3] else v
 
 

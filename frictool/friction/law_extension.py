@@ -120,7 +120,7 @@ class FrictionExtension:
         return PackedExtension(np.array(p, dtype=np.float64), backward, table)
 
     def _check_elastic_limit(self, elastic: float, yielded: float) -> None:
-        """Raise ValueError if the presliding limit falls below z_ba.
+        """Raise ValueError if the presliding limit falls below z_ba, the elastic limit.
 
         Equation (2.46) of the thesis would then jump between elastic and plastic without end.
         """

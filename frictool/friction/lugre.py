@@ -24,7 +24,7 @@ SIGMA_0, SIGMA_1 = 5, 6
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write the rate z' [m/s | rad/s] of the state z to out (1,); return a status code."""
+    """Write the rate z' [m/s | rad/s] of the deflection z to out (1,); return a status code."""
     slipped = v - p[SIGMA_0] * abs(v) * z[0] / curve(v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE

@@ -45,7 +45,7 @@ def _loaded(force: float, v: float, limit: float) -> bool:
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write the rates of the N forces F_i [N/s | N m/s], then N zeros for the modes, to out (2 N,).
+    """Write the rates of the N forces [N/s | N m/s], then N zeros for the modes, to out (2 N,).
 
     Returns a status code.
     """

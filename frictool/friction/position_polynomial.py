@@ -31,7 +31,10 @@ def polynomial(coefficients: Vector, x: float) -> float:
 
 @kernel
 def position_factor(coefficients: Vector, low: float, high: float, x: float) -> float:
-    """Return the factor >= 0 of F_c and F_s at x [m | rad], which is limited to [low, high]."""
+    """Return the factor >= 0 of Coulomb friction and breakaway at a position x [m | rad].
+
+    x is limited to [low, high].
+    """
     return max(0.0, polynomial(coefficients, min(max(x, low), high)))
 
 

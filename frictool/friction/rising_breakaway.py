@@ -14,7 +14,7 @@ from frictool.runtime.kernels import kernel
 
 @kernel
 def dwell_factor(dwell: float, fresh: float, rise_time: float) -> float:
-    """Return the factor of F_s after `dwell` [s] at rest, in [fresh, 1).
+    """Return the factor of the breakaway F_s after `dwell` [s] at rest, in [fresh, 1).
 
     The factor is 1 if rise_time [s] is 0.
     """

@@ -21,13 +21,13 @@ def sticking_force(effort: float, forward: float, backward: float) -> float:
 
 @kernel
 def coulomb_breakaway(direction: float, p: Vector) -> float:
-    """Return the breakaway p[0] = F_c of a law without a separate F_s."""
+    """Return the breakaway of a law without a separate one: its Coulomb friction p[0]."""
     return float(p[0])
 
 
 @kernel
 def breakaway_level(direction: float, p: Vector) -> float:
-    """Return the breakaway p[1] = F_s."""
+    """Return the breakaway F_s, which is p[1]."""
     return float(p[1])
 
 

@@ -156,7 +156,7 @@ def population(values: Sequence[UnitValue], confidence: float, level: float) -> 
 
 
 def _deviations(values: Sequence[UnitValue], confidence: float) -> Vector:
-    """Return standard deviations (n,) from each interval's wider side; zero may cut the other."""
+    """Return standard deviations (n,) from the wider side of each interval."""
     reach = [
         max(one.interval.high - one.interval.value, one.interval.value - one.interval.low)
         for one in values

@@ -60,9 +60,9 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
 
 
 def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
-    """Return True if `warning`, a warning of a log, is one that `implausible` gives again.
+    """Return True if `warning` of a log is about jumps and the bench has a top speed.
 
-    The result is True if `warning` is about jumps and the bench has a top speed.
+    `implausible` then warns of the same jumps.
     """
     return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 

@@ -78,9 +78,9 @@ def travel_table(
 ) -> Table:
     """Return the travel as cubic polynomials of the time t since the onset, (STEPS, 6).
 
-    Row k is valid from t = duration * (k/STEPS)^2 to t = duration * ((k + 1)/STEPS)^2. Its columns
-    are its begin [s], 1/length [1/s], and the four coefficients, the constant first, of a cubic in
-    (t - begin)/length.
+    Row k is valid from t = duration * (k/STEPS)^2 to t = duration * ((k + 1)/STEPS)^2. The columns
+    are the begin of this interval [s], 1/length [1/s], and the four coefficients, the constant
+    first, of a cubic in (t - begin)/length.
 
     `axis` is inertia, viscous, coulomb.
 

@@ -129,10 +129,10 @@ def breakaway_over_rate(table: RateTable, confidence: float) -> BreakawayOverRat
 def _rise(
     decades: Vector, mean: Vector, intervals: list[Interval], confidence: float
 ) -> Interval | None:
-    """Return the slope of the means (k,) over the decades (k,).
+    """Return the slope of the mean breakaways (k,) over the logarithms `decades` of the rates (k,).
 
     The half width follows from the intervals of the means or from the scatter of the means about
-    the line, whichever is wider, since friction need not be linear in the decades.
+    the line, whichever is wider, since friction need not be linear in the logarithm of the rate.
     """
     if decades.size < 2:
         return None

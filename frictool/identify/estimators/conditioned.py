@@ -26,7 +26,7 @@ BEST_SPEED = math.sqrt(2.0)  # speed amplitude with the least condition (4.30)
 
 
 def condition_m2(velocity: Vector, sign: Vector) -> float:
-    """Return the condition number of M_2 (module docstring) from speeds and their signs (n,).
+    """Return the condition number of the matrix M_2 (module docstring) from speeds and signs (n,).
 
     Singular values are used, because eigenvalues lose half of their digits.
     """

@@ -154,12 +154,15 @@ def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:
 
 
 def _sums(columns: Matrix) -> Matrix:
-    """Return the regressors of Coulomb, viscous and breakaway, the sum of Coulomb and excess."""
+    """Return the regressors of Coulomb friction, viscous friction and breakaway.
+
+    The breakaway is the sum of the Coulomb friction and the excess.
+    """
     return np.column_stack((columns[:, 0] - columns[:, 2], columns[:, 1:]))
 
 
 def _peak(rows: RegressionSamples, force: Vector, both: bool, top: float) -> float:
-    """Return v_p, rad/s | m/s, of the curve with the least sum of squares."""
+    """Return the speed v_p, rad/s | m/s, of the curve with the least sum of squares."""
 
     def left(logarithm: float) -> float:
         columns = _design(rows, float(np.exp(logarithm)), both)

@@ -102,7 +102,9 @@ def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Mat
 
 
 def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
-    """Return the parameters (p,) from M (`mean`) and S (`noise`) of the module, (p + 1, p + 1).
+    """Return the parameters (p,) from the matrices M (`mean`) and S (`noise`), (p + 1, p + 1).
+
+    The module docstring defines M and S.
 
     The last row and column belong to the effort, whose noise must be positive.
     """

@@ -24,7 +24,7 @@ SURE = 3.0  # least distance of the lag from 0, in standard deviations
 
 
 def loop_lag(command: Vector, measured: Vector, period: float, confidence: float) -> Interval:
-    """Return the time constant [s] from commanded and measured current (n,), A.
+    """Return the time constant [s] of a current loop from commanded and measured current (n,), A.
 
     Raises UnusableLogs if the currents do not determine the time constant.
     """

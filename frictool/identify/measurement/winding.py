@@ -172,7 +172,10 @@ def _fit(
 def _linearised(
     columns: Matrix, target: Vector, noise: Matrix, value: Vector, change: int, period: float
 ) -> tuple[Matrix, Vector, Matrix]:
-    """Return columns, target and noise with the inductance in place of c, linearised."""
+    """Return columns, target and noise with the inductance in place of c, linearised.
+
+    The module docstring defines c.
+    """
     resistance, c = float(value[0]), float(value[change])
     exponent = -np.log1p(-resistance / c)  # R T/L
     inductance = resistance * period / exponent

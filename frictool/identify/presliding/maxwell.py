@@ -34,7 +34,7 @@ class MaxwellFit:
     - displacement: yield displacements d_i, (ELEMENTS,), rad | m
     - force: friction at each displacement, N m | N
     - stiffness: slope of the curve at 0, N m/rad | N/m
-    - limit: z_max, at which the curve reaches the breakaway, rad | m
+    - limit: displacement z_max at which the curve reaches the breakaway, rad | m
     - force_error: rms residual on the branches of the fit, relative to the breakaway
     - held_out: rms residual on unseen branches, relative to the breakaway
     """

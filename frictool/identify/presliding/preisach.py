@@ -71,7 +71,8 @@ def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
 def _branches(loops: PreslidingLoops) -> list[Branch]:
     """Return each branch between two reversals of the position.
 
-    The effort is not used: near z_max it is flat, and its noise reverses before the axis does.
+    The effort is not used: near the largest deflection it is flat, and its noise changes the
+    direction before the axis does.
     """
     points = np.empty(loops.position.size, dtype=np.int64)
     edges = []

@@ -49,7 +49,10 @@ def acceleration_filter(window: int, period: float) -> Vector:
 
 
 def bump(window: int, period: float) -> Vector:
-    """Return the smoothing kernel g (window - 2,), with sum 1, whose second difference is c."""
+    """Return the smoothing kernel g (window - 2,), with sum 1.
+
+    The second difference of g is the filter c, `acceleration_filter`.
+    """
     once = np.cumsum(acceleration_filter(window, period)) * period
     return np.asarray(np.cumsum(once[:-1])[:-1] * period, dtype=np.float64)
 
@@ -74,7 +77,7 @@ def fourth_difference_power(position: Vector) -> float:
 def position_noise(record: MotionRecord) -> float:
     """Return the standard deviation of the position noise, rad | m.
 
-    It is the larger of the quantisation noise and the estimate from fourth differences.
+    The result is the larger of the quantisation noise and the estimate from fourth differences.
     """
     measured = math.sqrt(fourth_difference_power(record.position)) / FOURTH_DIFFERENCE_GAIN
     return max(record.resolution / math.sqrt(12.0), measured)
