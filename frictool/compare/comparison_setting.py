@@ -62,9 +62,9 @@ class UnitScales:
 
     @property
     def fall(self) -> float:
-        """Return (F_s - F_c)/F_c divided by its value in thesis table 3.1; at least LEAST_FALL.
+        """Return breakaway/Coulomb - 1, divided by its value in thesis table 3.1.
 
-        The lower limit bounds the duration of the tests.
+        The result is at least LEAST_FALL. This limit bounds the duration of the tests.
         """
         return max((self.breakaway - 1.0) / FALL, LEAST_FALL)
 

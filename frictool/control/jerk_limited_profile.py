@@ -132,7 +132,10 @@ def _smoothed(
 
 
 def duration(distance: float, limits: ProfileLimits, period: float) -> float:
-    """Return the time [s] of the time-optimal trapezoid over `distance`, plus N - 1 samples."""
+    """Return the time [s] of the time-optimal trapezoid over `distance`, plus N - 1 samples.
+
+    N is the number of samples of the moving average.
+    """
     top, most = limits.speed, limits.acceleration
     accelerated = top * top / most
     moved = abs(distance)

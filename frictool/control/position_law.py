@@ -29,7 +29,10 @@ from frictool.control.program import Program, ProgramNode
 def square_root_law(
     program: Program, error: ProgramNode, gain: float, band: ProgramNode
 ) -> ProgramNode:
-    """Return omega_c [rad/s | m/s] for a position error [rad | m]; odd and continuous."""
+    """Return the speed reference omega_c [rad/s | m/s] for a position error [rad | m].
+
+    The law is odd and continuous.
+    """
     program.block(
         "square-root law (5.19): the speed from which friction alone stops the axis at its "
         "target; linear inside the band"

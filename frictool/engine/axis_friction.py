@@ -63,8 +63,8 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
     """Return the breakaway F [N m | N] after a long rest at x, and its share just after a stop.
 
-    Just after a stop, the breakaway is this share times F; the share is at least F_c/F. The axis
-    must have friction laws.
+    Just after a stop, the breakaway is this share times F; the share is at least the Coulomb
+    friction divided by F. The axis must have friction laws.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -139,7 +139,10 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
-    """Return (added, viscous): friction at speed w is F_c + added + viscous w + Stribeck term."""
+    """Return (added, viscous) for the speed w.
+
+    The friction is Coulomb friction + added + viscous w + Stribeck term.
+    """
     added = 0.0
     viscous = p[al.VISCOUS_PAIR + _side(direction)]
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):

@@ -76,7 +76,7 @@ def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmiss
 def _ratio(
     key: str, link: Transmitting, ends: tuple[str, str], blocks: BlockNames
 ) -> tuple[float, float]:
-    """Return the signed ratio, and the deflection of the compliance per unit of q_b.
+    """Return the signed ratio, and the deflection of the compliance per motion of the second end.
 
     The second value is the radius of a belt, 1 for other links.
     """

@@ -64,9 +64,9 @@ def _circle(phases: Vector) -> Vector:
 
 
 def _sums(angle: Vector, phases: Vector) -> tuple[Vector, Vector, Vector]:
-    """Return position, speed and acceleration over the angle, for V = 1 and 1 rad/s.
+    """Return position, speed and acceleration at each angle of the first harmonic (n,), rad.
 
-    `angle` is that of the first harmonic, rad.
+    The speed amplitude of each harmonic is 1, and the frequency of the first harmonic is 1 rad/s.
     """
     k = np.arange(1, phases.size + 1)
     terms = np.outer(angle, k) + phases
