@@ -18,6 +18,7 @@ from frictool.documents.design_blocks import (
 )
 from frictool.documents.pid_gains import Pid
 from frictool.documents.quantity import Axis
+from frictool.documents.struct_fields import fields_of
 from frictool.documents.synthesis_methods import METHODS, READ_BY, MethodName, readers
 from frictool.documents.weights import Weights
 from frictool.runtime.object_view import ObjectView
@@ -293,7 +294,7 @@ class Design(
 
     def _unread(self) -> None:
         """Raise ValueError if a key is present that the method does not read."""
-        for field in msgspec.structs.fields(self):
+        for field in fields_of(type(self)):
             methods = READ_BY.get(field.name, (self.method,))
             present = getattr(self, field.name) != field.default
             if (

@@ -17,6 +17,7 @@ import yaml
 from frictool.documents.node_reader import join, shown, suggestion, type_name
 from frictool.documents.quantity import Quantity, Series, Span
 from frictool.documents.quantity_reader import QuantityReader
+from frictool.documents.struct_fields import fields_of, hints_of
 
 # advice if the file is a mechanism and one of these is expected
 OF_A_MECHANISM = {
@@ -97,8 +98,8 @@ class DocumentReader(QuantityReader):
         return self._struct(node, kinds[tag_value], key)
 
     def _struct(self, node: yaml.Node, kind: type[msgspec.Struct], key: str) -> Any:
-        fields = {field.encode_name: field for field in msgspec.structs.fields(kind)}
-        hints = typing.get_type_hints(kind, include_extras=True)
+        fields = {field.encode_name: field for field in fields_of(kind)}
+        hints = hints_of(kind)
         present = self.pairs(node, key)
         tag = kind.__struct_config__.tag_field
         if tag is not None:  # the tag has selected the struct already

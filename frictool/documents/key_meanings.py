@@ -13,6 +13,8 @@ from typing import Any
 
 import msgspec
 
+from frictool.documents.struct_fields import hints_of
+
 COMMON = {
     "format": "Kind of document and version of its layout.",
     "name": "Name for titles and reports.",
@@ -70,7 +72,7 @@ def structs_of(kind: Any, collected: list[type[msgspec.Struct]] | None = None) -
     collected = [] if collected is None else collected
     if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and kind not in collected:
         collected.append(kind)
-        for hint in typing.get_type_hints(kind, include_extras=True).values():
+        for hint in hints_of(kind).values():
             structs_of(hint, collected)
     for part in typing.get_args(kind):
         structs_of(part, collected)

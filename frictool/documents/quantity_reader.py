@@ -28,6 +28,7 @@ from frictool.documents.quantity_notation import (
     quantity_form,
     written_quantity,
 )
+from frictool.documents.struct_fields import fields_of
 
 
 class QuantityReader(NodeReader):
@@ -47,7 +48,7 @@ class QuantityReader(NodeReader):
         """Return a quantity or a span of type `kind`, in SI."""
         extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
         pairs = self._quantity_keys(node, kind, str(extra["dimension"]), key)
-        fields = {field.name: field for field in msgspec.structs.fields(kind)}
+        fields = {field.name: field for field in fields_of(kind)}
         unit = self.scalar(pairs["unit"][1], str, [], join(key, "unit"))
         scale, si = self._scale(pairs["unit"][1], unit, str(extra["dimension"]), join(key, "unit"))
         numbers: dict[str, float] = {
@@ -83,7 +84,7 @@ class QuantityReader(NodeReader):
 
         Error messages show its form with a suitable unit.
         """
-        fields = {field.name: field for field in msgspec.structs.fields(kind)}
+        fields = {field.name: field for field in fields_of(kind)}
         required = [name for name, field in fields.items() if field.required or name == "unit"]
         if not isinstance(node, yaml.MappingNode):
             written = written_quantity(node.value) if isinstance(node, yaml.ScalarNode) else None

@@ -17,6 +17,7 @@ import msgspec
 
 from frictool.documents.mechanism import FrictionOf, Mechanism
 from frictool.documents.quantity import Quantity, factor_between
+from frictool.documents.struct_fields import fields_of
 from frictool.errors import NoSolutionError
 
 MOST_CORNERS = 3  # quantities, for which all corners are reduced
@@ -39,7 +40,7 @@ def _quantities(node: Any, path: Path) -> Iterator[tuple[Path, Quantity]]:
     if isinstance(node, Quantity):
         yield path, node
     elif isinstance(node, msgspec.Struct):
-        for field in msgspec.structs.fields(node):
+        for field in fields_of(type(node)):
             yield from _quantities(getattr(node, field.name), (*path, field.name))
     elif isinstance(node, dict):
         for name, value in node.items():

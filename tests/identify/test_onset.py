@@ -3,6 +3,8 @@ again from a coarse encoder."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -78,10 +80,12 @@ def test_onset_is_found_again(delay: float, start: float, rate: float) -> None:
     times, seen = changes(delay, start * STEP, rate, breakaway, 4)
     ramp, axis = np.array([breakaway - rate * delay, rate]), np.array([INERTIA, VISCOUS, COULOMB])
     span = search_span(STEP, rate, INERTIA, 4.0)
-    leant = onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0, 2.0)[1]
+    leant = onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0, 2.0, math.nan)[
+        1
+    ]
     assert abs(leant - 0.5 * STEP) <= (abs(start - 0.5) + 1e-6) * STEP  # towards what is expected
     found, place, _, status = onset_time(
-        times, seen, ramp, axis, STEP, start * STEP, TIMING, span, 0.0, 2.0
+        times, seen, ramp, axis, STEP, start * STEP, TIMING, span, 0.0, 2.0, math.nan
     )
     assert status == OK
     assert found == pytest.approx(delay, abs=2e-6)
@@ -92,11 +96,11 @@ def test_one_change_is_read_as_if_the_axis_rested_where_it_is_expected() -> None
     times, seen = changes(0.0, 0.3 * STEP, 0.3, 0.109, 1)
     ramp, axis = np.array([0.109, 0.3]), np.array([INERTIA, VISCOUS, COULOMB])
     span = search_span(STEP, 0.3, INERTIA, 4.0)
-    assert onset_time(times, seen, ramp, axis, STEP, 0.3 * STEP, TIMING, span, 0.0, 2.0)[
+    assert onset_time(times, seen, ramp, axis, STEP, 0.3 * STEP, TIMING, span, 0.0, 2.0, math.nan)[
         0
     ] == pytest.approx(0.0, abs=1e-6)
     late, early = (
-        onset_time(times, seen, ramp, axis, STEP, share * STEP, TIMING, span, 0.0, 2.0)[0]
+        onset_time(times, seen, ramp, axis, STEP, share * STEP, TIMING, span, 0.0, 2.0, math.nan)[0]
         for share in (0.1, 0.9)
     )
     assert early < 0.0 < late
@@ -122,9 +126,29 @@ def test_search_agrees_with_a_slow_one() -> None:
         method="bounded",
         options={"xatol": 1e-10},
     )
-    assert onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0, 2.0)[
+    assert onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0, 2.0, math.nan)[
         0
     ] == pytest.approx(slow.x, abs=1e-7)
+
+
+@pytest.mark.parametrize("velocity", [0.0, 1.0, math.inf])
+def test_an_onset_that_is_known_for_an_immediate_fall_changes_no_bit(velocity: float) -> None:
+    times, seen = changes(0.0, 0.3 * STEP, 0.3, 0.109, 4)
+    ramp, axis = np.array([0.109, 0.3]), np.array([INERTIA, VISCOUS, COULOMB])
+    known = (
+        times,
+        seen,
+        ramp,
+        axis,
+        STEP,
+        0.5 * STEP,
+        TIMING,
+        search_span(STEP, 0.3, INERTIA, 4.0),
+    )
+    immediate = onset_time(*known, 0.0, 2.0, math.nan)[0]
+    assert onset_time(*known, velocity, 2.0, immediate) == onset_time(
+        *known, velocity, 2.0, math.nan
+    )
 
 
 def test_misfit_eliminates_the_start_within_one_count() -> None:
@@ -157,6 +181,7 @@ def test_statuses() -> None:
             0.1,
             0.0,
             2.0,
+            math.nan,
         )[3]
         == NO_MOTION
     )
@@ -172,6 +197,7 @@ def test_statuses() -> None:
             0.1,
             0.0,
             2.0,
+            math.nan,
         )[3]
         == NOT_POSITIVE
     )

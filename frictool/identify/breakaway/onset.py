@@ -253,6 +253,7 @@ def onset_time(
     span: float,
     velocity: float,
     exponent: float,
+    immediate: float,
 ) -> tuple[float, float, float, int]:
     """Return (t0 [s], start [rad | m], misfit, status code) of the onset.
 
@@ -260,6 +261,7 @@ def onset_time(
     - velocity: Stribeck velocity, rad/s | m/s; 0 if friction falls immediately, inf if friction
       does not fall
     - exponent: exponent of the fall of friction
+    - immediate: t0 of an immediate fall, with which the iteration begins; if NaN, it is computed
 
     The other arguments are those of `misfit`.
     """
@@ -269,7 +271,11 @@ def onset_time(
         return math.nan, math.nan, math.nan, NOT_POSITIVE
     table = np.empty((0, 6))
     duration = time[-1] - time[0] + span * (1.0 + 1.0 / COARSE)
-    t0 = least_misfit(time, seen, ramp, axis, resolution, expected, timing, span, duration, table)
+    t0 = immediate
+    if math.isnan(t0):
+        t0 = least_misfit(
+            time, seen, ramp, axis, resolution, expected, timing, span, duration, table
+        )
     if velocity > 0.0:
         for _ in range(ROUNDS):
             table = travel_table(

@@ -27,7 +27,7 @@ RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
 LEFT_THE_RAMP = 5.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BreakawayOnset:
     """One breakaway; the time is 0 at the first visible motion.
 

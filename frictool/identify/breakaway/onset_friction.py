@@ -8,6 +8,7 @@ nearly the same position each time. Therefore the mean rest position of all onse
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.identify.breakaway.onset import OK, onset_time, search_span
+from frictool.identify.breakaway.onset import onset_time, search_span
 from frictool.identify.breakaway.onset_detection import (
     CHANGES_USED,
     FEWEST_ONSETS,
@@ -37,6 +38,8 @@ from frictool.typing import Vector
 PRIOR = 12.0  # precision of a rest position that is uniform within its count, 1/count^2
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities
 ONSETS_COMPARED = 100
+# largest number of computed onsets that are kept; one identification computes some 10 000
+KEPT = 20_000
 
 
 def efforts(
@@ -60,30 +63,47 @@ def efforts(
     """
     out, positions, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
     for k, onset in enumerate(onsets):
-        # only the effort without the offset acts against friction
-        ramp = np.array([onset.level - onset.direction * axis["offset"], onset.rate])
-        coulomb = axis["coulomb"] * (1.0 if shape is None else shape[k])
-        coefficients = np.array([axis["inertia"], axis["viscous"], coulomb])
-        span = search_span(resolution, onset.rate, axis["inertia"], CHANGES_USED)
-        t0, position, left, status = onset_time(
-            onset.time,
-            onset.seen,
-            ramp,
-            coefficients,
-            resolution,
-            start * resolution,
-            onset.timing,
-            span,
-            fall.velocity,
-            fall.exponent,
-        )
-        out[k], positions[k] = (
-            (onset.level + onset.rate * t0, position / resolution)
-            if status == OK
-            else (np.nan, np.nan)
-        )
+        coulomb = axis["coulomb"] * (1.0 if shape is None else float(shape[k]))
+        sliding = (axis["inertia"], axis["viscous"], coulomb, axis["offset"])
+        t0, position, left = _begin(onset, sliding, resolution, start, fall)
+        out[k] = onset.level + onset.rate * t0
+        positions[k] = position / resolution
         squares[k] = 12.0 * left / (onset.timing * resolution**2)
     return out, positions, squares
+
+
+@functools.lru_cache(maxsize=KEPT)
+def _begin(
+    onset: BreakawayOnset,
+    sliding: tuple[float, float, float, float],
+    resolution: float,
+    start: float,
+    fall: StribeckFall,
+) -> tuple[float, float, float]:
+    """Return time [s], rest position [rad | m] and misfit of an onset; NaN if there is none.
+
+    sliding: inertia, viscous friction, Coulomb friction and offset of the axis.
+    """
+    inertia, viscous, coulomb, offset = sliding
+    # only the effort without the offset acts against friction
+    ramp = np.array([onset.level - onset.direction * offset, onset.rate])
+    immediate = (
+        math.nan if fall == IMMEDIATE else _begin(onset, sliding, resolution, start, IMMEDIATE)[0]
+    )
+    t0, position, left, _ = onset_time(
+        onset.time,
+        onset.seen,
+        ramp,
+        np.array([inertia, viscous, coulomb]),
+        resolution,
+        start * resolution,
+        onset.timing,
+        search_span(resolution, onset.rate, inertia, CHANGES_USED),
+        fall.velocity,
+        fall.exponent,
+        immediate,
+    )
+    return t0, position, left
 
 
 @dataclass(frozen=True)

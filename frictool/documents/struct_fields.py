@@ -1,0 +1,21 @@
+"""Fields of document types, looked up once per type: each lookup evaluates the annotations."""
+
+from __future__ import annotations
+
+import functools
+import typing
+from typing import Any
+
+import msgspec
+
+
+@functools.cache
+def fields_of(kind: type[msgspec.Struct]) -> tuple[msgspec.structs.FieldInfo, ...]:
+    """Return the fields of a document type, in the order of their definition."""
+    return msgspec.structs.fields(kind)
+
+
+@functools.cache
+def hints_of(kind: type[msgspec.Struct]) -> dict[str, Any]:
+    """Return the types of the fields by name, with their metadata."""
+    return typing.get_type_hints(kind, include_extras=True)
