@@ -21,7 +21,9 @@ os.environ.setdefault(
     "OPENBLAS_NUM_THREADS", "1"
 )  # read when numpy and scipy are first imported, here and by each child process
 
-settings.register_profile("frictool", derandomize=True, deadline=None, database=None)
+_FIXED = settings(derandomize=True, deadline=None, database=None)
+settings.register_profile("frictool", _FIXED, max_examples=30)
+settings.register_profile("hundred examples", _FIXED, max_examples=100)  # tests/accept
 settings.load_profile("frictool")
 
 

@@ -1,11 +1,12 @@
-"""Every command of docs/tutorial.md runs as it stands there and prints what the page says; `make
-tutorial` runs the same commands."""
+"""Every command of docs/tutorial.md runs as it stands there and prints what the page says: here
+those of the first sections, in `make accept` all; `make tutorial` runs the same commands."""
 
 from __future__ import annotations
 
 import re
 import subprocess
 from decimal import Decimal
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +15,7 @@ from tests.support.documentation_player import COMMENT, NUMBER, play, scratch
 
 PAGE = ROOT / "docs" / "tutorial.md"
 FOLDER = "configs/clutch"
+FIRST_LEFT_OUT = "## 5. Friction and inertia"
 COLUMN = "simulated clutch"
 
 
@@ -42,6 +44,14 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> str:
     return out
 
 
+def test_the_first_sections_print_what_they_say(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    printed = play(PAGE, scratch(tmp_path), monkeypatch, FIRST_LEFT_OUT)
+    assert "coulomb: sines on a position loop" in printed
+
+
+@pytest.mark.accept
 def test_the_figures_of_the_tables_are_printed(printed: str) -> None:
     found = [Decimal(number) for number in NUMBER.findall(printed)]
     cells = column(text_of(PAGE))

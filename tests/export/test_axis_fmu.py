@@ -136,7 +136,16 @@ class Built(NamedTuple):
     folder: Path
 
 
-@pytest.fixture(scope="module", params=CASES)
+# laws that the case "all" has too
+LONG = ("directions", "regimes", "stribeck", "dwell")
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(case, marks=pytest.mark.accept) if case in LONG else case for case in CASES
+    ],
+)
 def built(
     request: pytest.FixtureRequest, plain: Model, tmp_path_factory: pytest.TempPathFactory
 ) -> Built:

@@ -3,6 +3,8 @@ what was put in comes out."""
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -90,6 +92,7 @@ def test_auto_gives_the_inertia_by_the_weak_form_with_friction_over_the_position
     assert "inertia by weak: friction has separate columns over the position" in found.fit.why
 
 
+@functools.cache
 def _fine_logs() -> list[MotionRecord]:
     fine = nonlinear_clutch()._replace(encoder_step=2.0 * np.pi / 4096.0)
     return [record(make(0, fine), fine, name) for name, make in (("sines", sines), ("ramp", ramp))]

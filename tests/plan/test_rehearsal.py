@@ -48,15 +48,18 @@ def test_a_refused_parameter_has_no_bound() -> None:
     assert HalfWidthSample((), ("no motion",)).upper == math.inf
 
 
-def test_a_rehearsed_test_keeps_its_promise_on_other_axes(belt: tuple[Bench, PreciseTest]) -> None:
+@pytest.mark.parametrize("seeds", [2, pytest.param(8, marks=pytest.mark.accept)])
+def test_a_rehearsed_test_keeps_its_promise_on_other_axes(
+    belt: tuple[Bench, PreciseTest], seeds: int
+) -> None:
     bench, test = belt
     for name, part in WANTED.items():
         assert 0.0 < test.half_widths[name] <= part * getattr(bench.mechanics, name).value
         assert test.sequence.figures[f"promised_{name}"] == test.half_widths[name]
-    rows = [row for seed in range(8) for row in trial(bench, test, seed)]
+    rows = [row for seed in range(seeds) for row in trial(bench, test, seed)]
     kept = [row for row in rows if row.half_width is not None and row.half_width <= row.promised]
-    assert len(rows) == 16
-    assert len(kept) >= 15
+    assert len(rows) == 2 * seeds
+    assert len(kept) >= len(rows) - 1
 
 
 def test_the_best_test_of_a_duration_promises_what_its_rehearsals_reach(

@@ -51,6 +51,7 @@ def _full() -> str:
     return made(clutch_log(2), controlled=controller((0.7, 0.45, 0.6)))
 
 
+@pytest.mark.accept  # tests/report/test_cli.py has a page twice
 def test_the_same_inputs_give_the_same_bytes(full: str) -> None:
     assert made(clutch_log(2), controlled=controller((0.7, 0.45, 0.6))) == full
 

@@ -11,6 +11,7 @@ printed, in this order and without a line between.
 from __future__ import annotations
 
 import io
+import math
 import operator
 import os
 import re
@@ -26,7 +27,7 @@ from typing import Any
 import pytest
 
 from studies.command_line import run
-from tests.support.documentation_pages import ROOT, blocks, name_of
+from tests.support.documentation_pages import ROOT, blocks, name_of, text_of
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 VERTEX = re.compile(r"\bv\d+\b")
@@ -59,17 +60,21 @@ def scratch(folder: Path) -> Path:
     return folder
 
 
-def play(page: Path, folder: Path, patch: pytest.MonkeyPatch) -> str:
+def play(page: Path, folder: Path, patch: pytest.MonkeyPatch, before: str = "") -> str:
     """Runs the page's blocks in `folder` and returns all that they printed.
 
-    Fails where a command does not end, or what it prints is not, as the page says.
+    before: heading at which it stops; by default it runs the whole page. Fails where a command does
+    not end, or what it prints is not, as the page says.
     """
     patch.chdir(folder)
     patch.setenv("FRICTOOL_DATA", str(DATA.resolve()))
     everything = printed = ""
     names: dict[str, Any] = {"__name__": name_of(page)}
     shown_by, solved = "", False
+    end = text_of(page).partition(f"\n{before}\n")[0].count("\n") + 1 if before else math.inf
     for block in blocks(page, "sh", "python", "console", "text"):
+        if block.line > end:
+            break
         if block.language == "text" and shown_by == "console":
             continue  # tests/accept/check_docs.py
         shown_by = block.language

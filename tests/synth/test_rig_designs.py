@@ -23,7 +23,7 @@ WHY = {
 }
 
 
-QUICK = ("annex", "fast", "speed", "rst")  # `make accept` takes all of them
+QUICK = ("annex", "fast", "speed")  # `make accept` takes all of them
 
 
 @pytest.mark.parametrize(

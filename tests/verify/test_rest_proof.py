@@ -95,12 +95,11 @@ def test_an_edited_proof_of_rest_is_seen() -> None:
     assert not verify(honest).differences
     random = np.random.default_rng(SEED)
     fields = ("disturbance", "stopping_disturbance", "speed", "stop_time_s")
-    for edited in (fields[::2], fields[1::2]):
-        values = {name: random.uniform(1.001, 2.0) * getattr(proof, name) for name in edited}
-        rest = with_rest(msgspec.structs.replace(proof, **values))
-        found = verify(msgspec.structs.replace(controller, certificate=rest))
-        keys = {one.key for one in found.differences}
-        assert keys == {f"certificate.rest.{name}" for name in edited}
+    values = {name: random.uniform(1.001, 2.0) * getattr(proof, name) for name in fields}
+    rest = with_rest(msgspec.structs.replace(proof, **values))
+    found = verify(msgspec.structs.replace(controller, certificate=rest))
+    keys = {one.key for one in found.differences}
+    assert keys == {f"certificate.rest.{name}" for name in fields}
 
 
 def test_a_deleted_proof_of_rest_is_named() -> None:
