@@ -57,15 +57,16 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.accept
-def test_the_page_is_the_same_bytes_twice(drawn: Path, tmp_path: Path) -> None:
-    assert run(*LINE, "--page", tmp_path / "model.html", "-o", tmp_path / "model.yaml").code == 0
-    assert (tmp_path / "model.html").read_bytes() == (drawn / "model.html").read_bytes()
+def test_picture_and_page_are_the_same_bytes_twice(drawn: Path, tmp_path: Path) -> None:
+    views = ("--plot", tmp_path / "model.svg", "--page", tmp_path / "model.html")
+    assert run(*LINE, *views, "-o", tmp_path / "model.yaml").code == 0
+    for name in ("model.svg", "model.html"):
+        assert (tmp_path / name).read_bytes() == (drawn / name).read_bytes()
 
 
-def test_text_and_stdout_and_bytes_twice(drawn: Path, tmp_path: Path) -> None:
-    piped = run(*LINE, "--plot", tmp_path / "model.svg", "-o", "-")
+def test_text_and_stdout_and_the_model_s_bytes_twice(drawn: Path) -> None:
+    piped = run(*LINE, "-o", "-")
     assert piped.out == (drawn / "model.yaml").read_bytes()
-    assert (tmp_path / "model.svg").read_bytes() == (drawn / "model.svg").read_bytes()
     for words in (
         "inertia by weak",
         "in differences of samples: up to",
