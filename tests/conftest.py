@@ -76,7 +76,8 @@ LEAST_S = 1.0  # a package that takes less is not listed
 def pytest_collection() -> Iterator[None]:
     """Exempt what the collection leaves from garbage collection: it is kept until the run ends.
 
-    What tests import and keep later is searched seldom: a tenth of their time else.
+    Later objects are searched seldom; with Python's own thresholds, the search takes a tenth of the
+    time of some folders.
     """
     gc.disable()
     try:
