@@ -29,12 +29,14 @@ from frictool.engine.mechanism.fixed_step_laws import seen_speeds, timed_frictio
 from frictool.engine.mechanism.guard_tolerances import SLACK, SPEED_SLACK, place_guards, slack_at
 from frictool.engine.mechanism.joint_losses import (
     is_lossy,
+    is_self_locking,
     kink_of,
     range_at_driver,
     range_at_load,
     slope_of,
 )
 from frictool.engine.mechanism.state import EVALUATION, FREE, OPEN, RIGID, STUCK, RateEvaluation
+from frictool.engine.mechanism.static_forces import force_at_rest
 from frictool.runtime.kernels import inset_kernel, kernel
 from frictool.typing import IntVector, Vector
 
@@ -99,6 +101,21 @@ def _hand_over_rest(
 
 
 @inset_kernel
+def _guard_load(
+    k: IntVector, p: Vector, i: int, modes: IntVector, w: Vector, guard: Vector
+) -> None:
+    """Set the guard of a self-locking joint at rest, which ends where its load changes sides."""
+    joint = ly.joint_of(k, i)
+    row = ly.joint_row(k, joint)
+    at = k[ly.BLOCKS] + k[ly.JOINTS] + joint
+    if modes[at] == 0 or not is_self_locking(p, row):
+        return
+    low, high, slack = force_at_rest(k, p, i, w)
+    kink = kink_of(p, row, w[rows.DRIVEN, ly.parent_of(k, i) if ly.outward(k, i) == 1 else i])
+    guard[at] = (high - kink if modes[at] > 0 else kink - low) / slack
+
+
+@inset_kernel
 def direction_of(modes: IntVector, y: Vector, n: int, block: int) -> float:
     """Return the direction of motion of a block."""
     if modes[block] == FREE:
@@ -149,6 +166,7 @@ def _gather(
         joint = ly.joint_of(k, i)
         if joint >= 0 and modes[n + joint] != OPEN:
             if modes[i] == STUCK:
+                _guard_load(k, p, i, modes, w, guard)
                 _hand_over_rest(k, p, i, modes[n + joint], w, guard, whole)
             else:
                 _hand_over(k, p, i, y, modes, w, whole)

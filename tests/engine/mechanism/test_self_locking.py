@@ -67,6 +67,23 @@ def test_a_run_begins_with_unloaded_links() -> None:
     assert np.all(slow.positions == 0.0)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_load_that_reverses_lets_the_motor_go(sign: float) -> None:
+    """The force passes 0, where nothing holds the motor: it moves as in a run that begins
+    unloaded. An equal effort leaves it at rest while the load stays on its side."""
+    b = Builder()
+    b.block(MOTOR, 10.0)
+    b.block(DRUM, 0.2)
+    b.joint(0, 1, RATIO, drive_loss=LOST, back_loss=LOST)
+    b.source(0)
+    b.source(1)
+    effort = 0.5 * HELD
+    held = [[0.0, sign * WEIGHT], [sign * effort, sign * WEIGHT]]
+    result, _, _ = moved(b, [*held, [-sign * effort, -sign * WEIGHT]], 0.1)
+    assert np.all(result.positions[:, :3] == 0.0)
+    assert result.speeds[0, 3] == pytest.approx(sign * lowering(-effort) * 0.1, rel=1e-9)
+
+
 def test_an_unloaded_link_is_driven() -> None:
     """Without any load the driven side of the graph is the one that the motor moves to."""
     b = Builder()
