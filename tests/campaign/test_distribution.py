@@ -12,7 +12,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import stats
 
-from frictool.campaign.statistics.distribution import COVERED, distribution, fewest, rank
+from frictool.campaign.statistics.distribution import (
+    COVERED,
+    _reach,
+    distribution,
+    fewest,
+    rank,
+)
 from frictool.campaign.trials.trials import BROKEN, UNDECIDED, MetricLimit, Trials
 from tests.support.campaign_trials import factors, trials_of
 
@@ -170,3 +176,17 @@ def test_one_draw_bounds_the_share_that_a_single_value_bounds() -> None:
     assert rank(1, 0.39, 0.6, "random") == 1
     assert rank(1, 0.41, 0.6, "random") is None
     assert rank(0, 0.39, 0.6, "random") is None
+
+
+@pytest.mark.parametrize("limit", [-50.0, 50.0])
+def test_a_histogram_reaches_beyond_a_limit_among_far_values(limit: float) -> None:
+    """It reaches beyond the limit by the width of the middle 90 %, and leaves out the outliers."""
+    values = np.concatenate((np.linspace(0.0, 1.0, 400), [-100.0, 100.0]))
+    low, high = _reach(values, limit)
+    body = float(np.diff(np.quantile(values, (0.05, 0.95)))[0])
+    if limit < 0.0:
+        assert low == pytest.approx(limit - body)
+        assert 1.0 < high < 50.0
+    else:
+        assert high == pytest.approx(limit + body)
+        assert -50.0 < low < 0.0
