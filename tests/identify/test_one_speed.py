@@ -10,12 +10,13 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
+from frictool.identify.effect_regression import effect_regression
 from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.rows.regression_samples import RegressionSamples, fit
-from frictool.identify.unmodelled_effects import _regression, widened
+from frictool.identify.unmodelled_effects import widened
 from frictool.typing import Vector
 from tests.support.loaded_axis import rotary_bench
 
@@ -171,7 +172,7 @@ def test_noise_of_the_acceleration_adds_a_variance_if_few_rows_determine_viscous
     machine = machine_of(draw, velocity, (0.05, 0.4), 2e4)
     record = machine.record(0.0, 1e-3 * float(np.max(np.abs(machine.effort))))
     result = least_squares([record], machine.bench, SETTINGS)
-    regression = _regression(result, [record], machine.bench, 0.95)
+    regression = effect_regression(result, [record], machine.bench, 0.95)
     assert regression is not None
     variance = regression._variance_by_noise(regression.rows.table(regression.used))
     assert bool(np.all(variance > 0.0)) is few
