@@ -81,7 +81,7 @@ def observer_compensation(
 
     bandwidth: bandwidth of the observer [rad/s]. inertia: drive per unit of acceleration. gain:
     fraction of the estimated friction that is compensated. most: bound of the estimated friction [A
-    | V]. `observe` writes the update of the observer's state.
+    | V]. The caller must then call `observe`, which writes the observer's next state.
     """
     program.block("friction compensation from a disturbance observer")
     carried = program.constant(bandwidth * inertia, "observer_inertia") * speed

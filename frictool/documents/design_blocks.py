@@ -121,8 +121,9 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     - `settled_speed`: The release waits until the prefilter or profile moves more slowly than this.
     - `virtual_coulomb`: Largest braking effort of the released drive: -virtual_coulomb
       tanh(v/virtual_speed). By default 0.
-    - `virtual_speed`: Speed scale of the braking effort. By default the brake near rest has a time
-      constant of 10 samples.
+    - `virtual_speed`: Speed scale of the braking effort. By default 10 virtual_coulomb T/inertia
+      with the sample period T: near rest the brake then reduces the speed with a time constant of
+      10 T.
     """
 
     # 5.2.2, (5.7); error is the cut-off that 5.2.1 argues against; the brake is (5.40), (5.41) with

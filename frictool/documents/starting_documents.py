@@ -1,4 +1,4 @@
-"""Starting documents of a new rig: commented, valid, with facts from a log marked as guessed."""
+"""Commented starting documents of a new rig; values guessed from a log are marked as guessed."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class FixedNumbers:
         return _integer(self.scaled.constants[node.index])
 
     def parameter(self, name: str) -> str:
-        """Return the name that an input has in the step function before it is bounded."""
+        """Return the C name of an input, not yet bounded, as a parameter of the step function."""
         return f"{name}_word"
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:

@@ -79,7 +79,7 @@ class RealNumbers:
         )
 
     def parameter(self, name: str) -> str:
-        """Return the name of an input in the step function."""
+        """Return the C name of an input as a parameter of the generated step function."""
         return name
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:

@@ -84,7 +84,7 @@ class GridPlants:
 
 
 class GridInequalities:
-    """Inequalities at all points of the grid.
+    """Inequalities at all points of the grid; `motions` are the corners of the rates.
 
     Decision vectors begin with the upper triangles of the coefficients of X/gamma, followed by the
     upper triangles of the coefficients of Y/gamma.
@@ -165,10 +165,12 @@ class GridInequalities:
         return inequalities
 
     def reduced(self) -> Iterator[tuple[Matrix, Matrix, Matrix]]:
-        """Yield (fixed, columns, entering) of the inequality of each grid point, plant and motion.
+        """Yield (fixed, columns, entering) of each inequality fixed + F - entering/gamma^2 > 0.
 
-        The inequality is fixed + F(X/gamma, Y/gamma) - entering/gamma^2 > 0; `columns` are the
-        coefficients of F.
+        There is one inequality for X and one for Y at each grid point, for each plant and each
+        distinct corner of the rates. `fixed` and `entering` are constant matrices; F is linear in
+        X/gamma or Y/gamma. A column of `columns` is the upper triangle of the matrix that
+        multiplies one unknown in F.
         """
         for cell, sides in zip(self.cells, self.sides, strict=True):
             for block in (0, 1):

@@ -145,8 +145,9 @@ class LogAssembly:
 def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) -> LogAssembly:
     """Return the streams of the files.
 
-    The streams of the first file keep their topics. The streams of each further file become
-    `/axis/STEM` or `/axis/STEM_NAME`, STEM being the file's name without suffix.
+    The streams of the first file keep their topics. The first stream of each further file becomes
+    `/axis/STEM`, its other streams `/axis/STEM_NAME`. STEM is the file's name without suffix, or
+    the name of the file's instrument in the bench; NAME is the stream's name within the file.
 
     Raises LogError if a file cannot be read or does not fit the bench, or if a raw file has no
     bench.

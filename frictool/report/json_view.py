@@ -1,4 +1,4 @@
-"""JSON view of the verdict, with every metric of every hold and stream."""
+"""JSON view of the verdict: all metrics of each stream and each hold (constant reference)."""
 
 from __future__ import annotations
 

@@ -122,7 +122,10 @@ def nominal_variant(model: Model, owner: str = "model") -> AxisVariant:
 
 
 def nominal_levels(model: Model) -> dict[str, float]:
-    """Return the nominal PARAMETERS of the model, with the middle of each friction level."""
+    """Return name -> nominal value of each parameter in PARAMETERS.
+
+    Viscous and Coulomb friction are at the middle of their intervals.
+    """
     coulomb, viscous = coulomb_level(model), viscous_level(model)
     values = (
         model.parameters.inertia.value,

@@ -297,7 +297,7 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _scheduled(self) -> dict[str, int]:
-        """State indices of the scheduled parameters by name."""
+        """Index of the program's node for each scheduled parameter, by name."""
         return scheduled(self.controller, self._program)
 
     @cached_property
@@ -352,7 +352,10 @@ def _known_values(
 
 
 def scheduled(controller: Controller, program: Program) -> dict[str, int]:
-    """Return the index of each scheduled parameter's state, by name; empty without a schedule."""
+    """Return the index of the program's node for each scheduled parameter, by name.
+
+    The mapping is empty without a schedule.
+    """
     names = controller.schedule.parameters if controller.schedule is not None else ()
     return {str(name): program.states[name].index for name in names if name in program.states}
 

@@ -104,9 +104,7 @@ class MechanismBenchPlant:
                 plant.document, plant.assembled, plant.controlled.sensor_block, start
             )
         except ValueError as error:
-            raise NoSolutionError(
-                f"{self.name}: the test begins at {start:.6g} and {error}"
-            ) from None
+            raise NoSolutionError(f"{self.name}: the start position of the test {error}") from None
         packed = plant.assembled.packed
         machine = prepare(packed)
         state = rest(packed, machine, placed)

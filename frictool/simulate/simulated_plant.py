@@ -79,9 +79,9 @@ class SimulatedLoop(NamedTuple):
     `running` is `program` in the number format of the simulation; `code` is its machine code, None
     for a format without one. If `target` is not None, this compiled code runs instead. `start` and
     `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
-    (engine/disturbances_and_faults.py). `scheduled` has a mapping for each variant: index of a
-    scheduled parameter's state in `program` -> value. `progress(done, total)` is called before the
-    first variants and after each batch.
+    (engine/disturbances_and_faults.py). `scheduled` has a mapping for each variant: index
+    of the node of a scheduled parameter in `program` -> value. `progress(done, total)` is called
+    before the first variants and after each batch.
     """
 
     controller: Controller

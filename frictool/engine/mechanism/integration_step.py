@@ -157,7 +157,7 @@ def _is_finite(end: Vector, rates: Vector) -> bool:
 def try_step(
     machine: CompiledMechanism, state: MechanismState, t: float, h: float, tolerance: float
 ) -> tuple[float, float]:
-    """Try a step of length h from the state, t [s] after its command.
+    """Try a step of length h from the state; t [s] is the time since the command was set.
 
     Before the call, row 0 of `slopes` contains y', row 0 of `powers` the powers, and the row GUARD
     the guards, all at the beginning of the step. Afterwards the row END contains the state at the
@@ -195,7 +195,8 @@ def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float)
 def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, at: float) -> bool:
     """Evaluate the dense output at `at` in 0 .. h; return True if the rates are finite.
 
-    Afterwards the rows END, AFTER and TRIAL contain the results of a step of length `at`.
+    Afterwards the rows END, AFTER and TRIAL of the workspace are the same as after `try_step` with
+    the length `at`.
     """
     y, workspace = state.y, state.workspace
     end = workspace.lines[st.END]

@@ -53,7 +53,7 @@ def take_inputs(
 
 @inset_kernel
 def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -> float:
-    """Return the drive of a source t [s] after its command."""
+    """Return the drive of one source; t [s] is the time since the command was set."""
     lag = ly.lag(p, ly.source_row(k, source))
     target = inputs[source]
     before = inputs[k[ly.SOURCES] + source]
@@ -62,7 +62,7 @@ def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -
 
 @inset_kernel
 def let_flow(k: IntVector, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
-    """Fill `drive` (u,) with the drive of each source t [s] after its command."""
+    """Fill `drive` (u,) with the drives of all sources; t [s]: see `flowing_at`."""
     for s in range(k[ly.SOURCES]):
         drive[s] = flowing_at(k, p, s, t, inputs)
 

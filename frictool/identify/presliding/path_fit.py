@@ -69,7 +69,7 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
     try:
         solution = solve(columns, residual, np.ones(residual.size), loops.branch[loops.used])
     except SingularRegressors as error:
-        raise UnusableLogs(f"the loops do not determine the law: {error}") from None
+        raise UnusableLogs(f"the presliding loops do not determine the law: {error}") from None
     statistical = solution.half_width(confidence)[:-2] / float(
         scipy.special.ndtri(0.5 + 0.5 * confidence)
     )

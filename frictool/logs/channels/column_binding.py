@@ -34,8 +34,8 @@ def bind(
     The table with the position becomes `/axis`; without a position, the first table with a channel.
     The other tables become `/axis/NAME`.
 
-    stem: name, without suffix, of a file that is not the first of its log; the streams of this file
-        are `/axis/STEM` and `/axis/STEM_NAME`. "" for the first file.
+    stem: name, without suffix, of a file that is not the first of its log; its first stream is
+        `/axis/STEM`, its other streams `/axis/STEM_NAME`. "" for the first file.
     taken: topics already in use.
     lost: list that receives each channel with a column in the missing part of a truncated file; the
         channel is left out. None: such a channel raises LogError.

@@ -108,7 +108,7 @@ class WeakFormLayout:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of a row's p columns; the last column, the effort, has no name."""
+        """Names of the p regressors of a row; the effort follows them as column p + 1."""
         zones = range(self.zones)
         bends = [f"bend_{k}" for k in range(self.knees.size)]
         dry = [f"dry_{side}_{zone}" for side in ("backward", "forward") for zone in zones]
