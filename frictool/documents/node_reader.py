@@ -14,9 +14,11 @@ from typing import Any, Literal, get_args, get_origin
 import msgspec
 import yaml
 
+from frictool.documents.name_list import listed
 from frictool.errors import DocumentError
 
 MAX_KEY = 200  # characters, longest name of a key
+LONGEST_ALLOWED = 100  # characters of the allowed keys in a message
 Pairs = dict[str, tuple[yaml.Node, yaml.Node]]  # key -> (node of the key, node of the value)
 
 
@@ -59,7 +61,8 @@ class NodeReader:
                 self.fail(
                     name_node,
                     join(key, name),
-                    f"unknown key{suggestion(name, names)}; allowed: {', '.join(names)}",
+                    f"unknown key{suggestion(name, names)}; allowed: "
+                    f"{listed(names, LONGEST_ALLOWED)}",
                 )
 
     def items(self, node: yaml.Node, meta: list[msgspec.Meta], key: str) -> list[yaml.Node]:

@@ -28,6 +28,7 @@ from frictool.logs.raw_table import (
 )
 from frictool.logs.unpacked_size import refusal
 
+LONGEST_READABLE = 60  # characters of the readable arrays in a message
 _LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
 FIRST_YEAR, LAST_YEAR = 1678, 2261  # first and last full year of ns since 1970 in 64 bits
 STRIDED_BYTES = 1 << 22  # bytes of matrix rows that are read at once for one column
@@ -125,7 +126,8 @@ class ArrayTable:
         if name is None and self.damage is not None:
             raise LostColumnError(
                 self.source,
-                f"is damaged: {self.damage}; readable: {listed(self.names)}, but not {wanted!r}",
+                f"is damaged: {self.damage}; readable: {listed(self.names, LONGEST_READABLE)}, "
+                f"but not {wanted!r}",
             )
         return name
 

@@ -33,7 +33,7 @@ ALONE = "array"  # name of the array of an .npy
 MOST_MEMBERS = 20_000
 MOST_COLUMNS = 1000  # maximum number of columns of a matrix
 LONGEST_HEAD = 1 << 16  # bytes
-LONGEST_REASON = 80  # maximum characters of a reason: zipfile quotes whole members
+LONGEST_REASON = 50  # maximum characters of a reason: zipfile quotes whole members
 HEADS = {
     (1, 0): npy.read_array_header_1_0,
     (2, 0): npy.read_array_header_2_0,

@@ -37,7 +37,7 @@ LOOK_S = 0.5  # s, interval between two checks of the processor time
 LONGEST_WAIT = 20.0
 SLOWEST = 10e6  # bytes/s, slowest reading
 MEMORY = 700_000_000  # bytes that a child may allocate in addition to those at its start
-TEXT = 300  # maximum characters of a library's message
+TEXT = 100  # maximum characters of a library's message
 
 
 @dataclass(kw_only=True)

@@ -260,10 +260,7 @@ class ChannelMapper:
                 f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
             )
             if time[row] == before and self._time is not None:
-                error += (
-                    "; if the times are too coarse, remove columns.time (rows are then "
-                    "sample_period_s apart)"
-                )
+                error += "; if the times are too coarse, remove columns.time"
             raise fail_at(self._table, block.first_row + int(rows[row]), f"{error}; {SALVAGE}")
         kept = increasing(time, self._last)
         return (
