@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from frictool.documents.bench import Bench
@@ -194,8 +195,8 @@ PRESET = {
     "simplefoc": "SimpleFOC",
     "vesc": "VESC Tool",
     "dynamixel": "Dynamixel",
-    "feetech": "Feetech",
-    "feetech_degrees": "Feetech",
+    "feetech": "Feetech or Dynamixel (protocol 1)",
+    "feetech_degrees": "Feetech or Dynamixel (protocol 1)",
     "rtde": "Universal Robots (RTDE)",
     "franka": "Franka (libfranka)",
 }
@@ -213,6 +214,42 @@ def test_the_preset_of_a_log_is_named(name: str, tmp_path: Path) -> None:
         assert f"# Units that are missing in the log are those of {title}." in bench.read_text()
         made = run("init", tmp_path / "rig", "--from", tmp_path / "log.csv")
         assert f"guessed from log.csv with the preset {title}: " in made.stdout
+
+
+def test_one_value_beyond_a_turn_makes_every_unit_of_an_odrive_uncertain(tmp_path: Path) -> None:
+    """A slow motion in counts has positions below 1000."""
+    rows = [f"{k / 100},{400 * np.sin(k / 9):.3f},{900 * np.cos(k / 9):.3f},1" for k in range(60)]
+    text = "\n".join(["time,pos_estimate,vel_estimate,Iq_measured", *rows]) + "\n"
+    facts, _ = guessed(tmp_path, text)
+    assert set(facts["questions"]) == {"position", "velocity"}
+    assert facts["columns"]["position"] == ["pos_estimate", ASKED]
+
+
+def test_a_dynamixel_with_a_load_is_no_feetech(tmp_path: Path) -> None:
+    names = "time,Present_PWM,Present_Load,Present_Velocity,Present_Position,Present_Input_Voltage"
+    rows = [f"{k / 100},0,0,{k % 5},{2000 + k % 90},120" for k in range(60)]
+    facts, _ = guessed(tmp_path, "\n".join([names, *rows]) + "\n")
+    assert facts["preset"] == "Dynamixel"
+    assert facts["columns"]["position"] == ["Present_Position", "count"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "fActTorque [%]",  # the unit is no angle
+        "duty [%]",
+        "pwm [Hz]",
+        "Motor temperature [deg]",  # the unit contradicts the name
+        "position sensor [V]",
+        "voltage5V_v",  # a supply
+        "thrust_setpoint_achieved",  # a command of another quantity
+    ],
+)
+def test_a_column_of_another_quantity_is_no_channel(name: str, tmp_path: Path) -> None:
+    rows = [f"{k / 1000},{np.sin(k / 9):.5f}" for k in range(60)]
+    facts, _ = guessed(tmp_path, "\n".join([f"time [s],{name}", *rows]) + "\n")
+    assert facts["columns"] == {"time": ["time", "s"]}
+    assert facts["left"] == [name.partition(" [")[0]]
 
 
 def test_each_preset_has_a_log() -> None:

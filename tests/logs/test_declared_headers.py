@@ -10,6 +10,7 @@ import pytest
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
+from frictool.logs.channels.column_guess import read_start
 from frictool.logs.raw_table import DataLoss
 from frictool.logs.text.csv_format import CsvTable
 from tests.support.logger_headers import twincat
@@ -81,7 +82,7 @@ def test_labview_with_a_time_column_per_channel(tmp_path: Path) -> None:
     ("steps", "rows", "reason"),
     [
         ("0,002\t0,001\t", "\t1,5\t2,5\n", "no common Delta_X in s; write layout.period_s"),
-        ("0,002\t0,002\t", "", "without samples after its second header"),
+        ("0,002\t0,002\t", "", "without samples after its second header; .*layout.first_line"),
     ],
 )
 def test_labview_that_does_not_say_its_times_is_refused(
@@ -153,6 +154,27 @@ def test_tektronix_names_the_columns_beside_its_metadata(tmp_path: Path) -> None
     table = opened(tmp_path, text)
     assert (table.units["Time"], table.units["CH2"]) == ("s", "V")
     assert column(table, "CH2") == [k % 7 for k in range(len(head))]
+
+
+def test_the_metadata_of_a_tektronix_are_no_columns(tmp_path: Path) -> None:
+    """As a TDS2000 writes it, with three rows without metadata."""
+    head = ["Record Length,2.5e3,", "Sample Interval,4e-6,", "Trigger Point,1.25e3,", *[",,"] * 3]
+    head += ["Source,CH1,", "Vertical Units,V,", "Horizontal Units,s,", "Pt Fmt,Y,", *[",,"] * 20]
+    text = "".join(f"{left},  {4e-6 * k:+.12f},  {k % 7:.5f},\n" for k, left in enumerate(head))
+    (read,) = read_start([opened(tmp_path, text)])
+    assert read.units == {"Time": "s", "CH1": "V"}
+    assert read.columns["CH1"].tolist() == [k % 7 for k in range(len(head))]
+
+
+def test_labview_with_one_header_is_read_with_its_layout(tmp_path: Path) -> None:
+    text = (
+        "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\n***End_of_Header***\t\n\t\n"
+        "0,0\t1,5\n0,1\t1,75\n0,2\t2,0\n"
+    )
+    with pytest.raises(LogError, match=r"write layout\.header_line and layout\.first_line"):
+        opened(tmp_path, text)
+    table = opened(tmp_path, text, Layout(header_line=0, first_line=6))
+    assert column(table, "2") == [1.5, 1.75, 2.0]
 
 
 DATES = {

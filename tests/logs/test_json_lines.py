@@ -57,12 +57,13 @@ def test_a_date_gives_the_times(tmp_path: Path) -> None:
 
 
 def test_a_damaged_line_is_named_or_lost(tmp_path: Path) -> None:
-    table = table_of(tmp_path, '{"pos": 1}\n{"pos": 2}\n' * 150 + '{"pos": 1')
-    with pytest.raises(LogError, match="line 301: is no JSON"):
-        column(table, "pos")
-    losses: list[DataLoss] = []
-    assert len(column(table, "pos", losses)) == 300
-    assert len(losses) == 1
+    for lines in (300, 4):  # beyond and among the lines that name the columns
+        table = table_of(tmp_path, "\n" + '{"pos": 1}\n{"pos": 2}\n' * (lines // 2) + '{"pos": 1')
+        with pytest.raises(LogError, match=rf":{lines + 2}: is no JSON.*ingest --salvage"):
+            column(table, "pos")
+        losses: list[DataLoss] = []
+        assert len(column(table, "pos", losses)) == lines
+        assert [loss.reason.partition(":")[0] for loss in losses] == [f"line {lines + 2}"]
 
 
 @pytest.mark.parametrize("text", ['[{"pos": 1}]\n', '{"entries":\n[{"pos": 1}]}\n'])

@@ -133,11 +133,33 @@ def test_can_without_its_dbc_is_refused_with_what_to_do(tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"no frame that other\.dbc describes; .* 120"):
         tables_of(log, Layout(dbc="other.dbc"))
     (tmp_path / "other.dbc").write_text("no DBC")
-    with pytest.raises(LogError, match=r"other\.dbc: is no DBC"):
+    with pytest.raises(LogError, match=r"other\.dbc: is not a DBC"):
         tables_of(log, Layout(dbc="other.dbc"))
     shutil.copy(FOLDER / "axis.dbc", tmp_path / "motor.dbc")
     (table,) = tables_of(log, Layout(dbc="motor.dbc"))
     assert table.names == ("encoder", "current")
+
+
+def test_a_trace_of_pcan_without_a_version_is_read(tmp_path: Path) -> None:
+    """Version 1.0 names no version; its line of an error of the bus is no frame."""
+    shutil.copy(FOLDER / "axis.dbc", tmp_path / "x.dbc")
+    frames = [line.split("#") for line in logger_files.candump().splitlines()]
+    rows = [
+        f"{k + 1:6d})  {k * 10:8d}      {logger_files.FRAME:04X}  {len(data) // 2}"
+        f"  {bytes.fromhex(data).hex(' ')}\r\n"
+        for k, (_, data) in enumerate(frames)
+    ]
+    rows.insert(3, "     4)        35  FFFFFFFF  4  00 00 00 08 -- -- -- -- BUSHEAVY\r\n")
+    log = tmp_path / "x.trc"
+    log.write_text(
+        f";{'#' * 74}\r\n;   C:\\axis.trc\r\n;\r\n;    Start time: 18.12.2021 14:28:07.062\r\n"
+        f";    PCAN-Net: N/A\r\n;---+--   ----+----  --+--\r\n{''.join(rows)}",
+        newline="",
+    )
+    (table,) = tables_of(log)
+    read = columns(table)
+    assert read["encoder"].tolist() == POSITION.tolist()
+    assert np.diff(read["at"]) == pytest.approx(np.full(ROWS - 1, 10e6), abs=500)
 
 
 def test_a_frame_that_is_too_short_is_named(tmp_path: Path) -> None:

@@ -36,7 +36,8 @@ READERS = (
     ("BLFReader", re.compile(rb"LOGG")),
     ("ASCReader", re.compile(rb"(?:\s*//.*\s+)*date\s+\w+.*\s+base\s+(?:hex|dec)\b")),
     ("CanutilsLogReader", re.compile(rb"\(\d+\.\d+\)\s+\S+\s+[0-9A-Fa-f]{3,8}#")),
-    ("TRCReader", re.compile(rb";\$FILEVERSION=")),
+    # version 1.0 does not name its version
+    ("TRCReader", re.compile(rb";(?:\$FILEVERSION=|#+\s*\n(?:;.*\n)*?;\s+Start time: )")),
 )
 FRAMES = 100_000  # frames from which the messages of a log are listed
 CUT = "the file is cut off: its header declares {} bytes, but it has {}"

@@ -30,6 +30,7 @@ from frictool.logs.channels.column_names import (
     is_connector,
     quantities,
     unit_in,
+    words,
 )
 from frictool.logs.channels.logger_presets import NO_CHANNEL, PresetColumn
 from frictool.logs.channels.mapping import COUNT, EFFORT, TIME
@@ -50,6 +51,9 @@ CHANNELS = (
     TEMPERATURE,
 )
 DRIVES = ("current", "voltage")
+CLEAR = 2  # levels of QUANTITIES with words that a unit cannot overrule
+# words of a command's name that do not mean another quantity than the position
+NEUTRAL = {"value", "input", "signal", "axis", "joint", "motor", "achse"}
 MOST_NAMES = 8  # maximum number of column names in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
 # s, range of the steps of a time without unit that is in seconds; in ms, no logger is so fast
@@ -65,6 +69,7 @@ CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rota
     EFFORT: ("N m, mN m", "N"),
     TEMPERATURE: ("degC, K", "degC, K"),
 }
+_ANGLE = re.compile(r"rad|deg|°|rev|rpm|turn|cycle", re.IGNORECASE)
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
 LOAD_SIDE = (
@@ -135,6 +140,15 @@ def fits(unit: str, dimension: str, axis: Axis) -> bool:
     except ValueError:
         return False
     return True
+
+
+def names_motion(unit: str, axis: Axis) -> bool:
+    """Return whether `unit` is a unit of position or velocity for an axis of this kind.
+
+    A rotary axis needs an angle in the unit, so that percentages and frequencies do not count.
+    """
+    named = axis == "linear" or _ANGLE.search(unit) is not None
+    return named and any(fits(unit, kind, axis) for kind in ("position", "velocity"))
 
 
 def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
@@ -209,16 +223,33 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
     if is_command(one.name):
         wanted = {"position": "reference", "current": "current_command", "voltage": "voltage"}
         matching = [wanted[name] for name in named if name in wanted and wanted[name] in compatible]
-        return matching or (
-            ["reference"] if not named and "reference" in compatible else []
-        ), clarity(one.name)
+        of_position = not named and "reference" in compatible and _commands_motion(one, axis)
+        return matching or (["reference"] if of_position else []), clarity(one.name)
     if named == ["position"] and _counts_rows(one):
         named = [TIME]
     matching = [name for name in named if name in compatible]
-    if matching or one.unit is None or (clarity(one.name) < len(QUANTITIES) and not named):
+    contradicted = bool(named) and clarity(one.name) < CLEAR
+    if (
+        matching
+        or one.unit is None
+        or contradicted
+        or (clarity(one.name) < len(QUANTITIES) and not named)
+    ):
         return matching, clarity(one.name) if len(matching) == 1 else len(QUANTITIES)
-    by_unit = [name for name in compatible if name not in ("reference", "current_command")]
+    by_unit = [
+        name
+        for name in compatible
+        if name not in ("reference", "current_command")
+        and (name not in ("position", "velocity") or names_motion(one.unit, axis))
+    ]
     return by_unit if len(by_unit) == 1 else [], len(QUANTITIES)
+
+
+def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
+    """Return whether a command without a quantity in its name can be one of the position."""
+    if one.unit is not None:
+        return is_count(one.unit) or names_motion(one.unit, axis)
+    return all(is_command(word) or word in NEUTRAL for word in words(one.name))
 
 
 def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> ColumnChoice:

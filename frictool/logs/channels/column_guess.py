@@ -6,7 +6,6 @@ the choice among several columns that fit, become questions (column_choice.py).
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -28,8 +27,8 @@ from frictool.logs.channels.column_choice import (
     OfferedColumn,
     choose,
     dimension_of,
-    fits,
     is_count,
+    names_motion,
 )
 from frictool.logs.channels.column_names import words
 from frictool.logs.channels.logger_presets import preset_of
@@ -46,7 +45,6 @@ AXIS_NAMES: dict[Axis, set[str]] = {
     "rotary": {"angle", "theta", "omega", "rpm"},
     "linear": {"displacement"},
 }
-_ANGLE = re.compile(r"rad|deg|°|rev|rpm|turn|cycle", re.IGNORECASE)
 ROUND = 1e-3  # relative tolerance for rounding a period to 3 digits
 MOST_ROWS = 1 << 18  # maximum number of rows read
 
@@ -170,10 +168,13 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
         )
     offered = [(name, table) for table in tables for name in _liveliest_first(table)]
     count = Counter(name for name, _ in offered)
+    entries = (
+        {}
+        if preset is None
+        else preset.entries({name: table.columns[name] for name, table in offered})
+    )
     once = [
-        OfferedColumn(name, table, None if preset is None else preset.column(name))
-        for name, table in offered
-        if count[name] == 1
+        OfferedColumn(name, table, entries.get(name)) for name, table in offered if count[name] == 1
     ]
     chosen = choose(once, axis)
     used = {name for choice in chosen.values() for name in choice.columns}
@@ -212,21 +213,12 @@ def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
     ]
     name_words = {word for table in tables for name in table.columns for word in words(name)}
     for axes in (
-        {axis for axis in AXIS_NAMES for unit in units if _tells(unit, axis)},
+        {axis for axis in AXIS_NAMES for unit in units if names_motion(unit, axis)},
         {axis for axis, names in AXIS_NAMES.items() if name_words & names},
     ):
         if axes:
             return axes.pop() if len(axes) == 1 else None
     return None
-
-
-def _tells(unit: str, axis: Axis) -> bool:
-    """Return whether the unit of a position or velocity identifies this kind of axis.
-
-    A rotary axis needs an angle in the unit, so that percentages and frequencies do not count.
-    """
-    named = axis == "linear" or _ANGLE.search(unit) is not None
-    return named and any(fits(unit, kind, axis) for kind in ("position", "velocity"))
 
 
 def _si(

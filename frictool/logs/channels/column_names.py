@@ -46,6 +46,8 @@ _CONNECTOR = re.compile(
     r"|voltage[ _]*\d{1,2})( \(column \d+\))?",
     re.IGNORECASE,
 )
+# supply voltage in a name such as voltage5V or 3V3
+_RAIL = re.compile(r"(?<!\d)\d{1,2}v(\d|(?![a-z]))", re.IGNORECASE)
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")  # word boundary in a name such as motorCurrent
 
 
@@ -68,9 +70,11 @@ def quantities(name: str) -> list[str]:
     (['current'], ['current', 'effort'])
     >>> quantities("i_q"), quantities("bus_voltage"), quantities("current_sensor_temp")
     (['current'], [], ['temperature'])
+    >>> quantities("voltage5V_v")
+    []
     """
     name_words = set(words(name))
-    if any(map(_NO_SIGNAL.fullmatch, name_words)):
+    if any(map(_NO_SIGNAL.fullmatch, name_words)) or _RAIL.search(name):
         return []
     name_words.add("".join(words(name)))
     for level in QUANTITIES:

@@ -8,7 +8,7 @@ a value, the user has to state it.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +41,11 @@ class PresetColumn(NamedTuple):
         """Return the unit of these values; OPEN if the user has to state it."""
         finite = values[np.isfinite(values)]
         fits = not self.whole or bool((finite == np.rint(finite)).all())
-        return self.unit if fits and bool((np.abs(finite) <= self.most).all()) else OPEN
+        return self.unit if fits and not self.exceeded(values) else OPEN
+
+    def exceeded(self, values: Vector) -> bool:
+        """Return whether a value is too large for the unit."""
+        return bool((np.abs(values[np.isfinite(values)]) > self.most).any())
 
 
 class LoggerPreset(NamedTuple):
@@ -49,11 +53,35 @@ class LoggerPreset(NamedTuple):
 
     signature: patterns of names; only these logs have columns that match all of them.
     columns: entries for columns with known channels; other columns are judged by their names.
+    absent: patterns of names that these logs do not have.
     """
 
     title: str
     signature: tuple[str, ...]
     columns: tuple[PresetColumn, ...]
+    absent: tuple[str, ...] = ()
+
+    def fits(self, names: Sequence[str]) -> bool:
+        """Return whether a log with these columns is one of this maker."""
+
+        def found(pattern: str) -> bool:
+            return any(_matches(pattern, name) for name in names)
+
+        return all(map(found, self.signature)) and not any(map(found, self.absent))
+
+    def entries(self, columns: Mapping[str, Vector]) -> dict[str, PresetColumn]:
+        """Return the entry of each known column.
+
+        If a value is too large for the unit of its column, the log has other units: the user has to
+        state the unit of every column whose entry has a largest value.
+        """
+        known = {name: entry for name in columns if (entry := self.column(name)) is not None}
+        if not any(entry.exceeded(columns[name]) for name, entry in known.items()):
+            return known
+        return {
+            name: entry if np.isinf(entry.most) else entry._replace(unit=OPEN)
+            for name, entry in known.items()
+        }
 
     def column(self, name: str) -> PresetColumn | None:
         """Return the entry for the column `name`, or None."""
@@ -63,6 +91,8 @@ class LoggerPreset(NamedTuple):
 JOINT = r"[\[_ ]?\d\]?"
 COUNTS_WHY = "the numbers are not whole, so that they are not counts of the servo"
 SERVO_CURRENT = "the step of the current register depends on the model: "
+# registers of Dynamixel servos with protocol 2
+DYNAMIXEL_ONLY = r"(.*[./])?(present[_ ](input[_ ]voltage|pwm)|realtime[_ ]tick)"
 SERVO = (
     PresetColumn(r"(.*[./])?present[_ ]position", "position", "count", COUNTS_WHY, whole=True),
     PresetColumn(r"(.*[./])?goal[_ ]position", "reference", "count", COUNTS_WHY, whole=True),
@@ -93,7 +123,7 @@ PRESETS = (
                 "velocity",
                 "turn/s",
                 "firmware before 0.5 reports counts of the encoder",
-                most=1e3,
+                most=200.0,
             ),
             PresetColumn(r"(.*[./])?iq_measured", "current", "A"),
             PresetColumn(r"(.*[./])?iq_setpoint", "current_command", "A"),
@@ -144,10 +174,7 @@ PRESETS = (
     ),
     LoggerPreset(
         "Dynamixel",
-        (
-            r"(.*[./])?present[_ ]position",
-            r"(.*[./])?(present[_ ](input[_ ]voltage|pwm)|realtime[_ ]tick)",
-        ),
+        (r"(.*[./])?present[_ ]position", DYNAMIXEL_ONLY),
         (
             *SERVO,
             PresetColumn(
@@ -160,7 +187,7 @@ PRESETS = (
         ),
     ),
     LoggerPreset(
-        "Feetech",
+        "Feetech or Dynamixel (protocol 1)",
         (
             r"(.*[./])?present[_ ]position",
             r"(.*[./])?present[_ ](load|voltage)",
@@ -175,6 +202,7 @@ PRESETS = (
                 f"{SERVO_CURRENT}6.5 mA (STS3215); write the step as scale, with unit mA",
             ),
         ),
+        absent=(DYNAMIXEL_ONLY,),
     ),
     LoggerPreset(
         "Universal Robots (RTDE)",
@@ -210,11 +238,7 @@ PRESETS = (
 
 def preset_of(names: Sequence[str]) -> LoggerPreset | None:
     """Return the preset of a log with these columns; None if none or several fit."""
-    fitting = [
-        one
-        for one in PRESETS
-        if all(any(_matches(pattern, name) for name in names) for pattern in one.signature)
-    ]
+    fitting = [one for one in PRESETS if one.fits(names)]
     return fitting[0] if len(fitting) == 1 else None
 
 

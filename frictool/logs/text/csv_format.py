@@ -78,7 +78,7 @@ class CsvTable:
             else 0
         )
         self.names, self.clock, self.description = (
-            text_layout.names,
+            text_layout.names[text_layout.metadata :],
             text_layout.clock,
             text_layout.description,
         )
@@ -86,11 +86,11 @@ class CsvTable:
 
     def find(self, wanted: str | int) -> str | None:
         """Return the name of the column with this name or number (from 1), or None."""
-        return find(self.names, wanted)
+        return find(self.layout.names, wanted)
 
     def line(self, row: int) -> int | None:
         """Return the number of the line in the file with this row; blank lines count."""
-        slots = np.full(len(self.names), SKIP)
+        slots = np.full(len(self.layout.names), SKIP)
         return next(
             (
                 batch.last_line
@@ -113,8 +113,8 @@ class CsvTable:
             for name in dict.fromkeys(wanted)
             if name != self.clock or self.layout.stamps is None
         ]
-        slots = np.full(len(self.names), SKIP)
-        slots[[self.names.index(name) for name in chosen]] = np.arange(len(chosen))
+        slots = np.full(len(self.layout.names), SKIP)
+        slots[[self.layout.names.index(name) for name in chosen]] = np.arange(len(chosen))
         if self.layout.stamps is not None:
             slots[self.layout.stamps] = STAMP
         rows = 0
@@ -201,7 +201,7 @@ class CsvTable:
         """Return whether an issue is harmless: a comment after the row, or a known file end."""
         if issue.kind == CUT:
             return self._whole or decoded(issue.text, self.layout.encoding) == self.layout.trailer
-        columns = len(self.names)
+        columns = len(self.layout.names)
         return issue.kind == ROW and self.layout.commented and issue.what == columns + 1
 
     def _message(self, issue: RowIssue, cell: str) -> str:
@@ -209,16 +209,16 @@ class CsvTable:
             return NO_END
         layout = self.layout
         if issue.kind == ROW:
-            cut = "; is the file cut off here?" if issue.what < len(self.names) else ""
+            cut = "; is the file cut off here?" if issue.what < len(layout.names) else ""
             where = (
                 f"the header in line {layout.header_line}"
                 if layout.header_line
                 else "the first row of numbers"
             )
-            return f"has {issue.what} cells, but {where} has {len(self.names)}{cut}"
+            return f"has {issue.what} cells, but {where} has {len(layout.names)}{cut}"
         if cell.lstrip("+-") == OVER_RANGE:
             return (
-                f"column {self.names[issue.what]!r}: found {cell}: the instrument was out of "
+                f"column {layout.names[issue.what]!r}: found {cell}: the instrument was out of "
                 "range; allowed: a number; measure with a larger range, or remove these samples: "
                 f"{SALVAGE}"
             )
@@ -243,4 +243,4 @@ class CsvTable:
             hint = "" if issue.what == layout.stamps else " or "
             hint += "a date and time such as 2026-01-31T12:00:00.5"
         allowed = hint if issue.what == layout.stamps else f"a number{hint}"
-        return f"column {self.names[issue.what]!r}: found {shown}; allowed: {allowed}"
+        return f"column {layout.names[issue.what]!r}: found {shown}; allowed: {allowed}"

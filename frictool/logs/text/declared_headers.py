@@ -42,6 +42,7 @@ class DeclaredHeader:
     first: line of the first row of numbers.
     commented: True if a row may have a comment as an additional last cell.
     trailer: text of a last line that ends the samples; "" if there is none.
+    metadata: number of columns with metadata before the columns of the samples.
     """
 
     labels: ColumnLabels
@@ -50,6 +51,7 @@ class DeclaredHeader:
     first: int
     commented: bool = False
     trailer: str = ""
+    metadata: int = 0
 
 
 class HeaderReader(NamedTuple):
@@ -109,7 +111,10 @@ def _read_labview(rows: Rows, number: Number, is_number: IsNumber) -> DeclaredHe
     header = ends[1] + 1 if len(ends) > 1 else len(rows)
     first = next((index for index in range(header + 1, len(rows)) if any(rows[index])), None)
     if first is None or not any(rows[header]):
-        raise HeaderError("is a LabVIEW measurement without samples after its second header")
+        raise HeaderError(
+            "is a LabVIEW measurement without samples after its second header; if it has samples, "
+            "write layout.header_line and layout.first_line in the bench"
+        )
     keys = _keyed(rows[ends[0] + 1 :], ends[1] - ends[0])
     names = list(trimmed(rows[header]))
     commented = names[-1] == "Comment"
@@ -247,7 +252,7 @@ def _read_tektronix(rows: Rows, number: Number, is_number: IsNumber) -> Declared
     units: list[str | None] = [None] * width
     units[3] = time_unit if time_unit in TIME_UNITS else None
     units[4] = spelled(value("vertical units")) or None
-    return DeclaredHeader(ColumnLabels(tuple(names), tuple(units)), None, None, 0)
+    return DeclaredHeader(ColumnLabels(tuple(names), tuple(units)), None, None, 0, metadata=3)
 
 
 READERS = (

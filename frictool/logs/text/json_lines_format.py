@@ -30,7 +30,6 @@ from frictool.logs.raw_table import (
     DataLoss,
     RawTable,
     RowBlock,
-    fail_at,
     find,
 )
 from frictool.logs.recordings.json_messages import LONGEST, JsonDecoder, decoded
@@ -66,14 +65,14 @@ class JsonLinesTable:
         names: dict[str, None] = {}
         stamps: dict[str, None] = {}
         with open_log(path) as stream:
-            for number, line in enumerate(islice(_lines(stream), NAMED_LINES)):
+            for row, (_, line) in enumerate(islice(_lines(stream), NAMED_LINES)):
                 try:
                     message = _object(line)
                     names.update(dict.fromkeys(self._decoder.names(line)))
-                except ValueError as error:
-                    if number == 0:
+                except ValueError:
+                    if row == 0:
                         raise LogError(path, ONE_DOCUMENT) from None
-                    raise LogError(path, str(error), line=number + 1) from None
+                    continue  # `blocks` names the line, or counts it as lost
                 stamps.update(dict.fromkeys(_dated(message)))
         self.names = tuple(names)
         self.clock = next(iter(stamps), None)
@@ -96,7 +95,7 @@ class JsonLinesTable:
         clock = DayClock()
         first = done = 0
         with open_log(self._path) as stream:
-            numbered = enumerate(_lines(stream), start=1)
+            numbered = _lines(stream)
             while batch := list(islice(numbered, BLOCK_ROWS)):
                 rows: list[Sequence[float]] = []
                 times: list[int] = []
@@ -106,10 +105,11 @@ class JsonLinesTable:
                         values = self._row(line, wanted)
                         time = 0 if self.clock is None else self._time(line)
                     except ValueError as error:
-                        lost = f"line {number}: {error}"
                         if losses is None:
-                            raise fail_at(self, first, f"{lost}; {SALVAGE}") from None
-                        losses.append(DataLoss((), lost, samples=1))
+                            raise LogError(
+                                self.source, f"{error}; {SALVAGE}", line=number
+                            ) from None
+                        losses.append(DataLoss((), f"line {number}: {error}", samples=1))
                         continue
                     if values is not None:
                         rows.append(values)
@@ -151,11 +151,13 @@ class JsonLinesTable:
         return int(time)
 
 
-def _lines(stream: BinaryIO) -> Iterator[bytes]:
-    """Yield the lines that are not blank, each cut off after the longest allowed message."""
+def _lines(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
+    """Yield number and text of each line that is not blank, cut off after the longest message."""
+    number = 0
     while line := stream.readline(LONGEST + 2):
+        number += 1
         if line.strip():
-            yield line
+            yield number, line
 
 
 def _object(line: bytes) -> Mapping[str, object]:

@@ -53,6 +53,7 @@ class TextLayout:
         the bench.
     commented: True if a row may have a comment as an additional last cell.
     trailer: text of a last line that ends the samples; "" if there is none.
+    metadata: number of columns with metadata before the columns of the samples.
     """
 
     encoding: TextEncoding
@@ -71,6 +72,7 @@ class TextLayout:
     start_ns: float = 0.0
     commented: bool = False
     trailer: str = ""
+    metadata: int = 0
 
     @property
     def description(self) -> str:
@@ -154,6 +156,7 @@ def find_layout(
         start_ns=start,
         commented=found.commented,
         trailer=found.trailer,
+        metadata=found.metadata,
     )
 
 
