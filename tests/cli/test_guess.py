@@ -110,7 +110,7 @@ EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
     "odrive_s1": {
         "time": ("timestamp_ms", "ms"),
         "position": ("measured_position_deg", "deg"),
-        "reference": ("command_value", ASKED),
+        "reference": (ASKED, ASKED),
         "velocity": ("measured_velocity_deg_s", "deg/s"),
         "current": ("measured_current_A", "A"),
         "current_command": ("command_current_A", "A"),
@@ -238,7 +238,10 @@ def test_a_dynamixel_with_a_load_is_no_feetech(tmp_path: Path) -> None:
     [
         "fActTorque [%]",  # the unit is no angle
         "duty [%]",
-        "pwm [Hz]",
+        "position [%]",
+        "speed [Hz]",  # of turns or of radians
+        "Phase A",  # a label and no unit
+        "mag_inclination_ref_deg",
         "Motor temperature [deg]",  # the unit contradicts the name
         "position sensor [V]",
         "voltage5V_v",  # a supply

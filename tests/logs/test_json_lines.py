@@ -72,6 +72,11 @@ def test_one_document_is_refused_with_a_command(text: str, tmp_path: Path) -> No
         table_of(tmp_path, text)
 
 
+def test_a_byte_order_mark_is_left_out(tmp_path: Path) -> None:
+    table = table_of(tmp_path, '\ufeff{"pos": 1}\n{"pos": 2}\n')
+    assert column(table, "pos") == [1, 2]
+
+
 def test_an_object_without_numbers_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="has no number in its first 200 lines"):
         table_of(tmp_path, '{"a": "b"}\n')

@@ -132,6 +132,9 @@ def test_can_without_its_dbc_is_refused_with_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "other.dbc").write_text(logger_files.DBC.replace(" 288 ", " 289 "))
     with pytest.raises(LogError, match=r"no frame that other\.dbc describes; .* 120"):
         tables_of(log, Layout(dbc="other.dbc"))
+    (tmp_path / "run.trc").write_text(";$FILEVERSION=2.1\n")
+    with pytest.raises(LogError, match=r"no frame that other\.dbc describes; found no data frame"):
+        tables_of(tmp_path / "run.trc", Layout(dbc="other.dbc"))
     (tmp_path / "other.dbc").write_text("no DBC")
     with pytest.raises(LogError, match=r"other\.dbc: is not a DBC"):
         tables_of(log, Layout(dbc="other.dbc"))

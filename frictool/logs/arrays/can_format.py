@@ -162,7 +162,8 @@ def _open(path: Path, dbc: Path, reader: str) -> Sequence[LibraryTable]:
         identifiers = [f"{number:X}" for number, _ in sorted(found)]
         raise LogError(
             path,
-            f"has no frame that {dbc.name} describes; found the identifiers {listed(identifiers)}",
+            f"has no frame that {dbc.name} describes; found "
+            + (f"the identifiers {listed(identifiers)}" if identifiers else "no data frame"),
         )
     return tables
 

@@ -25,6 +25,7 @@ from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, si_unit, unit_
 from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.channels.column_names import (
     QUANTITIES,
+    UNITS,
     clarity,
     is_command,
     is_connector,
@@ -69,7 +70,8 @@ CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rota
     EFFORT: ("N m, mN m", "N"),
     TEMPERATURE: ("degC, K", "degC, K"),
 }
-_ANGLE = re.compile(r"rad|deg|°|rev|rpm|turn|cycle", re.IGNORECASE)
+MOTION = ("position", "velocity")
+_ANGLE = re.compile(r"rad|deg|°|arc|rev|rpm|rps|turn|cycle", re.IGNORECASE)
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
 LOAD_SIDE = (
@@ -132,9 +134,15 @@ def is_count(unit: str) -> bool:
 
 
 def fits(unit: str, dimension: str, axis: Axis) -> bool:
-    """Return whether `unit` is a unit of `dimension` for an axis of this kind."""
+    """Return whether `unit` is a unit of `dimension` for an axis of this kind.
+
+    Position and velocity of a rotary axis need an angle in the unit, because a percentage is no
+    angle, and a frequency can be one of turns or of radians.
+    """
     if is_count(unit):
         return dimension == "position"
+    if axis == "rotary" and dimension in MOTION and not _ANGLE.search(unit):
+        return False
     try:
         unit_scale(unit, dimension, axis)
     except ValueError:
@@ -143,12 +151,8 @@ def fits(unit: str, dimension: str, axis: Axis) -> bool:
 
 
 def names_motion(unit: str, axis: Axis) -> bool:
-    """Return whether `unit` is a unit of position or velocity for an axis of this kind.
-
-    A rotary axis needs an angle in the unit, so that percentages and frequencies do not count.
-    """
-    named = axis == "linear" or _ANGLE.search(unit) is not None
-    return named and any(fits(unit, kind, axis) for kind in ("position", "velocity"))
+    """Return whether `unit` is a unit of position or velocity for an axis of this kind."""
+    return any(fits(unit, kind, axis) for kind in MOTION)
 
 
 def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
@@ -236,20 +240,14 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
         or (clarity(one.name) < len(QUANTITIES) and not named)
     ):
         return matching, clarity(one.name) if len(matching) == 1 else len(QUANTITIES)
-    by_unit = [
-        name
-        for name in compatible
-        if name not in ("reference", "current_command")
-        and (name not in ("position", "velocity") or names_motion(one.unit, axis))
-    ]
+    by_unit = [name for name in compatible if name not in ("reference", "current_command")]
     return by_unit if len(by_unit) == 1 else [], len(QUANTITIES)
 
 
 def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
     """Return whether a command without a quantity in its name can be one of the position."""
-    if one.unit is not None:
-        return is_count(one.unit) or names_motion(one.unit, axis)
-    return all(is_command(word) or word in NEUTRAL for word in words(one.name))
+    neutral = all(is_command(w) or w in NEUTRAL or w in UNITS for w in words(one.name))
+    return neutral and (one.unit is None or names_motion(one.unit, axis))
 
 
 def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> ColumnChoice:
@@ -289,6 +287,13 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
                 "column",
                 _quoted(names),
                 "is this the signal? its name is only a connector of the instrument",
+            )
+        )
+    elif channel == "reference" and first.unit is None and not quantities(first.name):
+        column = OPEN
+        questions.append(
+            ColumnQuestion(
+                channel, "column", _quoted(names), "is it the reference of the position?"
             )
         )
     elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):

@@ -40,9 +40,11 @@ RATES: Mapping[tuple[str, str], str] = {
     ("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("mm", "s"): "mm/s", ("m", "s"): "m/s",
     ("rev", "s"): "turn/s", ("turns", "s"): "turn/s",
 }  # fmt: skip
+# units that may be the label of a phase or channel, and their quantities
+LABELS: Mapping[str, str] = {"a": "current", "v": "voltage"}
 # channels of an instrument, which do not say what is connected
 _CONNECTOR = re.compile(
-    r"((ch|chn|channel|ai|analog|analogue|input|trace|untitled|dev\d+/ai)[ _]*\d{0,2}[a-d]?"
+    r"((ch|chn|channel|kanal|ai|analog|analogue|input|trace|untitled|dev\d+/ai)[ _]*\d{0,2}[a-d]?"
     r"|voltage[ _]*\d{1,2})( \(column \d+\))?",
     re.IGNORECASE,
 )
@@ -119,10 +121,18 @@ def unit_in(name: str) -> str | None:
     ('deg/s', 'ms')
     >>> unit_in("torque_Nm"), unit_in("pos_estimate")
     ('N m', None)
+
+    A single A or V is a unit only after the name of a current or voltage, and otherwise a label.
+
+    >>> unit_in("motor_current_A"), unit_in("Phase A")
+    ('A', None)
     """
     parts = [part.lower() for part in re.split(r"[^A-Za-z]+", name) if part]
     if len(parts) > 2 and (parts[-2], parts[-1]) in RATES:
         return RATES[parts[-2], parts[-1]]
+    label = LABELS.get(parts[-1]) if parts else None
+    if label is not None and label not in quantities(" ".join(words(name)[:-1])):
+        return None
     return (
         UNITS.get(parts[-1])
         if len(parts) > 1 or parts[-1:] in (["rpm"], ["amps"], ["volts"], ["counts"], ["ticks"])

@@ -8,6 +8,7 @@ the requested numbers gives no row; a single missing number is an empty cell.
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
@@ -35,7 +36,7 @@ from frictool.logs.raw_table import (
 from frictool.logs.recordings.json_messages import LONGEST, JsonDecoder, decoded
 from frictool.logs.text.cells import is_stamp
 
-_START = re.compile(rb"\s*(\{\s*\"|\{\s*\}|\[\s*\{)")
+_START = re.compile(rb"(?:\xef\xbb\xbf)?\s*(\{\s*\"|\{\s*\}|\[\s*\{)")
 NAMED_LINES = 200  # lines whose numbers are the columns
 ONE_DOCUMENT = (
     "is one JSON document; write one object per line, for example by jq -c '.[]' or jq -c "
@@ -78,7 +79,10 @@ class JsonLinesTable:
         self.clock = next(iter(stamps), None)
         self.units: Mapping[str, str | None] = dict.fromkeys(self.names)
         if not self.names:
-            raise LogError(path, f"has no number in its first {NAMED_LINES} lines")
+            raise LogError(
+                path,
+                f"has no number in its first {NAMED_LINES} lines; write numbers without quotes",
+            )
 
     def find(self, wanted: str | int) -> str | None:
         """Return the name of the column with this name or number (from 1), or None."""
@@ -152,10 +156,15 @@ class JsonLinesTable:
 
 
 def _lines(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Yield number and text of each line that is not blank, cut off after the longest message."""
+    """Yield number and text of each line that is not blank, cut off after the longest message.
+
+    A byte-order mark is left out.
+    """
     number = 0
     while line := stream.readline(LONGEST + 2):
         number += 1
+        if number == 1:
+            line = line.removeprefix(codecs.BOM_UTF8)
         if line.strip():
             yield number, line
 
