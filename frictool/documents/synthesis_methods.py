@@ -58,31 +58,34 @@ INEQUALITIES = (*SEARCH, "poles", "recentring")
 
 METHODS: dict[str, SynthesisMethod] = {
     "lpv": SynthesisMethod(
-        "matrix inequalities with one Lyapunov function for all vertices; the controller of one "
-        "plant runs",
-        "to judge weights: it takes seconds, and gamma shows how demanding they are",
+        "matrix inequalities with one Lyapunov function for all vertices; the document contains"
+        " the controller of one plant",
+        "to judge weights: a design takes seconds, and its gamma (bound of the H-infinity norm)"
+        " shows how demanding the weights are",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "ease"),
     ),
     "lft": SynthesisMethod(
-        "matrix inequalities for one plant with an uncertainty channel",
+        "matrix inequalities for one plant; a second input and output (uncertainty channel) "
+        "represent the parameter errors",
         "to reproduce published results; its bound does not hold at every corner of the box",
         (*INEQUALITIES, "channel_effort", "ease"),
     ),
     "lft_lpv": SynthesisMethod(
-        "as `lft`, but friction (or other parameters) scheduled instead of in the channel",
+        "as `lft`, but the controller is scheduled by the friction or other parameters, which "
+        "the channel then omits",
         "if the friction varies most",
         (*INEQUALITIES, "schedule", "scheduled", "channel_effort", "ease"),
     ),
     "lpv_grid": SynthesisMethod(
-        "as `lpv`, but the Lyapunov function depends on the parameters, which are constant or "
-        "slow; a grid, with checks between its points",
+        "as `lpv`, but for constant or slow parameters: the Lyapunov function depends on the "
+        "parameters. The inequalities hold on a grid and are checked between its points",
         "if `lpv` is too conservative: `lpv` allows parameters that jump",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "grid"),
     ),
     "minimax": SynthesisMethod(
-        "one constant controller of a specified order, with the smallest maximum of the norm over "
-        "the vertices",
-        "for the controller that runs: the best of its order; it takes a minute",
+        "one constant controller of a specified order; its largest norm at any vertex is as "
+        "small as possible",
+        "for the controller of the target: the best of its order. A design takes a minute",
         (*SEARCH, "pole_bound_rad_s"),
     ),
     "rst": SynthesisMethod(
@@ -92,8 +95,8 @@ METHODS: dict[str, SynthesisMethod] = {
         structures=("position",),
     ),
     "pid": SynthesisMethod(
-        "none: the design provides the gains, from error to effort, and `synth` verifies them; "
-        "`weights: {}`",
+        "none: the design contains the gains, from error to effort, and `weights: {}`; `synth` "
+        "verifies the gains",
         "for an existing loop",
         ("pid",),
         check=check_gains,
@@ -102,8 +105,9 @@ METHODS: dict[str, SynthesisMethod] = {
         less_noise="lower the gain, or filter_ratio",
     ),
     "auto": SynthesisMethod(
-        "the simplest controller that meets the specification in simulation; `weights: {}`",
-        "by default; it searches all blocks that the design does not contain",
+        "search of the simplest controller that meets the specification in simulation; "
+        "`weights: {}`",
+        "by default; the search adds the blocks that the design does not contain",
         (),
         structures=("speed_cascade",),
         check=check_search,

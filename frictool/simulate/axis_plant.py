@@ -67,10 +67,11 @@ class AxisPlant:
                     f"{key}.on",
                     f"names a block of a mechanism; {names.model} is one axis: leave the key out",
                 )
-        try:
-            dynamic_law_of(self.model, axis_of(self.model))
-        except ValueError as error:
-            refuse(names.model, "presliding", f"cannot be simulated: {error}")
+        if self.model.presliding is not None:
+            try:
+                dynamic_law_of(self.model, axis_of(self.model))
+            except ValueError as error:
+                refuse(names.model, "presliding", f"cannot be simulated: {error}")
         check_given(scenario, self.ranges(), names)
 
     def count(self, controller: Controller, scenario: Scenario) -> int:

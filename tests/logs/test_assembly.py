@@ -158,7 +158,7 @@ def test_a_second_recording_is_put_where_its_clock_says(tmp_path: Path):
 def test_a_column_in_two_tables_has_to_be_named():
     rig = bench({"position": Column("x", "rad")})
     with pytest.raises(
-        LogError, match=r"has 2 columns 'x', in /a, /b; columns.position needs the name"
+        LogError, match=r"has 2 columns 'x', in /a, /b; write in columns.position a name"
     ):
         mapped([dated(0, 5, "/a", ["x"]), dated(0, 5, "/b", ["x"])], rig)
     with pytest.raises(LogError, match="found 1, but the file has 2 tables"):

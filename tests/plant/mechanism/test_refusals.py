@@ -309,8 +309,8 @@ def test_what_a_controller_has_must_be_clear(tmp_path: Path) -> None:
         controlled_indices(document, mechanism)
     message = str(mechanism_error(path, caught.value))
     assert (
-        "mechanism.yaml:15: sensors: found encoder, scale; write the sensor of the controller "
-        "under control" in message
+        "mechanism.yaml:15: sensors: found encoder, scale; write the controller's sensor under "
+        "`control`" in message
     )
     path.write_text(second + "control: {source: drive, sensor: scale}\n")
     document, mechanism = load_mechanism(path)
