@@ -37,6 +37,9 @@ JOINTS = {"rotary": "hinge", "linear": "slide"}
 LONGEST_STEP = 1e-3  # s
 BRISTLE_STEP = 0.1  # longest time step relative to sqrt(J / sigma_0)
 BODY_SHARE = 1e-6  # inertia of the body relative to the armature; a body without one is an error
+# centre of mass of the body. MuJoCo computes the stiffness of the friction on a slide joint without
+# the armature if the centre is the origin of the body's frame.
+CENTRES = {"rotary": "0 0 0", "linear": "0.001 0 0"}
 STIFFEST = 0.9999  # largest impedance of a constraint (mjMAXIMP)
 INSULATED = 'motorconst="1e-9" resistance="1e9"'  # winding without current; both must be positive
 STRIBECK_EXPONENT = 2.0
@@ -200,7 +203,8 @@ def mjcf_text(model: Model, attributes: list[MjcfAttribute], origin: ExportOrigi
         f'  <option timestep="{step!r}" gravity="0 0 0" integrator="implicitfast"/>',
         "  <worldbody>",
         '    <body name="axis">',
-        f'      <inertial pos="0 0 0" mass="{tiny}" diaginertia="{tiny} {tiny} {tiny}"/>',
+        f'      <inertial pos="{CENTRES[model.axis]}" mass="{tiny}" '
+        f'diaginertia="{tiny} {tiny} {tiny}"/>',
         f"      {_element('joint', joint)}",
         "    </body>",
         "  </worldbody>",

@@ -265,6 +265,23 @@ def test_check_reports_creep_below_breakaway(
     assert data.qvel[0] > 100.0 * check["hold_speed"]
 
 
+def test_a_linear_axis_creeps_as_little_as_mujoco_allows(mujoco: Any) -> None:
+    """At half of the Coulomb friction, the reference acceleration -b v equals R times the force."""
+    model = load(ROOT / "configs/mass/model.yaml", Model)
+    text, _ = mjcf_files(model, ORIGIN, ())[0].values()
+    read = mujoco.MjModel.from_xml_string(text)
+    inertia, force = model.parameters.inertia.value, 0.5 * model.parameters.coulomb.value
+    assert read.dof_invweight0[0] == pytest.approx(1.0 / inertia, rel=1e-5)
+    data = mujoco.MjData(read)
+    for _ in range(2000):
+        data.qfrc_applied[0] = force
+        mujoco.mj_step(read, data)
+    impedance = 0.9999
+    regularisation = (1.0 - impedance) / impedance / inertia
+    damping = 2.0 / (impedance * 2.0 * read.opt.timestep)
+    assert data.qvel[0] == pytest.approx(regularisation * force / damping, rel=1e-3)
+
+
 def test_check_without_mujoco_says_what_to_install(
     plain: Model, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
