@@ -13,8 +13,10 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from frictool.documents.model import Model
+from frictool.documents.presliding import Presliding
+from frictool.documents.quantity import Estimate
 from frictool.documents.registry import load
-from frictool.errors import InputFileError
+from frictool.errors import InputFileError, NoSolutionError
 from frictool.export.urdf import urdf_files
 from studies.command_line import run
 from tests.support.command_line import refused
@@ -213,6 +215,23 @@ def test_the_command_refuses(
     assert message in result.stderr
     assert Path("arm.urdf").read_text() == ARM
     assert not Path("out").exists()
+
+
+def test_hysteresis_is_refused_unless_it_is_left_out(model: Model, tmp_path: Path) -> None:
+    presliding = Presliding(
+        "lugre",
+        Estimate(1e-3, unit="rad", source="identified"),
+        Estimate(300.0, unit="N m/rad", source="identified"),
+        Estimate(0.1, unit="N m", source="identified"),
+    )
+    hysteretic = replace(model, presliding=presliding)
+    path = tmp_path / "arm.urdf"
+    with pytest.raises(NoSolutionError, match=r"cannot represent presliding .*--without"):
+        patched(hysteretic, path, ARM, "elbow")
+    plain = urdf_files(model, path, "elbow", ())[0]
+    files, notes = urdf_files(hysteretic, path, "elbow", {"presliding"})
+    assert files == plain
+    assert "left out: presliding (hysteresis before breakaway)" in notes
 
 
 def test_mujoco_reads_the_values(model: Model, tmp_path: Path) -> None:
