@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 
 from frictool.documents.bench import Bench
@@ -10,46 +13,60 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.friction.position_polynomial import normalise
 
+UNCHANGED: Mapping[str, float] = MappingProxyType({})
 GRID_POINTS = 1001  # number of positions at which a polynomial is evaluated over the travel
 
 
-def intervals(model: Model) -> dict[str, tuple[float, float]]:
+def intervals(
+    model: Model, factors: Mapping[str, float] = UNCHANGED
+) -> dict[str, tuple[float, float]]:
     """Return the parameter intervals for which `synth` designs a controller.
 
-    The intervals are `ranges`, extended by the local Coulomb friction over the travel.
+    The intervals are `ranges`, extended by the local Coulomb friction over the travel. `factors`:
+    as in `ranges`.
     """
-    ranges_of_model = ranges(model)
+    ranges_of_model = ranges(model, factors)
     if model.laws is not None and model.laws.position is not None:
         local = _over_position(model.laws.position, model.parameters.coulomb, model.laws.backward)
+        factor = factors.get("coulomb", 1.0)
         ranges_of_model["coulomb"] = (
-            min(ranges_of_model["coulomb"][0], local[0]),
-            max(ranges_of_model["coulomb"][1], local[1]),
+            min(ranges_of_model["coulomb"][0], factor * local[0]),
+            max(ranges_of_model["coulomb"][1], factor * local[1]),
         )
     return ranges_of_model
 
 
-def ranges(model: Model) -> dict[str, tuple[float, float]]:
+def ranges(
+    model: Model, factors: Mapping[str, float] = UNCHANGED
+) -> dict[str, tuple[float, float]]:
     """Return the hull of the model's intervals and of the bench's range over the product's life.
 
     The hull includes every direction and regime. `simulate` and `campaign` draw from this hull.
     Friction that varies with position enters with its mean, a bench value without a range as a
-    point. The log shows the bench today; the bench's range also covers later values.
+    point. The log shows the bench today; the bench's range also covers later values. `factors`:
+    positive factors on the model's parameters by name, at another temperature for example; the
+    bench's range is not multiplied.
     """
     known = model.bench.mechanics
     today = model.parameters
-    pairs: dict[str, tuple[Quantity, ...]] = {
-        "inertia": (today.inertia, known.inertia),
-        "viscous": (today.viscous, known.viscous),
-        "coulomb": (today.coulomb, known.coulomb),
-        "constant": (model.bench.actuator.constant,),
+    identified: dict[str, tuple[Quantity, ...]] = {
+        "inertia": (today.inertia,),
+        "viscous": (today.viscous,),
+        "coulomb": (today.coulomb,),
     }
     if model.laws is not None:
         backward, regimes = model.laws.backward, model.laws.regimes
         slopes = [slope for regime in regimes for slope in (regime.viscous, regime.backward)]
         slopes += [backward.viscous] if backward else []
-        pairs["viscous"] += tuple(slope for slope in slopes if slope is not None)
-        pairs["coulomb"] += (backward.coulomb,) if backward and backward.coulomb else ()
-    return {name: hull(*quantities) for name, quantities in pairs.items()}
+        identified["viscous"] += tuple(slope for slope in slopes if slope is not None)
+        identified["coulomb"] += (backward.coulomb,) if backward and backward.coulomb else ()
+    box = {}
+    for name, quantities in identified.items():
+        factor = factors.get(name, 1.0)
+        ends = [factor * end for end in hull(*quantities)]
+        lifelong = getattr(known, name).interval
+        box[name] = min(ends[0], lifelong[0]), max(ends[1], lifelong[1])
+    return box | {"constant": hull(model.bench.actuator.constant)}
 
 
 def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Factors of viscous and dry friction at measured temperatures (`laws.temperature`)."""
+"""Factors of viscous and dry friction at a temperature (`laws.temperature`)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 from frictool.documents.laws import FrictionOverTemperature, TemperatureChange
 from frictool.typing import Vector
 
+KEY = "temperature"  # key of `temperature_text` in the record `log` of a simulated log
 STEEPEST = 50.0  # largest exponent; a log with wrong temperatures must not overflow
 
 
@@ -14,6 +15,37 @@ def temperature_factors(law: FrictionOverTemperature, temperature: Vector) -> tu
     """Return the factors of viscous and of dry friction at temperatures (n,) [degC], (n,) each."""
     excess = temperature - law.reference.value
     return _factor(law.viscous, excess), _factor(law.coulomb, excess)
+
+
+def factors_at(law: FrictionOverTemperature, temperature: float) -> dict[str, float]:
+    """Return the factors of the parameters `viscous` and `coulomb` at a temperature [degC].
+
+    The factor of `coulomb` is that of all dry friction: Coulomb friction, breakaway, and the
+    friction inside the backlash.
+    """
+    viscous, dry = temperature_factors(law, np.array([temperature]))
+    return {"viscous": float(viscous[0]), "coulomb": float(dry[0])}
+
+
+def is_extrapolated(law: FrictionOverTemperature, temperature: float) -> bool:
+    """Return True if a temperature [degC] is outside the temperatures of the model's logs."""
+    return not law.over.low <= temperature <= law.over.high
+
+
+def temperature_text(law: FrictionOverTemperature, temperature: float) -> str:
+    """Return a temperature [degC] with the factors of friction, for the log of a simulation."""
+    over = f" (extrapolated beyond {law.over.low:.4g} to {law.over.high:.4g} degC)"
+    factors = factors_at(law, temperature)
+    return (
+        f"{temperature:.4g} degC{over if is_extrapolated(law, temperature) else ''}: viscous "
+        f"friction {factors['viscous']:.4g} and dry friction {factors['coulomb']:.4g} times that "
+        f"at {law.reference.value:.4g} degC"
+    )
+
+
+def temperature_words(owner: str, text: str) -> str:
+    """Return a remark on the temperature at which `owner` was simulated (`temperature_text`)."""
+    return f"{owner} is simulated at {text}"
 
 
 def _factor(change: TemperatureChange | None, excess: Vector) -> Vector:

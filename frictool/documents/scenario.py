@@ -15,7 +15,7 @@ from frictool.documents.conditions import (
     SensorFault,
     Signal,
 )
-from frictool.documents.quantity import AnyQuantity, Axis, Position, PositiveLength
+from frictool.documents.quantity import AnyQuantity, Axis, Position, PositiveLength, Temperature
 from frictool.documents.spread import Spread
 from frictool.runtime.object_view import ObjectView
 
@@ -131,6 +131,8 @@ class Scenario(
     - `seed`: Seed of the noise and the plants.
     - `disturbances`: External efforts.
     - `drifts`: Time-varying factors on the plant's parameters.
+    - `temperature`: Temperature at which the plant has its friction, by `laws.temperature` of the
+      model. By default the reference temperature of the model.
     - `sensor_faults`: Faults of encoder and drive sensor.
     - `commands`: Commands of a supervisor to the controller of an axis; the exported code has the
       same commands.
@@ -154,6 +156,7 @@ class Scenario(
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
     disturbances: tuple[Disturbance, ...] = ()
     drifts: Drifts | None = None
+    temperature: Temperature | None = None
     sensor_faults: tuple[SensorFault, ...] = ()
     commands: tuple[ControllerCommand, ...] = ()
     sources: dict[str, tuple[Signal, ...]] = {}
@@ -193,6 +196,8 @@ class Scenario(
             raise ValueError(
                 "spread.within_count needs `start`, the position at rest at the beginning"
             )
+        if self.temperature is not None and self.spread is not None and self.spread.temperature:
+            raise ValueError("found `temperature` and `spread.temperature`; allowed: one of them")
         if self.spread is not None and self.is_open:
             raise ValueError(
                 "`spread` belongs to a campaign, which needs a controller; remove `spread`, or "

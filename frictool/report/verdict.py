@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
+from frictool.adapters.temperature_factors import KEY as TEMPERATURE
+from frictool.adapters.temperature_factors import temperature_words
 from frictool.documents.bench import Bench
 from frictool.documents.bench_values import KEY, bench_values_words
 from frictool.documents.controller import Controller
@@ -179,12 +181,16 @@ def _changed(controller: Controller | None) -> list[str]:
 
 
 def _simulated_models(logs: Sequence[Log]) -> list[str]:
-    """Return a remark on each simulated model without identified parameters or with presliding."""
+    """Return remarks on simulated models: bench values only, a temperature, or presliding."""
     records = [log.metadata.get("log", {}) for log in logs]
     notes = [
         words(f"the model {one.get('model', '')}", one[key])
         for one in records
-        for key, words in ((KEY, bench_values_words), (PRESLIDING, presliding_words))
+        for key, words in (
+            (KEY, bench_values_words),
+            (TEMPERATURE, temperature_words),
+            (PRESLIDING, presliding_words),
+        )
         if key in one
     ]
     return list(dict.fromkeys(notes))

@@ -18,7 +18,9 @@ load_position                 true position behind the backlash
 current_true | voltage_true   true drive; a drive without lag jumps at the sample, and the channel
                               contains the value after the jump
 disturbance                   mean external effort over the sample, if there is any
-..._factor                    drift factor on friction, viscous friction or constant
+..._factor                    factor on friction, viscous friction or constant if it drifts; the
+                              factors of friction include that of the temperature
+temperature                   temperature of the scenario, if it has one
 ============================  ====================================================================
 """
 
@@ -106,7 +108,7 @@ class AxisChannels:
 
         The noise of the drive is drawn from (seed, index). `values`: internal signals of the
         controller. `judged`: True to leave out signals that no metric reads: effort, true drive,
-        true position of the motor, disturbance and drifts.
+        true position of the motor, disturbance, drifts and temperature.
         """
         drive = self.rig.drive
         noise = np.random.Generator(np.random.PCG64([self.seed, index])).normal(
@@ -203,7 +205,7 @@ def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
 
 
 def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:
-    """Return name -> (values (n,), dimension) of disturbance and drifts, for all streams."""
+    """Return name -> (values (n,), dimension) of disturbance, drifts and temperature."""
     channels: dict[str, tuple[Vector, str]] = {}
     if on_axis(scenario):
         channels["disturbance"] = (np.ascontiguousarray(conditions[:, DISTURBANCE]), "effort")
@@ -214,4 +216,7 @@ def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector
     ):
         if scenario.drifts is not None and getattr(scenario.drifts, name):
             channels[f"{name}_factor"] = (np.ascontiguousarray(conditions[:, column]), NO_UNIT)
+    if scenario.temperature is not None:
+        constant = np.full(conditions.shape[0], scenario.temperature.value)
+        channels["temperature"] = (constant, CHANNEL_DIMENSIONS["temperature"])
     return channels

@@ -26,6 +26,7 @@ from frictool.simulate.axis_variants import (
 from frictool.simulate.document_agreement import DocumentNames, disturbances_of, refuse
 from frictool.simulate.rig import rig_of
 from frictool.simulate.scenario_plant_values import check_given
+from frictool.simulate.scenario_temperature import friction_factors
 from frictool.simulate.simulated_plant import SimulatedLoop, VariantRun, VariedParameter
 from frictool.typing import Vector
 from frictool.verify.logged_plant import LoggedPlant
@@ -120,12 +121,8 @@ class AxisPlant:
             **levels, slopes=tuple(dict.fromkeys(slopes)), constants=tuple(dict.fromkeys(constants))
         )
 
-    def intervals(self) -> Mapping[str, tuple[float, float]]:
-        return self._intervals
-
-    @cached_property
-    def _intervals(self) -> dict[str, tuple[float, float]]:
-        return intervals(self.model)
+    def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
+        return intervals(self.model, friction_factors(scenario, self.rig.temperature))
 
     def described(self, variant: AxisVariant) -> str:
         units = {name: one.unit for name, one in self.ranges().items()}

@@ -19,6 +19,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from frictool.adapters.controller_composition import controller_program, uses_speed
+from frictool.adapters.temperature_factors import KEY as TEMPERATURE
+from frictool.adapters.temperature_factors import temperature_words
 from frictool.control.compiled_program import CompiledProgram
 from frictool.control.fixed_point import FixedPointOverflow
 from frictool.control.machine_code import MachineCode, machine_code
@@ -43,6 +45,11 @@ from frictool.simulate.logged_reference import gaps_of, reference_from_log
 from frictool.simulate.reference import parts_of
 from frictool.simulate.scenario_conditions import command_samples, conditions_of, loop_conditions
 from frictool.simulate.scenario_limits import check_instants, check_length, check_path, check_steps
+from frictool.simulate.scenario_temperature import (
+    friction_factors,
+    leaves_law,
+    simulated_temperature,
+)
 from frictool.simulate.simulated_plant import SimulatedLoop, SimulatedPlant, V
 from frictool.typing import Vector
 from frictool.verify.certified_intervals import differences, outside_message
@@ -187,21 +194,23 @@ class StepTest(Generic[V]):
             about["speed_from"] = f"{controller.velocity.observer.kind} observer"
         if rig.bench_values_only:
             about[bench_values.KEY] = rig.bench_values_only
+        if played := simulated_temperature(scenario, rig.temperature):
+            about[TEMPERATURE] = played
+        if leaves_law(scenario, rig.temperature):
+            warnings.append(temperature_words(self.names.model, played))
         if rig.presliding:
             about[PRESLIDING] = rig.presliding
             warnings.append(presliding_words(self.names.model, rig.presliding))
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
         kept = {"bench": self.plant.rig.examples, "scenario": scenario.examples}
         examples = {name: ", ".join(keys) for name, keys in kept.items() if keys}
-        records = {"plants": plants, "examples": examples} | self._linear(
-            variants, prepared.conditions
-        )
+        records = {"plants": plants, "examples": examples} | self._linear(variants, prepared)
         metadata = {
             "log": about,
             **{name: record for name, record in records.items() if record},
             **metadata,
         }
-        warnings += self._outside
+        warnings += self._outside(scenario)
         log = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
         return log if provenance is None else with_provenance(log, provenance)
 
@@ -218,9 +227,10 @@ class StepTest(Generic[V]):
             stream = prepared.sensors.stream(variant.topic, index, run.record, values, judged=True)
             yield SimulatedRun(stream, self.plant.linear(variant, prepared.conditions))
 
-    def rig_records(self) -> dict[str, dict[str, str]]:
+    def rig_records(self, scenario: Scenario) -> dict[str, dict[str, str]]:
         """Return the metadata of the rig and of the known intervals of the plant's parameters."""
-        return {INTERVALS: self._intervals, FACTS: facts_to_text(self.plant.rig.facts)}
+        known = intervals_to_text(self.plant.intervals(scenario))
+        return {INTERVALS: known, FACTS: facts_to_text(self.plant.rig.facts)}
 
     def _prepared(
         self, scenario: Scenario, recorded: Log | None, progress: Progress
@@ -228,7 +238,8 @@ class StepTest(Generic[V]):
         controller, rig = self.controller, self.plant.rig
         reference, start = self.reference(scenario, recorded)
         variants = self.plant.variants(controller, scenario, self.names.model)
-        conditions = conditions_of(scenario, reference.size, rig.sample_period_s)
+        factors = friction_factors(scenario, rig.temperature)
+        conditions = conditions_of(scenario, reference.size, rig.sample_period_s, factors)
         sensors = AxisChannels(
             rig,
             scenario,
@@ -268,23 +279,21 @@ class StepTest(Generic[V]):
         check_instants(scenario, reference.size * period, period, self.names.scenario)
         return reference, start
 
-    def _linear(self, variants: Sequence[V], conditions: Vector) -> dict[str, dict[str, str]]:
+    def _linear(
+        self, variants: Sequence[V], prepared: PreparedScenario[V]
+    ) -> dict[str, dict[str, str]]:
         """Return the metadata from which `frictool report` computes the stability margins."""
         linear = {
             variant.topic: system.to_text()
             for variant in variants
-            if (system := self.plant.linear(variant, conditions)) is not None
+            if (system := self.plant.linear(variant, prepared.conditions)) is not None
         }
-        return {PLAYED: linear, **self.rig_records()}
+        return {PLAYED: linear, **self.rig_records(prepared.loop.scenario)}
 
-    @cached_property
-    def _intervals(self) -> dict[str, str]:
-        return intervals_to_text(self.plant.intervals())
-
-    @cached_property
-    def _outside(self) -> list[str]:
+    def _outside(self, scenario: Scenario) -> list[str]:
         """Warning if the controller was verified for another plant or rig, else an empty list."""
-        deviations = differences(self.controller, self.plant.rig.facts, self.plant.intervals())
+        known = self.plant.intervals(scenario)
+        deviations = differences(self.controller, self.plant.rig.facts, known)
         return (
             [f"{self.names.model} {outside_message(self.names.controller, deviations)}"]
             if deviations

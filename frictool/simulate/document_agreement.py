@@ -8,6 +8,7 @@ from typing import NamedTuple, NoReturn
 from frictool.documents.conditions import Disturbance
 from frictool.documents.controller import Controller
 from frictool.documents.key_lines import document_error
+from frictool.documents.laws import FrictionOverTemperature
 from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import SpreadDisturbance
@@ -56,6 +57,7 @@ def check_agreement(
         refuse(names.scenario, "axis", f"found {scenario.axis}, but {names.model} has {rig.axis}")
     check_drive(scenario, rig, names)
     check_efforts(scenario, rig, names)
+    check_temperature(scenario, rig.temperature, names)
 
 
 def check_drive(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
@@ -84,6 +86,19 @@ def check_efforts(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
                 f"{wanted} and its multiples"
             )
             refuse(names.scenario, f"disturbances[{index}].effort.unit", message)
+
+
+def check_temperature(
+    scenario: Scenario, law: FrictionOverTemperature | None, names: DocumentNames
+) -> None:
+    """Raise DocumentError if the scenario has a temperature, but the plant's friction has none."""
+    if scenario.temperature is not None and law is None:
+        refuse(
+            names.scenario,
+            "temperature",
+            f"found {scenario.temperature.value:g} degC, but {names.model} has no "
+            "laws.temperature; identify a model from logs with a temperature, or write drifts",
+        )
 
 
 def disturbances_of(scenario: Scenario) -> Iterator[tuple[str, Disturbance | SpreadDisturbance]]:

@@ -146,7 +146,7 @@ class MechanismPlant:
     def linear(self, variant: MechanismVariant, conditions: Vector) -> None:
         """Return None, because margins are defined for a single axis only."""
 
-    def intervals(self) -> Mapping[str, tuple[float, float]]:
+    def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
         """Return the interval of the drive's constant.
 
         The other parameters of a synthesis exist for a single axis only.

@@ -22,7 +22,13 @@ from frictool.logs.provenance import with_provenance
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.simulate.axis_channels import AxisChannels
-from frictool.simulate.document_agreement import DocumentNames, check_drive, check_efforts, refuse
+from frictool.simulate.document_agreement import (
+    DocumentNames,
+    check_drive,
+    check_efforts,
+    check_temperature,
+    refuse,
+)
 from frictool.simulate.mechanism_channels import MechanismChannels
 from frictool.simulate.mechanism_inputs import mean_efforts
 from frictool.simulate.mechanism_plant import (
@@ -169,6 +175,7 @@ def _check(
     )
     check_mechanism_scenario(document, assembled, replace(scenario, spread=None), names, None)
     check_instants(scenario, scenario.seconds, period, names.scenario)
+    check_temperature(scenario, None, names)
     if seen is None:
         _check_undetermined(scenario, names)
         return

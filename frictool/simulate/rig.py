@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from frictool.documents.bench import Bench
+from frictool.documents.laws import FrictionOverTemperature
 from frictool.documents.model import Model
 from frictool.documents.quantity import Axis, Span
 from frictool.verify.rig_facts import facts_of
@@ -20,7 +21,8 @@ class Rig:
     the drive. `effort_axis`: kind of axis on which the drive acts. `facts`: facts of
     verify/rig_facts.py. `examples`: keys of example values in the bench. `bench_values_only`:
     reason why no parameter of the model was identified, or empty. `presliding`: name of the model's
-    presliding law, or empty.
+    presliding law, or empty. `temperature`: change of friction with the temperature; None if the
+    model states none.
     """
 
     owner: str
@@ -33,6 +35,7 @@ class Rig:
     examples: tuple[str, ...] = ()
     bench_values_only: str = ""
     presliding: str = ""
+    temperature: FrictionOverTemperature | None = None
 
     @property
     def sample_period_s(self) -> float:
@@ -57,6 +60,7 @@ class Rig:
 
 def rig_of(bench: Bench, model: Model | None = None) -> Rig:
     """Return the rig of a bench; with `model`, it includes the spring on the axis."""
+    laws = None if model is None else model.laws
     return Rig(
         owner="the bench of {}",
         axis=bench.axis,
@@ -68,4 +72,5 @@ def rig_of(bench: Bench, model: Model | None = None) -> Rig:
         examples=bench.examples,
         bench_values_only=(None if model is None else model.bench_values_only) or "",
         presliding="" if model is None or model.presliding is None else model.presliding.law,
+        temperature=None if laws is None else laws.temperature,
     )

@@ -4,6 +4,7 @@ The columns are those of engine/disturbances_and_faults.py.
 
 Sample k begins at k T and lasts for T.
 
+temperature   factors of the friction over the whole run, times those of a drift
 disturbance   mean effort over the sample, so that the impulse of a pulse is exact
 drift         factor in the middle of the sample
 sensor        a fault lasts from the first sample at or after `at_s` to the last before `until_s`
@@ -12,10 +13,11 @@ sensor        a fault lasts from the first sample at or after `at_s` to the last
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from frictool.adapters.parameter_intervals import UNCHANGED
 from frictool.control.supervision import CommandName
 from frictool.documents.conditions import ControllerCommand, Disturbance, Drifts, SensorFault
 from frictool.documents.scenario import Scenario
@@ -39,15 +41,23 @@ from frictool.typing import Vector
 SAME_INSTANT = 9  # decimals of a sample to which instants are rounded
 
 
-def conditions_of(scenario: Scenario, samples: int, period: float) -> Vector:
-    """Return the conditions (samples, 8) of a scenario, (0, 8) if it has none."""
-    if not scenario.disturbances and scenario.drifts is None and not scenario.sensor_faults:
+def conditions_of(
+    scenario: Scenario, samples: int, period: float, factors: Mapping[str, float] = UNCHANGED
+) -> Vector:
+    """Return the conditions (samples, 8) of a scenario, (0, 8) if it has none.
+
+    factors: factors of `viscous` and `coulomb` friction at the temperature of the scenario.
+    """
+    happening = scenario.disturbances or scenario.drifts is not None or scenario.sensor_faults
+    if not happening and not factors:
         return NO_CONDITIONS
     rows = neutral(samples)
     for disturbance in on_axis(scenario):
         _effort(disturbance, rows, period)
     if scenario.drifts is not None:
         _drift(rows, scenario.drifts, period)
+    rows[:, FRICTION] *= factors.get("coulomb", 1.0)
+    rows[:, VISCOUS_FACTOR] *= factors.get("viscous", 1.0)
     _fail(rows, scenario.sensor_faults, period)
     return rows
 

@@ -139,10 +139,11 @@ class SimulatedPlant(Protocol[V]):
     def linear(self, variant: V, conditions: Vector) -> LoggedPlant | None:
         """Return the linear plant of a variant under conditions (n, 8); None if it has none."""
 
-    def intervals(self) -> Mapping[str, tuple[float, float]]:
+    def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
         """Return the known intervals [SI] of the parameters for which `synth` designs controllers.
 
-        For a mechanism only the interval of the drive's constant is known.
+        The friction is that at the temperature of the scenario. For a mechanism only the interval
+        of the drive's constant is known.
         """
 
     def described(self, variant: V) -> str:

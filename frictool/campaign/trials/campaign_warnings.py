@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import Any
 
+from frictool.adapters.temperature_factors import temperature_words
 from frictool.campaign.draws.factor_space import FactorSpace
 from frictool.campaign.trials.trial_player import CampaignSetting, plant_of
 from frictool.documents.bench_values import bench_values_words
@@ -14,7 +15,8 @@ from frictool.documents.mechanism import Mechanism
 from frictool.documents.presliding import presliding_words
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import Spread
-from frictool.simulate.simulated_plant import VariedParameter
+from frictool.simulate.scenario_temperature import friction_factors, simulated_temperature
+from frictool.simulate.simulated_plant import SimulatedPlant
 from frictool.verify.certified_intervals import (
     MARGIN_PARAMETERS,
     differences,
@@ -29,17 +31,20 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     """Return the warnings of a campaign before its trials.
 
     The warnings concern plants outside the intervals for which the controller was verified, a model
-    without identified parameters or with presliding, and example values in the bench.
+    without identified parameters, at another temperature or with presliding, and example values in
+    the bench.
     """
     plant = plant_of(setting.plant)
     controller = setting.controller
     bench = plant.rig.examples or controller.bench.examples
     reason = plant.rig.bench_values_only
     law = plant.rig.presliding
+    warmth = simulated_temperature(setting.scenario, plant.rig.temperature)
     changed = changed_words(controller)
     words = (
         f"{controller.name}: {changed}" if changed else "",
         bench_values_words(f"the model {plant.name}", reason) if reason else "",
+        temperature_words(f"the model {plant.name}", warmth) if warmth else "",
         presliding_words(f"the model {plant.name}", law) if law else "",
         examples_words(
             {"spec": setting.spec.examples, "bench": bench, "scenario": setting.scenario.examples}
@@ -52,13 +57,11 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
     """Return a warning if plant or draws lie outside the intervals of the verification."""
     plant = plant_of(setting.plant)
     controller = setting.controller
-    if deviations := differences(controller, plant.rig.facts, plant.intervals()):
+    if deviations := differences(controller, plant.rig.facts, plant.intervals(setting.scenario)):
         return (f"the plant {outside_message(controller.name, deviations)}",)
     if isinstance(setting.plant, Mechanism):
         return ()
-    if deviations := parameters_outside(
-        controller, _drawn(plant.ranges(), space, setting.scenario)
-    ):
+    if deviations := parameters_outside(controller, _drawn(plant, space, setting.scenario)):
         return (
             f"draws lie outside the intervals of {controller.name}, where only margins "
             f"computed for each plant are valid: {'; '.join(deviations)}",
@@ -67,7 +70,7 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
 
 
 def _drawn(
-    ranges: Mapping[str, VariedParameter], space: FactorSpace, scenario: Scenario
+    plant: SimulatedPlant[Any], space: FactorSpace, scenario: Scenario
 ) -> dict[str, Interval]:
     """Return the intervals [SI] of the drawn parameters, widened by drifts and temperature."""
     varied = {
@@ -78,6 +81,7 @@ def _drawn(
         for name, quantity in scenario.given.items()
         if name in MARGIN_PARAMETERS
     }
+    ranges = plant.ranges()
     known = {name: (ranges[name].nominal, ranges[name].nominal) for name in MARGIN_PARAMETERS}
     box = known | fixed | {name: ends for name, ends in varied.items() if name in MARGIN_PARAMETERS}
     drifts = scenario.drifts or Drifts()
@@ -89,6 +93,8 @@ def _drawn(
             else (getattr(temperature.cold, name), getattr(temperature.hot, name))
         )
         box[name] = _times(_times(box[name], _factors(points)), warm)
+    factor = friction_factors(scenario, plant.rig.temperature).get("viscous", 1.0)
+    box["viscous"] = _times(box["viscous"], (factor,))
     return box
 
 

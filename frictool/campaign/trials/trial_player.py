@@ -63,7 +63,8 @@ class ScenarioJudge:
     @cached_property
     def _judge(self) -> RunJudge:
         """Return the judge of the runs of `test`."""
-        return RunJudge(self.setting.spec, self.setting.controller, self.test.rig_records())
+        records = self.test.rig_records(self.setting.scenario)
+        return RunJudge(self.setting.spec, self.setting.controller, records)
 
     def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
         """Return the judged requirements of a scenario, in the order of the specification."""
