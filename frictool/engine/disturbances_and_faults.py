@@ -84,6 +84,18 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
         impose_on_law(axis, p, friction, viscous)
 
 
+def with_friction(axis: Vector, viscous: float, dry: float) -> Vector:
+    """Return the parameters `axis` of an axis whose drive has no limit, with other friction.
+
+    viscous, dry: factors as in the columns VISCOUS_FACTOR and FRICTION.
+    """
+    row = neutral(1)[0]
+    row[VISCOUS_FACTOR], row[FRICTION] = viscous, dry
+    p = axis.copy()
+    impose(axis, p, row)
+    return p
+
+
 @kernel
 def changes_parameters(before: Vector, row: Vector) -> bool:
     """Return True if a row (8,) gives other parameters (`impose`) than the row before."""

@@ -28,6 +28,7 @@ from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spread import FactorBand, Spread, Temperature, Warmth
 from frictool.documents.writing import to_yaml
 from frictool.errors import DocumentError
+from frictool.identify.validate import validate
 from frictool.logs.log import Log
 from frictool.report.verdict import judge
 from frictool.simulate.closed_loop import simulate_closed_loop
@@ -40,7 +41,7 @@ from studies.rigs.step_logs import clutch_spec
 from studies.rigs.step_scenario import controller, scenario, write_rig
 from tests.support.command_line import refused
 from tests.support.provenance import HERE
-from tests.support.simulated_mechanisms import ONE_BLOCK, plant_of
+from tests.support.simulated_mechanisms import ONE_BLOCK, one_axis, plant_of
 
 REFERENCE, SLOPE, CURVATURE, DRY = 25.0, -0.02, 1e-4, -0.005  # degC, 1/K, 1/K^2, 1/K
 WARM = 45.0  # degC
@@ -230,6 +231,20 @@ def test_a_campaign_plays_the_temperature_in_each_trial() -> None:
         assert stated == (temperature is not None)
         values.append(trialled.metric_values)
     assert values[0] != values[1]
+
+
+def test_validate_plays_the_temperature_of_the_log() -> None:
+    """The measured effort of a warm axis moves the model at that temperature as the axis moved."""
+    plain = one_axis()
+    plant = msgspec.structs.replace(plain, laws=Laws(temperature=LAW))
+    log = played(plant, scenario(temperature=degrees(WARM)))
+    step = plain.bench.encoder.resolution
+    assert validate(plant, log).position_rmse < 0.5 * step
+    assert validate(plain, log).position_rmse > 10.0 * step
+    still = played(plain, scenario())
+    np.testing.assert_array_equal(
+        validate(plant, still).simulated["position"], validate(plain, still).simulated["position"]
+    )
 
 
 def test_a_temperature_without_a_law_is_refused(tmp_path: Path) -> None:

@@ -4,6 +4,9 @@
 - closed loop: the bench's controller drives the model along the measured reference; the effort
   error is measured minus simulated effort
 
+If the model and the log have a temperature, the model has the friction of the log's mean
+temperature.
+
 An error is the norm of the difference divided by the norm of the measured signal, over all samples
 except the skipped ones. Velocity and acceleration of measured and simulated positions are
 differences after the low-pass of the published pipeline (`inverse_dynamic`). The force error is
@@ -22,9 +25,11 @@ import scipy
 
 from frictool.adapters.axis_dynamic_law import dynamic_law_of
 from frictool.adapters.axis_model import axis_of, load_of
+from frictool.adapters.temperature_factors import factors_at
 from frictool.documents.model import Model
 from frictool.documents.quantity import Axis, si_unit
 from frictool.engine.bench_position_loop import PositionServo, follow_reference
+from frictool.engine.disturbances_and_faults import with_friction
 from frictool.engine.dynamic_law_axis import with_contact, with_dynamic_law
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.engine.status_codes import MESSAGES, OK
@@ -303,7 +308,8 @@ def _run(
 def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
     """Return the parameters of the axis without end stops, and its state at the piece's start.
 
-    The lag is that of the record; the contact of a presliding law is relaxed. Raises
+    The lag is that of the record; the contact of a presliding law is relaxed. The friction is that
+    at the mean temperature of the piece, if the model and the record have one. Raises
     NoSolutionError if the model's presliding law does not support its axis.
     """
     axis = axis_of(model)
@@ -315,9 +321,13 @@ def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
         axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=piece.record.lag)
     )
     state = piece.start()
-    if dynamic is None:
+    if dynamic is not None:
+        p, state = with_dynamic_law(p, dynamic), with_contact(state, dynamic)
+    law, warm = model.laws and model.laws.temperature, piece.record.temperature
+    if law is None or warm is None:
         return p, state
-    return with_dynamic_law(p, dynamic), with_contact(state, dynamic)
+    factors = factors_at(law, float(np.mean(warm.values[piece.first : piece.last])))
+    return with_friction(p, factors["viscous"], factors["coulomb"]), state
 
 
 def replayed_position(model: Model, piece: RecordSegment) -> Vector:
