@@ -323,7 +323,8 @@ def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
     state = piece.start()
     if dynamic is not None:
         p, state = with_dynamic_law(p, dynamic), with_contact(state, dynamic)
-    law, warm = model.laws and model.laws.temperature, piece.record.temperature
+    law = model.laws.temperature if model.laws is not None else None
+    warm = piece.record.temperature
     if law is None or warm is None:
         return p, state
     factors = factors_at(law, float(np.mean(warm.values[piece.first : piece.last])))
