@@ -28,7 +28,7 @@ from frictool.logs.raw_table import (
 )
 from frictool.logs.unpacked_size import refusal
 
-LONGEST_READABLE = 60  # characters of the readable arrays in a message
+LONGEST_READABLE = 30  # characters of the readable arrays in a message
 _LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
 FIRST_YEAR, LAST_YEAR = 1678, 2261  # first and last full year of ns since 1970 in 64 bits
 STRIDED_BYTES = 1 << 22  # bytes of matrix rows that are read at once for one column
