@@ -38,17 +38,6 @@ SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERI
 Budget = Annotated[int, msgspec.Meta(ge=1)]
 LineNumber = Annotated[int, msgspec.Meta(ge=0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
-Channel = Literal[
-    "time",
-    "position",
-    "reference",
-    "velocity",
-    "current",
-    "current_command",
-    "voltage",
-    "effort",
-    "temperature",
-]
 Signal = Literal[
     "position",
     "reference",
@@ -59,6 +48,7 @@ Signal = Literal[
     "effort",
     "temperature",
 ]
+Channel = Literal["time", Signal]
 
 
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -8,8 +8,8 @@ they cover a true model more often than stated; the median half width may be thr
 error (1.96 times at the stated rate). Breakaway's width is judged by `check_breakaway`, because its
 interval holds every fall of friction over speed that the encoder does not refute.
 
-Of the other methods a count of covers is judged against the binomial distribution at the stated
-rate: it fails where so few covers would come by chance once in a thousand runs, and more than
+The binomial distribution at the stated rate judges the count of covers of every other method. The
+check fails if so few covers would come by chance only once in a thousand runs; more covers than
 stated are no failure.
 """
 

@@ -17,10 +17,11 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import get_args
 
 import numpy as np
 
-from frictool.documents.bench import OPEN
+from frictool.documents.bench import OPEN, Channel
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, si_unit, unit_scale
 from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.channels.column_names import (
@@ -40,17 +41,7 @@ from frictool.logs.quality.time_base import encoder_step
 from frictool.typing import Vector
 
 TEMPERATURE = "temperature"
-CHANNELS = (
-    TIME,
-    "position",
-    "reference",
-    "velocity",
-    "current",
-    "current_command",
-    "voltage",
-    EFFORT,
-    TEMPERATURE,
-)
+CHANNELS: tuple[str, ...] = get_args(Channel)
 DRIVES = ("current", "voltage")
 CLEAR = 2  # levels of QUANTITIES with words that a unit cannot overrule
 # words of a command's name that do not mean another quantity than the position
