@@ -11,8 +11,10 @@ the initial position, since no law depends on the position: the same enclosure i
 position within an encoder count.
 
 The integration takes steps that provably contain no event, until at most EVENT seconds remain
-before the next event. The bounds over these EVENT seconds contain every possible motion. If the
-enclosure cannot decide which event follows, it raises `Ambiguous`, and nothing is proved.
+before the next event. The bounds over these EVENT seconds contain every possible motion. If it is
+uncertain whether a stop happens before or after the end of the sample, there are two sets of
+states: one with the stop, one without. If the enclosure cannot decide which event follows, it
+raises `Ambiguous`, and nothing is proved.
 """
 
 from __future__ import annotations
@@ -97,20 +99,28 @@ class AxisSet:
 AT_REST = AxisSet(ZERO, ZERO, ZERO, ZERO)
 
 
-def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> AxisSet:
-    """Return the set of states after `duration` [s] under a constant command [A | V]."""
+def advanced(
+    state: AxisSet, command: float, p: PlantBox, duration: float
+) -> tuple[AxisSet, ...]:
+    """Return the sets of states after `duration` [s] under a constant command [A | V].
+
+    The state of each plant is in at least one of the sets. There are several sets only if a stop
+    may happen before or after the end of `duration`.
+    """
     command = min(max(command, -p.drive_limit), p.drive_limit)
     if p.lag == 0.0:
         state = replace(state, drive=point(command))
-    left = duration
+    waiting, ends = [(state, duration)], []
     for _ in range(MOST_STEPS):
-        if left <= 0.0:
-            return state
-        if state.direction == 0:
-            state, spent = _rested(state, command, p, left)
-        else:
-            state, spent = _slipped(state, command, p, left)
-        left = 0.0 if spent >= left else left - spent
+        state, left = waiting.pop()
+        follow = _rested if state.direction == 0 else _slipped
+        for later, spent in follow(state, command, p, left):
+            if spent >= left:
+                ends.append(later)
+            else:
+                waiting.append((later, left - spent))
+        if not waiting:
+            return tuple(ends)
     raise Ambiguous("too many events within one sample")
 
 
@@ -144,7 +154,10 @@ def _decay(time: float, lag: float) -> RoundedInterval:
     return decay(point(time) / point(lag))
 
 
-def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
+_Ends = list[tuple[AxisSet, float]]  # sets of states, and the time [s] after which each is valid
+
+
+def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
     """Return the set of states after a rest, and the duration of the rest [s].
 
     A breakaway ends the rest, or the time `left` [s].
@@ -153,16 +166,16 @@ def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[A
     drive = _held_drive(state.drive, command, p, left)
     efforts = _effort(state.drive, p), _effort(drive, p)
     if all(-backward.low < one.low and one.high < forward.low for one in efforts):
-        return replace(state, drive=drive), left
+        return [(replace(state, drive=drive), left)]
     now = efforts[0]
     if now.low > forward.high:
-        return replace(state, direction=1), 0.0
+        return [(replace(state, direction=1), 0.0)]
     if now.high < -backward.high:
-        return replace(state, direction=-1), 0.0
+        return [(replace(state, direction=-1), 0.0)]
     for sign, threshold in ((1, forward), (-1, backward)):
         later = efforts[1] if sign > 0 else -efforts[1]
         if later.low > threshold.high and p.lag > 0.0:
-            return _broken_away(state, command, p, left, sign)
+            return [_broken_away(state, command, p, left, sign)]
     raise Ambiguous("the effort may equal the breakaway")
 
 
@@ -230,8 +243,8 @@ def _shifted(
     )
 
 
-def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
-    """Return the set of states after a slip, and the duration of the slip [s].
+def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
+    """Return the sets of states after a slip, and the duration of the slip [s].
 
     A contact in the backlash, a stop, or the time `left` [s] ends the slip.
     """
@@ -246,7 +259,7 @@ def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[
             speed, distance = _mapped(phase, step) if step == p.period else _series(phase, step)
             speed = RoundedInterval(max(speed.low, 0.0), speed.high)
             drive = _held_drive(state.drive, command, p, step)
-            return replace(_shifted(state, _positive(distance), speed, p), drive=drive), step
+            return [(replace(_shifted(state, _positive(distance), speed, p), drive=drive), step)]
         if step <= EVENT:
             break
         guess = 0.5 * step
@@ -256,7 +269,7 @@ def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[
             guess = min(guess, _fitting_step(phase.speed.high, bounds.fastest, 0.9 * room))
         step = max(guess, EVENT)
     if bounds.moves:
-        return _met(state, command, p, left)
+        return [_met(state, command, p, left)]
     if bounds.fastest < 0.0:
         return _stopped(state, command, p, left, bounds.fastest)
     raise Ambiguous("the sign of the acceleration at a possible stop is not certain")
@@ -409,27 +422,32 @@ def _tail(size: float, beta: float, step: float) -> float:
 
 def _stopped(
     state: AxisSet, command: float, p: PlantBox, left: float, fastest: float
-) -> tuple[AxisSet, float]:
+) -> _Ends:
     """Return the set of states after a stop, and a time [s] within which the stop happens.
 
-    The time is the highest speed divided by |`fastest`|, the smallest deceleration.
+    The time is the highest speed divided by |`fastest`|, the smallest deceleration. If it exceeds
+    the time `left` [s], the axis may still move at its end: this is the second set.
     """
     sign = state.direction
     high = state.speed.magnitude
     wait = max(EVENT, 1.01 * high / -fastest)
     carries = _carries(state, p, sign)
-    sure = _bounds(_phase(state, command, p, carries), wait).fastest
-    if wait > left or not high + sure * wait * (1.0 - SLACK) < 0.0:
-        raise Ambiguous("the axis may stop close to the end of the sample")
+    late = wait > left
+    sure = _bounds(_phase(state, command, p, carries), min(wait, left)).fastest
+    if sure >= 0.0 or not (late or high + sure * wait * (1.0 - SLACK) < 0.0):
+        raise Ambiguous("the sign of the acceleration at a possible stop is not certain")
+    wait = min(wait, left)
     drive = _held_drive(state.drive, command, p, wait)
     efforts = _effort(state.drive, p), _effort(drive, p)
     moved = RoundedInterval(0.0, high * wait * (1.0 + SLACK))
     if not carries and moved.high >= _room(state, p):
         raise Ambiguous("the axis may stop at the contact in the backlash")
     at = _shifted(state, moved, ZERO, p)
+    slower = RoundedInterval(0.0, high)
+    moving = [(replace(_shifted(state, moved, slower, p), drive=drive), wait)] if late else []
     forward, backward = thresholds(at, p)
     if all(-backward.low < one.low and one.high < forward.low for one in efforts):
-        return replace(at, drive=drive, direction=0), wait
+        return [(replace(at, drive=drive, direction=0), wait), *moving]
     against = backward if sign > 0 else forward
     pushing = [-one if sign > 0 else one for one in efforts]
     if all(one.low > against.high for one in pushing):
@@ -438,7 +456,7 @@ def _stopped(
         speed = RoundedInterval(0.0, most * wait * (1.0 + SLACK))
         back = RoundedInterval(0.0, speed.high * wait * (1.0 + SLACK))
         turned = replace(at, drive=drive, direction=-sign)
-        return _shifted(turned, back, speed, p), wait
+        return [(_shifted(turned, back, speed, p), wait), *moving]
     raise Ambiguous("after a stop, the effort may equal the breakaway: the axis may stick or move")
 
 
@@ -446,6 +464,8 @@ def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[Axis
     """Return the set of states after a contact in the backlash, and a latest time of the contact.
 
     The motion lies between two motions: without contact, and with the axis's friction all the time.
+    If the time `left` [s] ends before the contact is certain, `gap` of the set includes the edge
+    and `edge` is 0: the next sample begins between the same two motions.
     """
     sign = state.direction
     half = 0.5 * p.backlash
@@ -454,14 +474,18 @@ def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[Axis
     if slow == 0.0:
         raise Ambiguous("the speed at the contact in the backlash may be zero")
     wait = max(EVENT, 2.0 * far / slow)
+    early = wait > left
+    wait = min(wait, left)
     free, carried = (_phase(state, command, p, carries) for carries in (False, True))
-    if wait > left or not (_bounds(free, wait).moves and _bounds(carried, wait).moves):
-        raise Ambiguous("the contact in the backlash may fall on the end of the sample")
+    if not (_bounds(free, wait).moves and _bounds(carried, wait).moves):
+        raise Ambiguous("the axis may stop at the contact in the backlash")
     ends = _series(free, wait), _series(carried, wait)
     speed, distance = ends[0][0].hull(ends[1][0]), ends[0][1].hull(ends[1][1])
-    if distance.low <= far:
-        raise Ambiguous("the bounds do not enclose the contact in the backlash")
     drive = _held_drive(state.drive, command, p, wait)
+    if distance.low <= far:
+        if early:
+            return replace(_shifted(state, _positive(distance), speed, p), drive=drive), wait
+        raise Ambiguous("the bounds do not enclose the contact in the backlash")
     signed = distance if sign > 0 else -distance
     velocity = speed if sign > 0 else -speed
     return AxisSet(state.moved + signed, velocity, drive, point(sign * half), sign, sign), wait

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -145,12 +146,28 @@ def _followed(loop: LoopOfPlant, branch: _Branch, stack: list[_Branch]) -> Phase
                 _stand(loop, branch)
             else:
                 acting = branch.command[k - loop.delay] if k >= loop.delay else 0.0
-                branch.state = advanced(branch.state, float(acting), loop.plant, loop.plant.period)
+                branch.state, *others = advanced(
+                    branch.state, float(acting), loop.plant, loop.plant.period
+                )
                 branch.sample += 1
+                for state in others:
+                    stack.append(_copy(branch, state=state))
+                    _check_travel(loop, stack[-1])
             _check_travel(loop, branch)
         except Ambiguous as reason:
             return _ended(branch, str(reason))
     return _ended(branch, "")
+
+
+def _copy(branch: _Branch, **changes: Any) -> _Branch:
+    """Return a copy with its own controller and arrays, for which the given fields are changed."""
+    return replace(
+        branch,
+        machine=copy_program(branch.machine),
+        position=branch.position.copy(),
+        command=branch.command.copy(),
+        **changes,
+    )
 
 
 def _ended(branch: _Branch, reason: str) -> PhaseRun:
@@ -180,17 +197,7 @@ def _divided(loop: LoopOfPlant, branch: _Branch) -> list[_Branch]:
         branch.reading = parts[0][2]
         return [branch]
     return [
-        replace(
-            branch,
-            low=low,
-            high=high,
-            machine=copy_program(branch.machine),
-            position=branch.position.copy(),
-            command=branch.command.copy(),
-            reading=reading,
-            read=True,
-            at=None,
-        )
+        _copy(branch, low=low, high=high, reading=reading, read=True, at=None)
         for low, high, reading in parts
     ]
 
@@ -249,7 +256,7 @@ def _after_rest(loop: LoopOfPlant, branch: _Branch, first: int, last: int) -> Ax
         state = replace(state, drive=drive)
         acting = acting[-FOLLOWED:]
     for command in acting:
-        state = advanced(state, command, loop.plant, loop.plant.period)
+        (state,) = advanced(state, command, loop.plant, loop.plant.period)  # no stop ends a rest
     return state
 
 

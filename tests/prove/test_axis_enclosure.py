@@ -11,8 +11,10 @@ import pytest
 from frictool.adapters.axis_model import axis_of
 from frictool.engine.axis_motion import advance
 from frictool.plant import axis as ax
+from frictool.plant.axis import AxisParameters
 from frictool.prove.axis_enclosure import AT_REST, Ambiguous, AxisSet, advanced, plant_box
 from frictool.prove.interval import ZERO, RoundedInterval, decay, point
+from frictool.typing import Vector
 from studies.rigs.clutch_model import clutch_model
 
 SEED = 20261127
@@ -74,19 +76,16 @@ def test_no_run_of_the_engine_leaves_the_enclosure() -> None:
             before = bounds
             assert advance(state, command, p, PERIOD) == 0
             try:
-                bounds = advanced(bounds, command, box, PERIOD)
+                (bounds,) = advanced(bounds, command, box, PERIOD)
             except Ambiguous:
                 undecided += 1
                 break
             samples += 1
             stops += before.direction != 0 and bounds.direction != before.direction
             contacts += before.edge == 0 and bounds.edge != 0
-            moved = state[ax.POSITION] - 30.0
-            assert bounds.moved.low - ENGINE <= moved <= bounds.moved.high + ENGINE
-            assert bounds.speed.low - ENGINE <= state[ax.VELOCITY] <= bounds.speed.high + ENGINE
+            assert _contains(bounds, state)
             assert bounds.drive.low - 1e-10 <= state[ax.DRIVE] <= bounds.drive.high + 1e-10
-            assert np.sign(state[ax.VELOCITY]) in (0.0, float(bounds.direction))
-            if abs(moved) > 25.0:
+            if abs(state[ax.POSITION] - 30.0) > 25.0:
                 break
     assert samples > 600
     assert undecided <= 3
@@ -106,9 +105,55 @@ def test_an_axis_that_creeps_to_its_contact_is_enclosed(room: float, speed: floa
     state[ax.VELOCITY], state[ax.GAP] = speed, gap
     bounds = AxisSet(ZERO, point(speed), point(drive), point(gap), 1)
     assert advance(state, command, p, PERIOD) == 0
-    bounds = advanced(bounds, command, box, PERIOD)
+    (bounds,) = advanced(bounds, command, box, PERIOD)
     assert bounds.edge == 1
-    moved = state[ax.POSITION] - 30.0
-    assert bounds.moved.low - ENGINE <= moved <= bounds.moved.high + ENGINE
-    assert bounds.speed.low - ENGINE <= state[ax.VELOCITY] <= bounds.speed.high + ENGINE
+    assert _contains(bounds, state)
     assert bounds.speed.width < 1e-3 * state[ax.VELOCITY]
+
+
+COINCIDENCES = [-1e-10, 0.0, 1e-10]  # s, by which an event misses the end of a sample
+
+
+@pytest.mark.parametrize("shift", COINCIDENCES)
+def test_a_contact_at_the_end_of_a_sample_is_enclosed(shift: float) -> None:
+    """The speed grows uniformly, so that the contact follows after a time in closed form."""
+    inertia, command, period = 2.0**-10, 1.0, 2.0**-10
+    distance = 0.5 * command / inertia * (period + shift) ** 2
+    plant = AxisParameters(inertia, 0.0, 0.25, 0.25, backlash=2.0 * distance)
+    p, box = plant.as_array(), plant_box(plant, period)
+    state, bounds = ax.rest(30.0), AT_REST
+    for _ in range(2):
+        assert advance(state, command, p, period) == 0
+        (bounds,) = advanced(bounds, command, box, period)
+        assert _contains(bounds, state)
+    assert bounds.edge == 1
+    assert bounds.moved.width < 1e-6
+
+
+@pytest.mark.parametrize("shift", COINCIDENCES)
+@pytest.mark.parametrize("later", [-0.25, 0.3])
+def test_a_stop_at_the_end_of_a_sample_is_enclosed(shift: float, later: float) -> None:
+    """A command of -0.25 N m takes the speed that 0.75 N m gave against a friction of 0.25 N m.
+
+    A later command of 0.3 N m lets an axis that moves go on, and one that rests stay at rest.
+    """
+    period = 2.0**-10
+    plant = AxisParameters(2.0**-10, 0.0, 0.25, 0.375)
+    p, box = plant.as_array(), plant_box(plant, period)
+    state, sets = ax.rest(30.0), (AT_REST,)
+    for command, duration in ((0.75, period), (-0.25, period + shift), (later, period)):
+        assert advance(state, command, p, duration) == 0
+        sets = tuple(new for one in sets for new in advanced(one, command, box, duration))
+        assert any(_contains(one, state) for one in sets)
+    if shift == 0.0:  # rounding decides
+        assert {one.direction for one in sets} == ({0, 1} if later > 0.25 else {0})
+
+
+def _contains(bounds: AxisSet, state: Vector) -> bool:
+    """Return True if the state of the engine, which started at 30 rad, lies in the bounds."""
+    moved, speed = state[ax.POSITION] - 30.0, state[ax.VELOCITY]
+    return bool(
+        bounds.moved.low - ENGINE <= moved <= bounds.moved.high + ENGINE
+        and bounds.speed.low - ENGINE <= speed <= bounds.speed.high + ENGINE
+        and np.sign(speed) in (0.0, float(bounds.direction))
+    )
