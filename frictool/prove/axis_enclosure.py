@@ -99,9 +99,7 @@ class AxisSet:
 AT_REST = AxisSet(ZERO, ZERO, ZERO, ZERO)
 
 
-def advanced(
-    state: AxisSet, command: float, p: PlantBox, duration: float
-) -> tuple[AxisSet, ...]:
+def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> tuple[AxisSet, ...]:
     """Return the sets of states after `duration` [s] under a constant command [A | V].
 
     The state of each plant is in at least one of the sets. There are several sets only if a stop
@@ -420,9 +418,7 @@ def _tail(size: float, beta: float, step: float) -> float:
     return 2.0 * first * (1.0 + SLACK) + 1e-300
 
 
-def _stopped(
-    state: AxisSet, command: float, p: PlantBox, left: float, fastest: float
-) -> _Ends:
+def _stopped(state: AxisSet, command: float, p: PlantBox, left: float, fastest: float) -> _Ends:
     """Return the set of states after a stop, and a time [s] within which the stop happens.
 
     The time is the highest speed divided by |`fastest`|, the smallest deceleration. If it exceeds
