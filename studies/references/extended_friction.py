@@ -33,9 +33,8 @@ class Slow:
             {**STRIBECK, **(self.extension.backward_values if direction < 0.0 else {})},
         )
         place = min(max(x, e.travel[0]), e.travel[1])
-        factor = float(
-            np.polynomial.polynomial.polyval(place, e.forward if direction > 0.0 else e.backward)
-        )
+        powers = enumerate(e.forward if direction > 0.0 else e.backward)
+        factor = sum(coefficient * place**power for power, coefficient in powers)
         grown = (
             1.0 - (1.0 - e.fresh) * e.rise_time / (e.rise_time + rested)
             if e.rise_time > 0.0

@@ -38,9 +38,16 @@ ELSEWHERE = {  # pages with a test of their own, in a folder of their own
     "docs/theory/mechanism.md": "tests/mechanism/test_page.py",
     "CONTRIBUTING.md": "tests/support/recipes.py",
 }
-LONG = "docs/tutorial_plan.md"  # rehearses each test eight times; tests/plan does it twice
+# the folders of tests of these commands run them too, on smaller examples
+LONG = (
+    "docs/tutorial_plan.md",
+    *(
+        f"docs/theory/{name}.md"
+        for name in ("campaign", "compare", "excite", "export", "reduce", "report", "simulate")
+    ),
+)
 PLAYED = [
-    pytest.param(page, marks=pytest.mark.accept) if name_of(page) == LONG else page
+    pytest.param(page, marks=pytest.mark.accept) if name_of(page) in LONG else page
     for page in PAGES
     if blocks(page, "sh", "python") and page != README and name_of(page) not in ELSEWHERE
 ]

@@ -53,8 +53,18 @@ def body(extension: FrictionExtension, **changes: object) -> FrictionBody:
     return replace(body_of(LAW, P, MASS, extension), **changes)
 
 
-@pytest.mark.parametrize(("drive", "end"), [(SPRING, 16.0), (PID, 12.0)], ids=["spring", "pid"])
-@pytest.mark.parametrize("name", EXTENSIONS)
+@pytest.mark.parametrize(
+    ("name", "drive", "end"),
+    [
+        *(pytest.param(name, SPRING, 16.0, id=f"{name}-spring") for name in EXTENSIONS),
+        pytest.param("all", PID, 12.0, id="all-pid"),
+        *(
+            pytest.param(name, PID, 12.0, id=f"{name}-pid", marks=pytest.mark.accept)
+            for name in EXTENSIONS
+            if name != "all"
+        ),
+    ],
+)
 def test_agrees_with_an_integrator(name: str, drive: EffortFunction, end: float) -> None:
     expected, last = Slow(EXTENSIONS[name], drive).breakaways(end)
     run = ok(simulate(body(EXTENSIONS[name]), [(end, drive)], [end]))

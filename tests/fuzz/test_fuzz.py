@@ -16,8 +16,8 @@ from tests.fuzz import child
 from tests.fuzz.harness import SEED, fuzz
 from tests.support import sample_files
 
-INPUTS = 9  # of each format
-LOGGER_INPUTS = 3  # of each logger: they are all text
+INPUTS = (4, 9)  # of each format, in `make test` and in `make accept`
+LOGGER_INPUTS = (2, 3)  # of each logger: they are all text
 
 
 @pytest.fixture(scope="module", params=sample_files.names())
@@ -27,14 +27,18 @@ def sample(
     return request.param, sample_files.write(request.param, tmp_path_factory.mktemp("sample"))
 
 
-def test_mutated_inputs_are_read_or_refused_in_one_line(sample: tuple[str, Path], tmp_path: Path):
+@pytest.mark.parametrize("part", [0, pytest.param(1, marks=pytest.mark.accept)])
+def test_mutated_inputs_are_read_or_refused_in_one_line(
+    sample: tuple[str, Path], part: int, tmp_path: Path
+):
     """Inputs of every format, the unchanged sample first; in this process, so without a limit of
     memory."""
     name, made = sample
     bench, data, path = tmp_path / "bench.yaml", made.read_bytes(), child.place_for(made, tmp_path)
     sample_files.write_other(name, made, bench)
     assert child.attempt(name, 0, data, path, bench) is None
-    for index in range(LOGGER_INPUTS if name.startswith(sample_files.LOGGER) else INPUTS):
+    ends = LOGGER_INPUTS if name.startswith(sample_files.LOGGER) else INPUTS
+    for index in range((0, *ends)[part], ends[part]):
         found = child.attempt(name, index, child.input_of(name, data, SEED, index), path, bench)
         assert found is None, f"python -m tests.fuzz {name} {index}: {found}"
     assert [one.name for one in tmp_path.iterdir() if one.name != "input"] == ["bench.yaml"]

@@ -37,6 +37,12 @@ def test_json_and_model_of_the_sample_logs(tmp_path: Path) -> None:
     assert found["not_identified"] == {}
     assert 0.0 < found["force_error"] < 0.01
     assert 1.0 < found["condition"] < 20.0
+    documented = (ROOT / "docs/formats.md").read_text().partition("### `identify --json`")[2]
+    documented = documented.partition("\n## ")[0]
+    ramp = found["ramp"]
+    keys = [*found, *(f"ramp.{name}" for name in ramp)]
+    keys += [f"ramp.fall.{name}" for name in ramp["fall"]]
+    assert [key for key in keys if f"`{key}`" not in documented] == []
     assert found["logs"] == [
         {"name": "sines.csv", "kind": "sliding"},
         {"name": "ramp.csv", "kind": "ramp"},

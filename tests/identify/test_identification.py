@@ -258,11 +258,11 @@ def test_a_clock_that_is_none_is_refused() -> None:
 def test_intervals_cover_on_a_few_seeds() -> None:
     """Count the intervals of 95 % that hold the truth; `make accept` counts those of 400 seeds.
 
-    Of 3 times 3 intervals, fewer than 6 would come 6 times in ten thousand runs, and none of 3
-    once.
+    Of 2 times 3 intervals, fewer than 4 would come twice in a thousand runs, and none of 2 for the
+    inertia as often.
     """
-    hits = [covered(seed) for seed in range(3)]
-    assert sum(hit[name] for hit in hits for name in ("viscous", "coulomb", "offset")) >= 6
+    hits = [covered(seed) for seed in range(2)]
+    assert sum(hit[name] for hit in hits for name in ("viscous", "coulomb", "offset")) >= 4
     assert any(hit["inertia"] for hit in hits)
     assert experiment(0)[0].inertia != experiment(1)[0].inertia
 

@@ -181,7 +181,7 @@ def test_ramps_of_a_precision() -> None:
         precise_ramps(bench, PrecisionRequest({"breakaway": 1e-4}))
 
 
-@pytest.mark.usefixtures("few_rehearsals")
+@pytest.mark.usefixtures("no_rehearsals")
 def test_command_writes_test_ramps_and_promise(tmp_path: Path) -> None:
     test, ramps, promise = (tmp_path / name for name in ("test.mcap", "ramps.mcap", "promise.yaml"))
     shown = json.loads(
@@ -214,7 +214,7 @@ def test_command_writes_test_ramps_and_promise(tmp_path: Path) -> None:
     assert QUANTILE > 1.9
 
 
-@pytest.mark.usefixtures("few_rehearsals")
+@pytest.mark.usefixtures("no_rehearsals")
 def test_refusals_name_limit_and_remedy(tmp_path: Path) -> None:
     out = tmp_path / "test.mcap"
 

@@ -201,7 +201,9 @@ def test_the_command_writes_presliding_into_the_model(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("law", ["lugre", "elasto_plastic", "maxwell_slip"])
+@pytest.mark.parametrize(
+    "law", ["lugre", "elasto_plastic", pytest.param("maxwell_slip", marks=pytest.mark.accept)]
+)
 def test_validate_plays_what_the_loops_identify(law: str, tmp_path: Path) -> None:
     """The identified contact follows loops whose effort has no noise, ten times closer than stick
     and slip."""
@@ -221,12 +223,10 @@ def test_validate_plays_what_the_loops_identify(law: str, tmp_path: Path) -> Non
 
 
 def test_a_log_of_sliding_is_no_loops() -> None:
-    """One line, no model: strokes of the sample logs, whose encoder sees many counts."""
-    for name in ("sines.csv", "ramp.csv"):
-        result = run(
-            "identify", "--loops", CLUTCH.parents[2] / "sample_logs" / name, "--bench", CLUTCH
-        )
-        refused(result, 1, "no law of presliding fits these loops (the axis must not slip)")
+    """One line, no model: strokes of a sample log, whose encoder sees many counts."""
+    sines = CLUTCH.parents[2] / "sample_logs" / "sines.csv"
+    result = run("identify", "--loops", sines, "--bench", CLUTCH)
+    refused(result, 1, "no law of presliding fits these loops (the axis must not slip)")
 
 
 def test_the_clutch_is_refused_in_one_line(tmp_path: Path) -> None:

@@ -10,18 +10,13 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.promise import Promise
-from frictool.documents.provenance import provenance_of_call
+from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import InputFileError
-from frictool.identify.excite.precise_strokes import (
-    PreciseTest,
-    PrecisionRequest,
-)
-from frictool.identify.excite.promise_document import promise_of
 from frictool.identify.from_logs import identify
 from frictool.identify.promise_comparison import PromisedParameter, compare_with_promise
 from frictool.logs.log import Log
-from frictool.plan.rehearsed_test import rehearsed_strokes
+from frictool.logs.log_reader import read_log
 from frictool.simulate import play
 from frictool.simulate.default_servo import default_servo, feedforward
 from studies.command_line import run_checked
@@ -33,17 +28,29 @@ WANTED = {"inertia": 0.02, "coulomb": 0.02}
 
 
 @pytest.fixture(scope="module")
-def belt(few_rehearsals: None) -> tuple[Bench, PreciseTest, Promise]:
-    bench = next(one for one in benches() if one.name == "belt")
-    test = rehearsed_strokes(bench, PrecisionRequest(WANTED))
-    return bench, test, promise_of([test], bench, None, provenance_of_call("test"))
+def files(few_rehearsals: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with bench.yaml, test.mcap and promise.yaml."""
+    folder = tmp_path_factory.mktemp("belt")
+    bench, test, promise = (folder / name for name in ("bench.yaml", "test.mcap", "promise.yaml"))
+    bench.write_text(to_yaml(next(one for one in benches() if one.name == "belt")))
+    wanted = [word for name in WANTED for word in ("--for", f"{name}=2%")]
+    run_checked("excite", "--bench", bench, *wanted, "-o", test, "--promise", promise)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def belt(files: Path) -> tuple[Bench, Log, Promise]:
+    return (
+        load(files / "bench.yaml", Bench),
+        read_log(files / "test.mcap"),
+        load(files / "promise.yaml", Promise),
+    )
 
 
 def compared(
-    belt: tuple[Bench, PreciseTest, Promise], noise: float, share: float = 1.0
+    belt: tuple[Bench, Log, Promise], noise: float, share: float = 1.0
 ) -> dict[str, PromisedParameter]:
-    bench, test, promise = belt
-    sequence: Log = test.sequence.as_log("test")
+    bench, sequence, promise = belt
     stream = sequence.main
     kept = int(share * stream.time.size)
     short = replace(
@@ -63,21 +70,21 @@ def compared(
     return {row.parameter: row for row in rows}
 
 
-def test_a_log_of_the_test_keeps_the_promise(belt: tuple[Bench, PreciseTest, Promise]) -> None:
+def test_a_log_of_the_test_keeps_the_promise(belt: tuple[Bench, Log, Promise]) -> None:
     rows = compared(belt, noise=0.02)
     assert set(rows) == set(WANTED)
     assert all(row.kept and not row.reasons for row in rows.values())
     assert "kept" in rows["inertia"].line()
 
 
-def test_more_noise_is_named(belt: tuple[Bench, PreciseTest, Promise]) -> None:
+def test_more_noise_is_named(belt: tuple[Bench, Log, Promise]) -> None:
     rows = compared(belt, noise=0.5)
     assert not rows["coulomb"].kept
     assert any("the measured drive has a noise of 0.5" in one for one in rows["coulomb"].reasons)
     assert "missed" in rows["coulomb"].line()
 
 
-def test_a_short_log_is_named(belt: tuple[Bench, PreciseTest, Promise]) -> None:
+def test_a_short_log_is_named(belt: tuple[Bench, Log, Promise]) -> None:
     rows = compared(belt, noise=0.05, share=0.3)
     missed = [row for row in rows.values() if not row.kept]
     assert missed
@@ -86,12 +93,12 @@ def test_a_short_log_is_named(belt: tuple[Bench, PreciseTest, Promise]) -> None:
         assert row.view()["kept"] is False
 
 
-def test_a_promise_of_another_bench_is_refused(belt: tuple[Bench, PreciseTest, Promise]) -> None:
+def test_a_promise_of_another_bench_is_refused(belt: tuple[Bench, Log, Promise]) -> None:
     bench, test, promise = belt
     other = next(one for one in benches() if one.name == "arm")
     log = play(
         truth(bench, 0),
-        test.sequence.as_log("test"),
+        test,
         servo=default_servo(bench),
         drive_noise=0.02,
     )
@@ -99,18 +106,11 @@ def test_a_promise_of_another_bench_is_refused(belt: tuple[Bench, PreciseTest, P
         compare_with_promise(identify([log], bench), other, promise)
 
 
-def test_command_compares(tmp_path: Path) -> None:
-    belt = next(one for one in benches() if one.name == "belt")
-    bench = tmp_path / "bench.yaml"
-    bench.write_text(to_yaml(belt))
-    model, test, promise, log = (
-        tmp_path / name for name in ("truth.yaml", "test.mcap", "promise.yaml", "log.mcap")
-    )
-    model.write_text(to_yaml(truth(belt, 0)))
-    run_checked("excite", "--bench", bench, "--for", "inertia=2%", "-o", test, "--promise", promise)
-    run_checked("simulate", "--as-bench", model, test, "-o", log)
-    options = ("identify", log, "--bench", bench, "--promise", promise)
-    assert "promise inertia: +-" in run_checked(*options)
-    rows = json.loads(run_checked(*options, "--json"))["promise"]
-    assert [row["parameter"] for row in rows] == ["inertia"]
-    assert rows[0]["kept"] is True
+def test_command_compares(files: Path, belt: tuple[Bench, Log, Promise], tmp_path: Path) -> None:
+    model, log = tmp_path / "truth.yaml", tmp_path / "log.mcap"
+    model.write_text(to_yaml(truth(belt[0], 0)))
+    run_checked("simulate", "--as-bench", model, files / "test.mcap", "-o", log)
+    inputs = ("--bench", files / "bench.yaml", "--promise", files / "promise.yaml")
+    assert "promise inertia: +-" in run_checked("identify", log, *inputs)
+    rows = json.loads(run_checked("identify", log, *inputs, "--json"))["promise"]
+    assert {row["parameter"]: row["kept"] for row in rows} == dict.fromkeys(WANTED, True)

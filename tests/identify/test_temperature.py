@@ -78,10 +78,18 @@ def test_friction_over_temperature_is_that_of_the_axis(histories: Histories, cur
         assert result.fit.force_error < 0.01
 
 
-def test_intervals_of_friction_and_its_change_contain_the_true_values() -> None:
-    """Of 12 axes with 4 intervals each, at least 41 of 48: fewer once in 300 draws at 95 %."""
+@pytest.mark.parametrize(
+    ("count", "least"), [(2, 12), pytest.param(6, 41, marks=pytest.mark.accept)]
+)
+def test_intervals_of_friction_and_its_change_contain_the_true_values(
+    count: int, least: int
+) -> None:
+    """2 `count` axes with 4 intervals each: fewer than `least` once in 300 draws at 95 %."""
     held = []
-    axes = [*warm_axes(range(20, 26), True, warming_up), *warm_axes(range(6), True, cold_and_hot)]
+    axes = [
+        *warm_axes(range(20, 20 + count), True, warming_up),
+        *warm_axes(range(count), True, cold_and_hot),
+    ]
     for axis in axes:
         result, law = identified(axis)
         at = law.reference.value
@@ -94,7 +102,7 @@ def test_intervals_of_friction_and_its_change_contain_the_true_values() -> None:
             _contains(law.viscous.slope, np.log(0.5) / (HOT - COLD)),
             _contains(law.coulomb.slope, _relative_slope(axis, law)),
         ]
-    assert sum(held) >= 41
+    assert sum(held) >= least
 
 
 def _contains(interval: object, value: float) -> bool:

@@ -104,11 +104,12 @@ def test_longer_than_a_block_and_a_damaged_chunk(tmp_path: Path):
     assert [loss.samples for loss in losses] == [BLOCK_ROWS]
 
 
-def test_every_damage_is_one_line(tmp_path: Path):
+@pytest.mark.parametrize("count", [12, pytest.param(25, marks=pytest.mark.accept)])
+def test_every_damage_is_one_line(count: int, tmp_path: Path):
     whole, file = PATH.read_bytes(), tmp_path / "x.mat"
     draw = np.random.default_rng(7)
     refused = 0
-    for k in range(25):
+    for k in range(count):
         data = bytearray(whole[: draw.integers(600, len(whole))] if k % 5 == 0 else whole)
         data[draw.integers(512, len(data))] ^= 0xFF
         file.write_bytes(bytes(data))
@@ -116,4 +117,4 @@ def test_every_damage_is_one_line(tmp_path: Path):
             (table,) = mat73_format.tables(file)
             columns(table, ["t", "counts"])
         refused += len(refusals)
-    assert refused >= 5
+    assert refused >= count // 5

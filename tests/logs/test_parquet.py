@@ -137,11 +137,12 @@ def test_a_cut_file_is_one_line(tmp_path: Path):
         parquet_format.tables(tmp_path / "x.parquet")
 
 
-def test_every_damage_is_one_line(tmp_path: Path):
+@pytest.mark.parametrize("count", [12, pytest.param(25, marks=pytest.mark.accept)])
+def test_every_damage_is_one_line(count: int, tmp_path: Path):
     whole, file = PATH.read_bytes(), tmp_path / "x.parquet"
     draw = np.random.default_rng(7)
     refused = 0
-    for _ in range(25):
+    for _ in range(count):
         data = bytearray(whole)
         data[draw.integers(4, len(data) - 4)] ^= 0xFF
         file.write_bytes(bytes(data))
@@ -149,4 +150,4 @@ def test_every_damage_is_one_line(tmp_path: Path):
             (table,) = parquet_format.tables(file)
             columns(table)
         refused += len(refusals)
-    assert refused >= 10
+    assert refused >= 2 * count // 5

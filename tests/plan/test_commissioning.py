@@ -27,7 +27,8 @@ from frictool.simulate.default_servo import default_servo, feedforward
 from studies.command_line import run, run_checked
 from studies.promises.rigs import benches, truth
 
-pytestmark = pytest.mark.usefixtures("few_rehearsals")
+# tests/plan/test_rehearsal.py rehearses, and docs/tutorial_plan.md in `make accept`
+pytestmark = pytest.mark.usefixtures("no_rehearsals")
 
 SPEC = """\
 format: spec/1
@@ -65,7 +66,7 @@ def played(step: PlanStep, number: int) -> Log:
 
 
 @pytest.fixture(scope="module")
-def steps(few_rehearsals: None) -> tuple[tuple[PlanStep, Log], tuple[PlanStep, Log]]:
+def steps(no_rehearsals: None) -> tuple[tuple[PlanStep, Log], tuple[PlanStep, Log]]:
     """The first two steps, each with the log of its test."""
     first = next_step(BELT, [], refusing)
     ramps = played(first, 1)
@@ -123,16 +124,7 @@ def exact_only(model: Model) -> str | None:
     return None if low == high else "too slow"
 
 
-def precise(*arguments: Any) -> dict[str, HalfWidthSample]:
-    """Return half widths below their limits, in place of rehearsals."""
-    limits = arguments[2]
-    return {name: HalfWidthSample((0.9 * half,), ()) for name, half in limits.items()}
-
-
-def test_intervals_that_are_too_wide_are_halved(
-    logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(rehearsed_test, "rehearse", precise)
+def test_intervals_that_are_too_wide_are_halved(logs: tuple[Log, Log]) -> None:
     step = next_step(BELT, logs, exact_only)
     assert step.name == "finer"
     assert step.test is not None
@@ -180,10 +172,7 @@ def test_a_narrowed_bench_has_the_intervals_of_the_logs(logs: tuple[Log, Log]) -
     assert structs.asdict(narrowed_bench(BELT, model).encoder) == structs.asdict(BELT.encoder)
 
 
-def test_commands_from_an_empty_bench_to_enough(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(rehearsed_test, "rehearse", precise)
+def test_commands_from_an_empty_bench_to_enough(tmp_path: Path) -> None:
     bench, spec, model = (tmp_path / name for name in ("bench.yaml", "spec.yaml", "truth.yaml"))
     bench.write_text(to_yaml(BELT))
     spec.write_text(SPEC)

@@ -66,8 +66,19 @@ def test_kept_trials_are_not_run_again(tmp_path: Path, monkeypatch: pytest.Monke
     assert [one.searched for one in table.run_trials("other", 1, kept)] == [False]
 
 
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Two actuators: synth meets their specification, and the judge agrees."""
+def test_the_command(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(table, "try_actuator", lambda seed, number: replace(GOOD, number=number))
+    target = tmp_path / "table.json"
+    assert main(["2", "--seed", "actuators", "-o", str(target)]) == 0
+    assert json.loads(target.read_text())["summary"]["met"] == 2
+    assert len(capsys.readouterr().out.splitlines()) == 13
+
+
+@pytest.mark.accept
+def test_two_actuators(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`synth` meets their specification, and the judge agrees."""
     target = tmp_path / "table.json"
     assert main(["2", "--seed", "actuators", "-o", str(target)]) == 0
     found = json.loads(target.read_text())

@@ -126,6 +126,7 @@ def test_the_additive_observer_finds_it_where_it_may_be_fast() -> None:
     assert found.friction < 5.0
 
 
+@pytest.mark.accept
 def test_the_real_encoder_degrades_both() -> None:
     """Figures 6.6 to 6.10: more error of the speed, alpha off 1 and moving, an additive one between
     about -0.1 and 0.15 N m."""

@@ -1,4 +1,4 @@
-"""Axes whose friction depends on the temperature, simulated without any code of the product.
+"""Axes whose friction depends on the temperature, simulated without the engine of the product.
 
 Moreau's time stepping: the dry friction of a step takes away velocity, at most all of it. All logs
 of a call are simulated at the same time, one column each.
@@ -6,6 +6,7 @@ of a call are simulated at the same time, one column each.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -18,6 +19,7 @@ from frictool.identify.motion_record import (
     make_record,
     reference_temperature,
 )
+from frictool.runtime.kernels import kernel
 from frictool.typing import Matrix, Vector
 from tests.support.loaded_axis import COUNT, NOISE, rotary_bench
 
@@ -92,18 +94,24 @@ def simulated(truths: Sequence[WarmTruth], warm: Matrix, effort: Matrix) -> Matr
         np.column_stack([getattr(one, name)(warm[:, k]) for k, one in enumerate(truths)])
         for name in ("viscous", "coulomb")
     )
-    x = np.zeros(len(truths))
-    v = np.zeros(len(truths))
     out = np.empty(effort.shape)
-    for k in range(effort.shape[0]):
-        out[k] = x
-        for _ in range(STEPS):
-            free = v + step * (effort[k] - offset - 0.5 * viscous[k] * v)
-            slowed = np.sign(free) * np.maximum(np.abs(free) - step * coulomb[k], 0.0)
-            after = slowed / (1.0 + 0.5 * step * viscous[k])  # trapezoidal rule
-            x = x + 0.5 * (PERIOD / STEPS) * (v + after)
-            v = after
+    _play(step, effort - offset, viscous, coulomb, out)
     return out
+
+
+@kernel
+def _play(step: Vector, effort: Matrix, viscous: Matrix, coulomb: Matrix, out: Matrix) -> None:
+    """Fill the positions (n, k); step: time step per inertia (k,)."""
+    for axis in range(effort.shape[1]):
+        x, v = 0.0, 0.0
+        for k in range(effort.shape[0]):
+            out[k, axis] = x
+            for _ in range(STEPS):
+                free = v + step[axis] * (effort[k, axis] - 0.5 * viscous[k, axis] * v)
+                slowed = math.copysign(max(abs(free) - step[axis] * coulomb[k, axis], 0.0), free)
+                after = slowed / (1.0 + 0.5 * step[axis] * viscous[k, axis])  # trapezoidal rule
+                x += 0.5 * (PERIOD / STEPS) * (v + after)
+                v = after
 
 
 def warm_axes(
