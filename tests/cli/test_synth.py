@@ -62,9 +62,7 @@ def test_json_tells_what_the_document_holds(folder: Path) -> None:
 
 
 def test_the_same_inputs_give_the_same_bytes(folder: Path) -> None:
-    for name in ("first.yaml", "second.yaml"):
-        assert run(*_arguments(folder), "-o", folder / name).code == 0
-    assert (folder / "first.yaml").read_bytes() == (folder / "second.yaml").read_bytes()
+    assert run(*_arguments(folder), "-o", folder / "first.yaml").code == 0
     to_stdout = run(*_arguments(folder), "-o", "-")
     assert to_stdout.out == (folder / "first.yaml").read_bytes()
     for told in (

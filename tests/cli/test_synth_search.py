@@ -89,7 +89,7 @@ def test_the_same_specification_gives_the_same_bytes(spec: Path, tmp_path: Path)
 def test_a_requirement_that_no_candidate_reaches_is_named_with_the_trade(
     spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    few = (replace(PI_CASCADE, candidates=25),)
+    few = (replace(PI_CASCADE, candidates=10),)
     monkeypatch.setattr("frictool.campaign.automatic_design.FAMILIES", few)
     spec.write_text(EASY.replace("_95_s: 0.35", "_95_s: 0.115"))
     controller, picture = tmp_path / "controller.yaml", tmp_path / "trade.svg"
@@ -102,7 +102,7 @@ def test_a_requirement_that_no_candidate_reaches_is_named_with_the_trade(
     told = json.loads(done.stdout)
     assert told["format"] == "synth-refusal/1"
     assert told["reason"] in done.stderr
-    assert told["details"][0] == "searched: PI cascade, 37 candidates"
+    assert told["details"][0] == "searched: PI cascade, 15 candidates"
     assert told["details"][1].startswith("bound: the drive alone needs 10")
     reached = {one["key"]: one["best"] for one in told["search"]["reached"]}
     assert 0.1 < reached["response_time_95_s"] < 0.35
@@ -147,6 +147,7 @@ prefilter: {natural_frequency_rad_s: 25, damping: 0.9}
 """
 
 
+@pytest.mark.accept
 def test_blocks_of_a_design_with_method_auto_are_kept(spec: Path, tmp_path: Path) -> None:
     design, controller = tmp_path / "wishes.yaml", tmp_path / "controller.yaml"
     design.write_text(WISHES)
@@ -160,6 +161,10 @@ def test_blocks_of_a_design_with_method_auto_are_kept(spec: Path, tmp_path: Path
     assert (found.name, found.method) == ("mine", "pid")
     assert found.prefilter is not None
     assert (found.prefilter.natural_frequency_rad_s, found.prefilter.damping) == (25.0, 0.9)
+
+
+def test_keys_that_method_auto_determines_are_refused(spec: Path, tmp_path: Path) -> None:
+    design = tmp_path / "wishes.yaml"
     design.write_text(WISHES.replace("weights: {}", "weights: {bandwidth_rad_s: 40}"))
     refused(run(*_synth(spec, "--design", design)), 3, "method auto searches them")
     design.write_text(f"{WISHES}profile: {{}}\n")

@@ -102,9 +102,7 @@ def test_text_says_what_json_says(found: Comparison) -> None:
 def test_the_page_holds_the_figures_of_the_thesis_and_nothing_from_elsewhere(
     found: Comparison,
 ) -> None:
-    html = page(found, provenance_of_command("frictool compare", []))
-    assert html == page(found, provenance_of_command("frictool compare", []))
-    html = without_own_scripts(html)
+    html = without_own_scripts(page(found, provenance_of_command("frictool compare", [])))
     for number in ("3.11", "3.13", "3.15", "3.17", "3.18", "3.22"):
         assert f"Thesis {number}." in html
     assert "Thesis 3.21." not in html  # hybrid C was not compared

@@ -104,6 +104,7 @@ def test_replayed_axes(threads: int) -> None:
         assert np.array_equal(states[i], state)
 
 
+@pytest.mark.accept  # compiles a kernel of its own for 4 s
 def test_bodies_on_a_spring(threads: int) -> None:
     law, drive = LAWS["stribeck"], spring(2.0, 0.1)
     values = {"coulomb": 1.0, "stribeck_velocity": 1e-3, "viscous": 0.4}

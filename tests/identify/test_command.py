@@ -224,7 +224,10 @@ def test_a_counter_that_wraps_is_refused_until_the_bench_says_so(tmp_path: Path)
     ("unit", "factor", "period", "line"),
     [
         ("rad", 2.0 * math.pi / 56, 25.0, "wrap: {value: 25, unit: rad}"),
-        ("rad", 2.0 * math.pi / 56, 8.0, "wrap: {value: 8, unit: rad}"),
+        pytest.param(
+            *("rad", 2.0 * math.pi / 56, 8.0, "wrap: {value: 8, unit: rad}"),
+            marks=pytest.mark.accept,
+        ),
         ("deg", 360.0 / 56, 360.0, "wrap: {value: 360, unit: deg}"),
     ],
 )

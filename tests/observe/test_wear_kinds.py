@@ -117,7 +117,9 @@ def test_each_kind_is_told_with_its_values(kind: Kind, unit: Unit, loop: Loop) -
             assert holds(zone.wear, unit.zone if zone.low >= EDGE else 1.0)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.accept) for seed in (2, 3))]
+)
 def test_wear_is_told_on_spread_plants_too(seed: int) -> None:
     units: dict[Kind, Unit] = {
         "none": spread(seed),

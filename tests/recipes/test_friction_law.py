@@ -22,6 +22,7 @@ def overlay(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.accept
 def test_the_commands_show_the_law_and_move_as_its_equation_says(overlay: Path) -> None:
     """v' = 3 - 1 - 2 v^2 from rest has the solution v = tanh(2 t)."""
     equations, simulate, compare = COMMAND.findall(recipes()["A friction law"])

@@ -98,6 +98,7 @@ def test_a_hold_without_a_value_has_its_reason(overlay: Path) -> None:
     assert "the log has no reference" in judged["reason"]
 
 
+@pytest.mark.accept
 def test_a_campaign_has_its_column(overlay: Path) -> None:
     spec, scenario, table = (overlay / name for name in ("mass.yaml", "steps.yaml", "trials.csv"))
     spec.write_text(SPEC.format("linear"))

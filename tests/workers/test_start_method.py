@@ -28,6 +28,7 @@ main()
 """
 
 
+@pytest.mark.accept
 def test_identify_each_runs_without_a_fork_server(tmp_path: Path) -> None:
     logs = [tmp_path / f"{name}.csv" for name in ("first", "second")]
     for log in logs:
