@@ -88,17 +88,17 @@ def pytest_collection() -> Iterator[None]:
         gc.enable()
 
 
-FIRST = ("test_pages.py", "test_stages.py")
+FIRST = ("tests/docs/test_pages.py", "tests/simulate/test_mechanism.py")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put two files first that compile half of the kernels: those of an axis and of a mechanism.
+    """Put two files first that compile most kernels: of identification, and of simulation.
 
     Two processes that need the same kernels at the same time would wait for each other. The pages
     also take longest, and the last file of a run should be a short one.
     """
     ranks = {name: rank for rank, name in enumerate(FIRST)}
-    items.sort(key=lambda item: ranks.get(item.path.name, len(FIRST)))
+    items.sort(key=lambda item: ranks.get(item.nodeid.partition("::")[0], len(FIRST)))
 
 
 @pytest.hookimpl(wrapper=True)
