@@ -83,6 +83,7 @@ def test_an_inertia_that_was_fitted_to_a_constant_friction_is_refused() -> None:
     assert "inertia" in found.refused
 
 
+@pytest.mark.accept  # tests/identify/test_weak_structure.py has this inertia too
 def test_auto_gives_the_inertia_by_the_weak_form_with_friction_over_the_position() -> None:
     found = identify_records(_fine_logs(), [], clutch(), "auto", IdentificationSettings())
     inertia = found.identified["inertia"]

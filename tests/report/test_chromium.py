@@ -87,8 +87,8 @@ def _pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     ("name", "plots"),
     [
         ("full", 4 + 1 + 4 + 1 + 4),
-        ("smooth", 5),
-        ("several", 4 + 4),
+        pytest.param("smooth", 5, marks=pytest.mark.accept),
+        pytest.param("several", 4 + 4, marks=pytest.mark.accept),
         ("hostile", 4 + 1 + 4 + 1 + 4),
     ],
 )

@@ -122,6 +122,10 @@ def test_synth_tells_the_disturbance(tmp_path: Path) -> None:
     assert "disturbance: up to gravity 0.03102 N m" in text.stdout
     found = json.loads(synth(tmp_path, model, "--json").stdout)["disturbance"]
     assert found["gravity"] == pytest.approx(math.hypot(0.031, 0.001))
+
+
+@pytest.mark.accept
+def test_synth_tells_no_disturbance_without_a_load(tmp_path: Path) -> None:
     assert json.loads(synth(tmp_path, clutch_model(), "--json").stdout)["disturbance"] is None
 
 

@@ -25,7 +25,7 @@ from frictool.verify.exponential_enclosure import (
     ratio=st.fractions(0, 3, max_denominator=50),
     sigma=st.fractions(-2, 3, max_denominator=50),
 )
-@settings(max_examples=60, deadline=None)
+@settings(deadline=None)
 def test_the_series_against_its_plain_double_sum(q: int, ratio: Fraction, sigma: Fraction) -> None:
     series = exponential_series(q, ratio, math.ceil(abs(sigma)))
     terms = [
@@ -54,7 +54,7 @@ def test_the_series_against_its_plain_double_sum(q: int, ratio: Fraction, sigma:
     width=st.fractions(0, 1, max_denominator=100),
     place=st.fractions(0, 1, max_denominator=30),
 )
-@settings(max_examples=60, deadline=None)
+@settings(deadline=None)
 def test_the_functions_are_within_the_errors_of_the_polynomials(
     ratio: Fraction, low: Fraction, width: Fraction, place: Fraction
 ) -> None:
@@ -78,7 +78,7 @@ def test_the_functions_are_within_the_errors_of_the_polynomials(
     width=st.floats(0, 50),
     place=st.floats(0, 1),
 )
-@settings(max_examples=60, deadline=None)
+@settings(deadline=None)
 def test_the_sampled_axis_follows_from_the_functions(
     lag: float, k: float, s: float, width: float, place: float
 ) -> None:

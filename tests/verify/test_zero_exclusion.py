@@ -206,7 +206,9 @@ def test_what_is_proved_is_close_to_what_is_seen_and_never_below() -> None:
         assert below <= 1.002 * worst[of]
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(
+    "seed", [*range(10), *(pytest.param(seed, marks=pytest.mark.accept) for seed in range(10, 20))]
+)
 def test_no_random_loop_has_a_plant_above_its_bound(seed: int) -> None:
     """Random controllers, weights and boxes; the plants that are sampled include the corners."""
     random = np.random.default_rng(seed)

@@ -133,6 +133,7 @@ def test_what_a_job_raises_comes_back_and_then_the_scheduler_goes(loopback: Loop
     assert len(found) >= 5
 
 
+@pytest.mark.accept
 def test_workers_whose_memory_is_short_are_told_in_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
