@@ -3,6 +3,7 @@ motor do not matter, so that its motion is prescribed."""
 
 from __future__ import annotations
 
+import functools
 import json
 from pathlib import Path
 
@@ -42,6 +43,7 @@ columns:
 """
 
 
+@functools.cache
 def signals(seed: int, turning: float = 1.0) -> tuple[Vector, Vector, Vector]:
     """Counted position, held voltage and noisy current (n,) of 6 s, each about the same share of
     the voltage for resistance and back-EMF."""
