@@ -8,6 +8,7 @@ for mechanical dimensions on the axis: rotary (N m, rad) or linear (N, m).
 from __future__ import annotations
 
 import math
+import re
 import sys
 from functools import lru_cache
 from types import ModuleType
@@ -50,6 +51,9 @@ SI_UNITS: dict[str, tuple[str, str]] = {
     "length": ("m", "m"),
     "area": ("m^2", "m^2"),
 }
+# the units of an angular motion name an angle: a frequency could count turns or radians
+ANGLE_NAME = re.compile(r"rad|deg|°|arc|rev|rpm|rps|turn|cycle|circle|gon", re.IGNORECASE)
+OTHER_UNITS = {"temperature": ", K or degF"}  # of dimensions whose SI unit has no multiples
 # dimensions and kinds of axis to try in turn, if the unit decides between them
 CHOICES: dict[str, tuple[tuple[str, Axis], ...]] = {
     **{
@@ -196,6 +200,7 @@ def positive(dimension: str) -> Any:
 def unit_registry() -> pint.UnitRegistry[float]:
     """Return the unit registry."""
     made: pint.UnitRegistry[float] = _pint().UnitRegistry()
+    made.define("@alias turn = rev")
     return made
 
 
@@ -272,12 +277,13 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
 def unit_scale(unit: str, dimension: str, axis: Axis) -> UnitScale:
     """Return the conversion of numbers in `unit` to SI; only units of temperature have an offset.
 
-    Raises ValueError if the unit is unknown or of another dimension. The message is meant for
-    users.
+    Raises ValueError if the unit is unknown or of another dimension, or if the unit of an angular
+    motion names no angle. The message is meant for users.
     """
     target = si_unit(dimension, axis)
     if unit == target:
         return UnitScale(1.0)
+    others = OTHER_UNITS.get(dimension)
     units = unit_registry()
     errors = _pint().errors
     try:
@@ -288,13 +294,18 @@ def unit_scale(unit: str, dimension: str, axis: Axis) -> UnitScale:
     except errors.DimensionalityError:
         raise ValueError(
             f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: "
-            f"{target} and its multiples"
+            f"{target}{others or ' and its multiples'}"
         ) from None
     except Exception:
         raise ValueError(
-            f"unknown unit {unit!r}; for {_measured(dimension, axis)} write {target} or "
-            "a multiple of it"
+            f"unknown unit {unit!r}; for {_measured(dimension, axis)} write {target}"
+            f"{others or ' or a multiple of it'}"
         ) from None
+    if target.startswith("rad") and not ANGLE_NAME.search(unit):
+        raise ValueError(
+            f"unit {unit!r} names no angle, and may mean turns or radians; write "
+            f"unit: {target.replace('rad', 'rev')} for turns, or unit: {target}"
+        )
     if not math.isfinite(one) or one <= zero:
         raise ValueError(f"unit {unit!r} has no positive finite factor to {target}; write {target}")
     return UnitScale(one - zero, zero)

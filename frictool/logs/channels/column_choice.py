@@ -62,7 +62,6 @@ CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rota
     TEMPERATURE: ("degC, K", "degC, K"),
 }
 MOTION = ("position", "velocity")
-_ANGLE = re.compile(r"rad|deg|°|arc|rev|rpm|rps|turn|cycle", re.IGNORECASE)
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
 LOAD_SIDE = (
@@ -125,15 +124,9 @@ def is_count(unit: str) -> bool:
 
 
 def fits(unit: str, dimension: str, axis: Axis) -> bool:
-    """Return whether `unit` is a unit of `dimension` for an axis of this kind.
-
-    Position and velocity of a rotary axis need an angle in the unit, because a percentage is no
-    angle, and a frequency can be one of turns or of radians.
-    """
+    """Return whether `unit` is a unit of `dimension` for an axis of this kind."""
     if is_count(unit):
         return dimension == "position"
-    if axis == "rotary" and dimension in MOTION and not _ANGLE.search(unit):
-        return False
     try:
         unit_scale(unit, dimension, axis)
     except ValueError:
