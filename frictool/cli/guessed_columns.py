@@ -14,10 +14,12 @@ def preset_text(start: StartingRig) -> str:
 
 
 def question_lines(start: StartingRig) -> list[str]:
-    """Return the lines that list the columns and units to fill in; empty if there are none."""
-    lines = [f"  columns.{channel}: {note}" for channel, note in start.questions.items()]
-    return (
-        [f'{start.log} does not determine all values; replace "?" in bench.yaml:', *lines]
-        if lines
-        else []
-    )
+    """Return the lines on unreadable columns, and on columns and units to fill in."""
+    lines = [
+        f"{column!r} cannot be read and is left out: {reason}"
+        for column, reason in start.unreadable.items()
+    ]
+    if start.questions:
+        lines.append(f'{start.log} does not determine all values; replace "?" in bench.yaml:')
+        lines += [f"  columns.{channel}: {note}" for channel, note in start.questions.items()]
+    return lines

@@ -9,10 +9,12 @@ import click
 
 from frictool.cli.common_options import existing, json_option, output_option
 from frictool.cli.console_output import note, print_json
+from frictool.cli.layout_option import layout_of, layout_option
 from frictool.cli.output_files import STDOUT, save_text
 from frictool.cli.window_options import window_of, window_options
 
 if TYPE_CHECKING:
+    from frictool.documents.bench import Layout
     from frictool.logs.log import Log
 
 HELP = """\b
@@ -39,12 +41,14 @@ Without it, columns with a known name and unit are shown in the units of the fil
     type=existing,
     help=("Rig whose columns describe LOG, if LOG is a raw bench file (bench.yaml)."),
 )
+@layout_option
 @window_options
 @output_option(required=False, writes=("text", "Markdown"))
 @json_option
 def command(
     log: Path,
     bench: Path | None,
+    layout_texts: tuple[str, ...],
     start: float | None,
     end: float | None,
     output: Path | None,
@@ -56,10 +60,12 @@ def command(
     from frictool.identify.info import info
     from frictool.identify.info.text_view import table
 
+    if layout_texts and bench is not None:
+        raise click.UsageError("--layout does not work with --bench, which has its own layout.")
     document = None if bench is None else load(bench, Bench)
     window = window_of(start, end)
     with stdin_as_file([log]) as (path,):
-        raw = _guessed(path) if bench is None else None
+        raw = _guessed(path, layout_of(layout_texts)) if bench is None else None
         information = info(path if raw is None else raw, document, window)
     for warning in information.warnings:
         note(f"warning: {warning}")
@@ -71,7 +77,7 @@ def command(
         )
 
 
-def _guessed(path: Path) -> Log | None:
+def _guessed(path: Path, layout: Layout | None) -> Log | None:
     """Return a raw file as a log in its own units, and print the guessed columns.
 
     None for a canonical log.
@@ -82,7 +88,7 @@ def _guessed(path: Path) -> Log | None:
 
     if is_canonical(path):
         return None
-    guess = guess_log(path)
+    guess = guess_log(path, layout)
     columns = ", ".join(
         f"{channel} is {column!r} [{unit}]"
         for channel, (column, unit) in guess.guess.columns.items()

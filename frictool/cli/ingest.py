@@ -11,12 +11,14 @@ from frictool.cli.common_options import FiniteRange, existing, json_option, outp
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.file_endings import check_ending
 from frictool.cli.guessed_columns import preset_text, question_lines
+from frictool.cli.layout_option import layout_of, layout_option
 from frictool.cli.output_files import STDOUT, command_line, replacing, save_text
 from frictool.cli.window_options import window_of, window_options
 from frictool.errors import FrictoolError
 from frictool.logs.quality.log_kinds import KINDS
 
 if TYPE_CHECKING:
+    from frictool.documents.bench import Layout
     from frictool.logs.ingestion import IngestedLog
     from frictool.logs.log_assembly import LogAssembly
 
@@ -63,6 +65,7 @@ nothing is extrapolated. There is no filter: do not resample fast signals to a l
     type=click.Choice(["rotary", "linear"]),
     help="With --guess: kind of axis. [default: from units or names]",
 )
+@layout_option
 @window_options
 @click.option(
     "--resample",
@@ -97,6 +100,7 @@ def command(
     bench: Path | None,
     guess: bool,
     axis: Literal["rotary", "linear"] | None,
+    layout_texts: tuple[str, ...],
     start: float | None,
     end: float | None,
     period: float | None,
@@ -115,10 +119,11 @@ def command(
 
     named = {"--kind": kind, "--unit": unit_name, "--date": date}
     options = {"--from": start, "--to": end, "--resample": period, **named, "--salvage": salvage}
-    _check_guess(guess, axis, {"--bench": bench, **options})
+    of_guess = {"--axis": axis, "--layout": layout_texts or None}
+    _check_guess(guess, of_guess, {"--bench": bench, **options})
     check_ending(output, ("YAML",) if guess else ("MCAP",), chooses=False)
     if guess:
-        _propose(raw, axis, output, as_json)
+        _propose(raw, axis, layout_of(layout_texts), output, as_json)
         return
     document = None if bench is None else load(bench, Bench)
     from frictool.logs.canonical.mcap_reader import is_canonical
@@ -166,22 +171,29 @@ def command(
     _refuse_loss(made, output)
 
 
-def _check_guess(guess: bool, axis: str | None, others: dict[str, Any]) -> None:
+def _check_guess(guess: bool, of_guess: dict[str, Any], others: dict[str, Any]) -> None:
     """Raise UsageError if an option would be ignored.
 
-    `others` are options of a log, which --guess does not write.
+    `of_guess` are options that only --guess reads. `others` are options of a log, which --guess
+    does not write.
     """
     wrong = [name for name, value in others.items() if value is not None and value is not False]
     if guess and wrong:
         raise click.UsageError(f"--guess writes a bench.yaml and no log: leave out {wrong[0]}.")
-    if axis is not None and not guess:
-        raise click.UsageError(
-            "--axis belongs to --guess; without --guess, the bench states the axis."
-        )
+    for name, value in of_guess.items():
+        if value is not None and not guess:
+            raise click.UsageError(
+                f"{name} belongs to --guess; without --guess, the bench states the "
+                f"{name.removeprefix('--')}."
+            )
 
 
 def _propose(
-    raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, output: Path, as_json: bool
+    raw: tuple[Path, ...],
+    axis: Literal["rotary", "linear"] | None,
+    layout: Layout | None,
+    output: Path,
+    as_json: bool,
 ) -> None:
     """Write a bench guessed from a file.
 
@@ -197,7 +209,7 @@ def _propose(
             "by hand."
         )
     with stdin_as_file(raw) as (path,):
-        start = start_from(path, path.stem[:80] or "rig", axis)
+        start = start_from(path, path.stem[:80] or "rig", axis, layout=layout)
     save_text(
         output, starting_documents(start)["bench.yaml"], list(raw), draft=bool(start.questions)
     )
@@ -206,6 +218,7 @@ def _propose(
             "axis": start.axis,
             "columns": start.columns,
             "left": start.left,
+            "unreadable": start.unreadable,
             "preset": start.preset,
             "sample_period_s": start.period,
         }

@@ -13,10 +13,12 @@ import click
 from frictool.cli.common_options import existing, json_option
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.guessed_columns import preset_text, question_lines
+from frictool.cli.layout_option import layout_of, layout_option
 from frictool.documents.example_rigs import EXAMPLES
 from frictool.presentation.line_breaking import bounded
 
 if TYPE_CHECKING:
+    from frictool.documents.bench import Layout
     from frictool.documents.quantity import Axis
     from frictool.documents.starting_documents import StartingRig
 
@@ -62,15 +64,23 @@ overwritten.
     metavar="LOG",
     help="Log of the bench from which properties are guessed.",
 )
+@layout_option
 @click.option(
     "--example", type=click.Choice(list(EXAMPLES)), help="Worked rig to write, with its logs."
 )
 @json_option
 def command(
-    folder: Path, axis: str | None, log: Path | None, example: str | None, as_json: bool
+    folder: Path,
+    axis: str | None,
+    log: Path | None,
+    layout_texts: tuple[str, ...],
+    example: str | None,
+    as_json: bool,
 ) -> None:
     from frictool.cli.output_folder import save_folder
 
+    if layout_texts and log is None:
+        raise click.UsageError("--layout belongs to --from: it is the layout of the log.")
     if example is not None:
         if axis is not None or log is not None:
             raise click.UsageError("--example does not work with --axis or --from.")
@@ -78,7 +88,7 @@ def command(
         return
     from frictool.documents.starting_documents import example_keys, starting_documents
 
-    start = _start(folder, axis, log)
+    start = _start(folder, axis, log, layout_of(layout_texts))
     files = starting_documents(start)
     save_folder(folder, files, [] if log is None else [log], overwrite=False, parents=True)
     if log is not None and start.log_path is None:
@@ -91,6 +101,7 @@ def command(
             "axis": start.axis,
             "columns": start.columns,
             "left": start.left,
+            "unreadable": start.unreadable,
             "preset": start.preset,
             "sample_period_s": start.period,
         }
@@ -146,7 +157,7 @@ def _still_to_do(folder: Path, start: StartingRig, keys: dict[str, list[str]]) -
     return text
 
 
-def _start(folder: Path, axis: str | None, log: Path | None) -> StartingRig:
+def _start(folder: Path, axis: str | None, log: Path | None, layout: Layout | None) -> StartingRig:
     """Return the facts of the rig: the folder's name, and the contents of the log."""
     from frictool.documents.starting_documents import StartingRig
 
@@ -161,4 +172,5 @@ def _start(folder: Path, axis: str | None, log: Path | None) -> StartingRig:
 
     path = os.path.relpath(log.absolute(), folder.absolute())
     requested: Axis | None = None if axis is None else "linear" if axis == "linear" else "rotary"
-    return start_from(log, name, requested, path if re.fullmatch(r"[\w./+,@-]+", path) else None)
+    log_path = path if re.fullmatch(r"[\w./+,@-]+", path) else None
+    return start_from(log, name, requested, log_path, layout)

@@ -8,12 +8,15 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import msgspec
 import yaml
 
 from frictool.documents.quantity import Axis, drive_dimension, si_unit
 
 if TYPE_CHECKING:
     import jinja2
+
+    from frictool.documents.bench import Layout
 
 FILES = {
     "bench.yaml": "bench.yaml.jinja",
@@ -44,10 +47,11 @@ class StartingRig:
 
     `log`: base name of the log. `log_path`: path of the log, relative to the rig's folder.
     `axis_source`: source of the kind of axis: the user, the log, or neither. `columns`: channel ->
-    (column, unit). `left`: columns without a channel. `period`: sample period [s]. `step`: step of
-    the encoder [rad | m]. `questions`: channel -> note on its column or unit, which the log does
-    not contain. `preset`: drive or robot whose log format has these columns and determined the
-    units.
+    (column, unit). `left`: columns without a channel. `unreadable`: column of `left` -> reason why
+    it cannot be read. `period`: sample period [s]. `step`: step of the encoder [rad | m].
+    `questions`: channel -> note on its column or unit, which the log does not contain. `preset`:
+    drive or robot whose log format has these columns and determined the units. `layout`: layout of
+    the log, as provided by the user.
     """
 
     name: str
@@ -57,11 +61,13 @@ class StartingRig:
     drive: Literal["current", "voltage"] | None = None
     columns: dict[str, tuple[str, str]] = field(default_factory=dict)
     left: tuple[str, ...] = ()
+    unreadable: dict[str, str] = field(default_factory=dict)
     period: float | None = None
     step: float | None = None
     axis_source: Literal["given", "guessed", "example"] = "given"
     questions: dict[str, str] = field(default_factory=dict)
     preset: str | None = None
+    layout: Layout | None = None
 
 
 def starting_documents(start: StartingRig) -> dict[str, str]:
@@ -160,12 +166,14 @@ def _context(start: StartingRig) -> dict[str, Any]:
                 "period",
                 "step",
                 "left",
+                "unreadable",
                 "questions",
                 "preset",
             )
         },
         "columns": start.columns or {**COLUMNS[start.axis], drive: (drive, unit)},
         "known": bool(start.columns),
+        "layout": None if start.layout is None else _flow(msgspec.to_builtins(start.layout)),
         "drive": drive,
         "drive_unit": unit,
         "current": drive == "current",
@@ -187,6 +195,13 @@ def _aligned(text: str) -> str:
     return "".join(
         (f"{before:{NOTE_COLUMN}}  {note}" if note else before) + "\n" for before, _, note in lines
     )
+
+
+def _flow(value: dict[str, Any]) -> str:
+    """Return a mapping as YAML on one line."""
+    return yaml.safe_dump(
+        value, default_flow_style=True, width=float("inf"), allow_unicode=True, sort_keys=False
+    ).rstrip("\n")
 
 
 def quoted(text: str) -> str:

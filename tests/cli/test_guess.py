@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictool.documents.bench import Bench
+from frictool.documents.bench import Bench, Layout
 from frictool.documents.registry import load
+from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.channels.column_names import unit_in
 from frictool.logs.channels.logger_presets import PRESETS
 from studies.command_line import run
@@ -333,3 +334,115 @@ def test_info_counts_the_rows_without_a_number_and_says_where_they_are(tmp_path:
     assert (
         sum(loss["samples"] for loss in json.loads(run("info", log, "--json").stdout)["lost"]) == 4
     )
+
+
+def sampled(header: str, row: str, count: int = 60) -> str:
+    """A log whose rows are `row`, formatted with the index `k` and a position `x`."""
+    rows = [row.format(k=k, x=f"{90 * np.sin(k / 9):.5f}") for k in range(count)]
+    return "\n".join([header, *rows]) + "\n"
+
+
+AMBIGUOUS = sampled("Time,angle [deg]", "03/04/2026 12:00:00.{k:03d},{x}")
+
+
+@pytest.mark.parametrize(
+    ("order", "day"), [("day-first", "2026-04-03"), ("month-first", "2026-03-04")]
+)
+def test_dates_that_begin_with_the_day_or_the_month_are_decided_by_an_option(
+    order: str, day: str, tmp_path: Path
+) -> None:
+    log, bench = tmp_path / "log.csv", tmp_path / "bench.yaml"
+    log.write_text(AMBIGUOUS)
+    refused(
+        run("ingest", "--guess", log, "-o", bench),
+        3,
+        "may begin with the day or with the month",
+        "without a bench, give --layout dates=day-first or dates=month-first",
+    )
+    option = ("--layout", f"dates={order}")
+    made = run("ingest", "--guess", log, *option, "-o", bench)
+    assert made.code == 0, made.stderr
+    assert load(bench, Bench).layout == Layout(dates=order)
+    assert run("init", tmp_path / "rig", "--from", log, *option).code == 0
+    assert load(tmp_path / "rig/bench.yaml", Bench).layout == Layout(dates=order)
+    assert run("info", log, *option).code == 0
+    done = run("ingest", log, "--bench", bench, "-o", tmp_path / "log.mcap")
+    assert done.code == 0, done.stderr
+    epoch = int(read_mcap(tmp_path / "log.mcap").metadata["time"]["epoch_ns"])
+    assert np.datetime64(epoch, "ns") == np.datetime64(f"{day}T12:00:00")
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ("dates=x", "--layout dates: found 'x'; allowed: day-first | month-first"),
+        ("date=x", "--layout date: unknown key, did you mean 'dates'?"),
+        ("dates", "--layout: found 'dates'; allowed: KEY=VALUE"),
+        ("dates=[", "--layout not valid YAML"),
+        ("start_s=1", "--layout start_s needs period_s"),
+    ],
+)
+def test_a_wrong_layout_is_refused(value: str, message: str, tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text(AMBIGUOUS)
+    result = run("info", log, "--layout", value)
+    assert result.code == 2
+    assert f"Error: {message}" in result.stderr
+
+
+def test_a_layout_that_would_be_ignored_is_refused(tmp_path: Path) -> None:
+    log, option = tmp_path / "log.csv", ("--layout", "dates=day-first")
+    log.write_text(AMBIGUOUS)
+    for call, message in (
+        (("ingest", log, "-o", tmp_path / "x.mcap"), "--layout belongs to --guess"),
+        (("init", tmp_path / "rig"), "--layout belongs to --from"),
+        (("info", log, "--bench", log), "--layout does not work with --bench"),
+    ):
+        result = run(*call, *option)
+        assert result.code == 2
+        assert f"Error: {message}" in result.stderr
+
+
+def test_a_year_of_two_digits_is_named(tmp_path: Path) -> None:
+    facts, bench = guessed(tmp_path, sampled("Time,angle [deg]", "31/01/26 12:00:00.{k:03d},{x}"))
+    assert facts["columns"] == {"position": ["angle", "deg"]}
+    assert facts["left"] == ["Time"]
+    reason = facts["unreadable"]["Time"]
+    assert reason.startswith("line 2: column 'Time': found '31/01/26 12:00:00.000'; allowed: ")
+    assert reason.endswith("with four digits of the year")
+    assert f"# cannot be read: {reason}" in bench.read_text()
+    shown = run("ingest", "--guess", tmp_path / "log.csv", "-o", bench).stdout
+    assert f"'Time' cannot be read and is left out: {reason}\n" in shown
+
+
+def test_an_empty_cell_in_a_column_that_is_not_used_is_left_out(tmp_path: Path) -> None:
+    text = sampled("time [s],angle [deg],humidity,mode", "{k}e-3,{x},40,IDLE")
+    facts, bench = guessed(tmp_path, text.replace("40,IDLE", ",IDLE", 31))
+    assert facts["columns"] == {"time": ["time", "s"], "position": ["angle", "deg"]}
+    assert facts["left"] == ["humidity", "mode"]
+    assert facts["unreadable"] == {
+        "humidity": "line 2: column 'humidity': found an empty cell; allowed: a number",
+        "mode": "line 2: column 'mode': found 'IDLE'; allowed: a number",
+    }
+    done = run("ingest", tmp_path / "log.csv", "--bench", bench, "-o", tmp_path / "log.mcap")
+    assert done.code == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        (
+            "0.03,,40",
+            "log.csv:32: column 'angle': found an empty cell; allowed: a number; complete",
+        ),
+        ("0.03,1", "log.csv:32: has 2 cells, but the header in line 1 has 3"),
+    ],
+)
+def test_damage_of_a_used_column_or_of_a_row_is_refused(
+    row: str, message: str, tmp_path: Path
+) -> None:
+    lines = sampled("time [s],angle [deg],humidity", "{k}e-3,{x},40").splitlines()
+    lines[31] = row
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join(lines) + "\n")
+    refused(run("ingest", "--guess", log, "-o", tmp_path / "bench.yaml"), 3, message)

@@ -1,4 +1,4 @@
-"""Units of an angular motion name an angle, because 1 Hz can be one turn or one radian per second."""
+"""Units of an angular motion name an angle: 1 Hz can be one turn or one radian per second."""
 
 from __future__ import annotations
 

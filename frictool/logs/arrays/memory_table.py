@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from frictool.errors import LogError
 from frictool.logs.raw_table import (
     BLOCK_ROWS,
     DataLoss,
@@ -28,6 +29,7 @@ class MemoryTable:
     source, topic, clock: see RawTable.
     time_ns: (n,) times of the rows in ns; None if the file gives no times.
     first_line: line of the first row in the file; None if the rows have no lines.
+    unreadable: name -> error at the first cell without a number, for columns with such cells.
     """
 
     columns: Mapping[str, Vector]
@@ -37,6 +39,7 @@ class MemoryTable:
     clock: str | None = None
     time_ns: Nanoseconds | None = field(default=None, repr=False)
     first_line: int | None = None
+    unreadable: Mapping[str, LogError] = field(default_factory=dict, repr=False)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -71,14 +74,16 @@ class MemoryTable:
         return None if self.first_line is None else self.first_line + row
 
 
-def in_memory(table: RawTable, wanted: Sequence[str], most: int) -> MemoryTable:
+def in_memory(
+    table: RawTable, wanted: Sequence[str], most: int, losses: list[DataLoss] | None = None
+) -> MemoryTable:
     """Return the columns `wanted` of a table, block by block until there are `most` rows or more.
 
-    Raises LogError if a block of the table cannot be read.
+    losses: list to which damage is added (see RawTable); None to raise LogError at damage.
     """
     blocks = []
     rows = 0
-    for block, _ in table.blocks(wanted):
+    for block, _ in table.blocks(wanted, losses):
         blocks.append(block)
         rows = block.first_row + next(iter(block.columns.values())).size
         if rows >= most:

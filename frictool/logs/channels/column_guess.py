@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from frictool.documents.bench import LONGEST_PERIOD, OPEN, SHORTEST_PERIOD
+from frictool.documents.bench import LONGEST_PERIOD, OPEN, SHORTEST_PERIOD, Layout
 from frictool.documents.quantity import Axis, factor_to_si
 from frictool.documents.starting_documents import StartingRig
 from frictool.errors import LogError
@@ -37,7 +37,7 @@ from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.formats import open_tables
 from frictool.logs.log import Log
 from frictool.logs.quality.time_base import encoder_step, time_base
-from frictool.logs.raw_table import RawTable
+from frictool.logs.raw_table import SALVAGE, RawTable
 from frictool.logs.recordings.recording_files import sources
 from frictool.typing import Vector
 
@@ -54,7 +54,9 @@ class ColumnGuess:
     """Channels, sample period and encoder step guessed from a file.
 
     columns: channel -> (column, unit), each of them OPEN if `questions` asks for it.
-    left: columns that are not used, because they fit no channel or another column fits better.
+    left: columns that are not used, because they cannot be read, they fit no channel or another
+        column fits better.
+    unreadable: column of `left` -> reason why it cannot be read.
     period: sample period in s; None if unknown.
     step: encoder step in rad or m; None if unknown.
     preset: title of the preset that gave units (logger_presets.py), or None.
@@ -63,6 +65,7 @@ class ColumnGuess:
     axis: Axis
     columns: dict[str, tuple[str, str]] = field(default_factory=dict)
     left: tuple[str, ...] = ()
+    unreadable: dict[str, str] = field(default_factory=dict)
     period: float | None = None
     step: float | None = None
     questions: tuple[ColumnQuestion, ...] = ()
@@ -84,25 +87,32 @@ class ColumnGuess:
         )
 
 
-def guess_from(path: Path, axis: Axis | None = None) -> ColumnGuess:
+def guess_from(path: Path, axis: Axis | None = None, layout: Layout | None = None) -> ColumnGuess:
     """Return the guess for the log or bag at `path`.
 
     axis: kind of the axis; None to infer it from the log.
+    layout: layout of the log; None to detect it.
 
     Raises LogError if the file cannot be read, or if the kind of the axis remains unknown.
     """
     (parts,) = sources([path])
     if len(parts) == 1 and is_canonical(parts[0]):
         return guess([_table(read_mcap(parts[0]))], axis)
-    return guess(read_start(open_tables(parts)), axis)
+    return guess(read_start(open_tables(parts, layout)), axis)
 
 
-def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = None) -> StartingRig:
+def start_from(
+    log: Path,
+    name: str,
+    axis: Axis | None,
+    log_path: str | None = None,
+    layout: Layout | None = None,
+) -> StartingRig:
     """Return the initial documents of a rig, with the columns and values guessed from a log.
 
     Raises LogError if the log cannot be read, or if the kind of the axis remains unknown.
     """
-    start = guess_from(log, axis)
+    start = guess_from(log, axis, layout)
     return StartingRig(
         name=name,
         axis=start.axis,
@@ -111,10 +121,12 @@ def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = N
         drive=start.drive,
         columns=start.columns,
         left=start.left,
+        unreadable=start.unreadable,
         period=start.period,
         step=start.step,
         axis_source="guessed" if axis is None else "given",
         preset=start.preset,
+        layout=layout,
         questions={
             key: "; ".join(one.note for one in start.questions if one.channel == key)
             for key in start.columns
@@ -128,19 +140,8 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
 
     Raises LogError if no table has numbers.
     """
-    memory_tables: list[MemoryTable] = []
-    for table in sorted(tables, key=lambda one: -len(one.names)):
-        first, _ = (
-            next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
-        )
-        # text columns and columns of time stamps have no finite numbers
-        names = (
-            []
-            if first is None
-            else [name for name, values in first.columns.items() if np.isfinite(values).any()]
-        )
-        if names:
-            memory_tables.append(in_memory(table, names, MOST_ROWS))
+    starts = [_start(table) for table in sorted(tables, key=lambda one: -len(one.names))]
+    memory_tables = [start for start in starts if start is not None]
     if not memory_tables:
         for table in tables:
             if table.names:
@@ -148,6 +149,47 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
                 next(iter(table.blocks(table.names)), None)
         raise LogError(tables[0].source, "has no column with a finite number in its first rows")
     return memory_tables
+
+
+def _start(table: RawTable) -> MemoryTable | None:
+    """Return the first rows of a table; None if the table has no column with numbers.
+
+    In a column that is not readable, cells without a number are NaN.
+    """
+    first, _ = next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
+    if first is None:
+        return None
+    # text columns and columns of time stamps have no finite numbers
+    names = [name for name, values in first.columns.items() if np.isfinite(values).any()]
+    if not names:
+        return None
+    texts = {name: _column_error(table, name) for name in first.columns if name not in names}
+    try:
+        start = in_memory(table, names, MOST_ROWS)
+        damaged = {}
+    except LogError:
+        start = in_memory(table, names, MOST_ROWS, [])
+        damaged = {
+            name: _column_error(table, name)
+            for name, values in start.columns.items()
+            if not np.isfinite(values).all()
+        }
+        readable = [name for name in names if damaged.get(name) is None]
+        if not readable or len(readable) == len(names):
+            raise
+        # raises LogError if the damage is not confined to these columns
+        in_memory(table, readable, MOST_ROWS)
+    unreadable = {name: error for name, error in (texts | damaged).items() if error is not None}
+    return replace(start, unreadable=unreadable)
+
+
+def _column_error(table: RawTable, name: str) -> LogError | None:
+    """Return the error at the first rows of a column; None if they are numbers."""
+    try:
+        in_memory(table, [name], MOST_ROWS)
+    except LogError as error:
+        return error
+    return None
 
 
 def _table(log: Log) -> MemoryTable:
@@ -181,6 +223,15 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
     left = tuple(
         dict.fromkeys(name for name, table in offered if name not in used and name != table.clock)
     )
+    unreadable = {name: error for table in tables for name, error in table.unreadable.items()}
+    for choice in chosen.values():
+        if choice.column in unreadable:
+            error = unreadable[choice.column]
+            raise LogError(
+                error.path,
+                f"{_message(error)}; complete or delete this row: the guess uses this column",
+                line=error.line,
+            )
     columns = {channel: (choice.column, choice.unit) for channel, choice in chosen.items()}
     homes = {channel: choice.table for channel, choice in chosen.items()}
     main = homes.get("position", next(iter(homes.values()), tables[0]))
@@ -188,12 +239,24 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
     return ColumnGuess(
         axis,
         columns,
-        left,
+        tuple(dict.fromkeys((*left, *unreadable.keys() - used))),
+        {name: _reason(error) for name, error in unreadable.items() if name not in used},
         _period(main, columns, axis),
         _step(main, columns, axis),
         questions,
         None if preset is None else preset.title,
     )
+
+
+def _reason(error: LogError) -> str:
+    """Return the message of an error with its line, but without its file."""
+    return _message(error) if error.line is None else f"line {error.line}: {_message(error)}"
+
+
+def _message(error: LogError) -> str:
+    """Return the message of an error without file, line and the remedy of `ingest`."""
+    where = error.path if error.line is None else f"{error.path}:{error.line}"
+    return str(error).removeprefix(f"{where}: ").removesuffix(f"; {SALVAGE}")
 
 
 def _liveliest_first(table: MemoryTable) -> list[str]:

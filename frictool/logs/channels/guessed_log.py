@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.documents.bench import OPEN
+from frictool.documents.bench import OPEN, Layout
 from frictool.documents.quantity import Axis, factor_to_si
 from frictool.errors import LogError
 from frictool.logs.arrays.memory_table import MemoryTable
@@ -33,13 +33,15 @@ class GuessedLog:
     guess: ColumnGuess
 
 
-def guess_log(path: Path) -> GuessedLog:
+def guess_log(path: Path, layout: Layout | None = None) -> GuessedLog:
     """Return the first rows of a file's table with the position, in the units of the file.
+
+    layout: layout of the file; None to detect it.
 
     Raises LogError if the file cannot be read, gives no times, or has no recognisable channel.
     """
     (parts,) = sources([path])
-    tables = read_start(open_tables(parts))
+    tables = read_start(open_tables(parts, layout))
     # default if neither units nor names decide; no unit here depends on the kind of axis
     axis: Axis = kind_of_axis(tables) or "rotary"
     guessed = guess(tables, axis)

@@ -33,10 +33,11 @@ from frictool.logs.text.text_layout import LONGEST_LINE, find_layout
 
 NO_END = (
     "the last line has no line end: the file may be cut off; if it is complete, add a line end, or "
-    "write layout.whole: true in the bench"
+    "write layout.whole: true in the bench (without a bench: --layout whole=true)"
 )
 OVER_RANGE = "\u221e"  # infinity sign, of a sample beyond the range of a PicoScope
 _DATE = re.compile(r"\d+[./-]\d+[./-]\d+\b")
+_SHORT_YEAR = re.compile(r"\d\d?([./-])\d\d?\1\d\d\b")
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -242,5 +243,6 @@ class CsvTable:
         if issue.what == layout.stamps or _DATE.match(cell):
             hint = "" if issue.what == layout.stamps else " or "
             hint += "a date and time such as 2026-01-31T12:00:00.5"
+            hint += ", with four digits of the year" if _SHORT_YEAR.match(cell) else ""
         allowed = hint if issue.what == layout.stamps else f"a number{hint}"
         return f"column {layout.names[issue.what]!r}: found {shown}; allowed: {allowed}"

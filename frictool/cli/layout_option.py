@@ -1,0 +1,59 @@
+"""Option --layout: layout of a raw file without a bench, for what its content does not show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from frictool.errors import InputFileError
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Layout
+
+OPTION = "--layout"
+
+layout_option = click.option(
+    OPTION,
+    "layout_texts",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help=(
+        "Property of the file that its content does not show reliably, such as "
+        "dates=day-first or whole=true; the keys are those of layout in bench.yaml. Repeatable."
+    ),
+)
+
+
+def layout_of(texts: tuple[str, ...]) -> Layout | None:
+    """Return the layout of the option's values `KEY=VALUE`; None if there are none.
+
+    Raises click.UsageError if a key is unknown or occurs twice, or if a value is not allowed.
+    """
+    from yaml import MappingNode
+
+    from frictool.documents.bench import Layout
+    from frictool.documents.document_reader import DocumentReader
+    from frictool.documents.document_text import compose
+
+    if not texts:
+        return None
+    reader = DocumentReader(Path(OPTION))
+    entries = []
+    try:
+        for text in texts:
+            key, sign, value = text.partition("=")
+            if not sign:
+                raise click.UsageError(f"{OPTION}: found {text!r}; allowed: KEY=VALUE.")
+            node = compose(f"{key.strip()}: {value.strip()}", reader.path)
+            entries += node.value if isinstance(node, MappingNode) else []
+        # a mark of the first line serves for the whole mapping
+        start = entries[0][0].start_mark
+        layout: Layout = reader.read(
+            MappingNode("tag:yaml.org,2002:map", entries, start, start), Layout, ""
+        )
+    except InputFileError as error:
+        reason = str(error).removeprefix(f"{OPTION}:1: ").removeprefix("layout: ")
+        raise click.UsageError(f"{OPTION} {reason}.") from None
+    return layout
