@@ -11,7 +11,7 @@ import click
 from frictool.cli.common_options import existing, json_option, output_option
 from frictool.cli.console_output import note, note_changes, print_json, say
 from frictool.cli.file_endings import check_folder
-from frictool.cli.output_files import STDOUT, command_line
+from frictool.cli.output_files import STDOUT, command_line, replacing
 from frictool.errors import EXIT_NO
 from frictool.export.languages import LANGUAGE_NAMES, LANGUAGES, DocumentKind, ExportLanguage
 
@@ -28,7 +28,7 @@ HELP = f"""\b
 Example:
   frictool export controller.yaml --lang c --number float -o c/
   cc c/*.c -lm -o selftest && ./selftest
-  frictool export model.yaml --lang urdf --into robot.urdf --joint elbow -o patched/
+  frictool export model.yaml --lang urdf --into robot.urdf --joint elbow --in-place
 
 Write a controller for its target, or a model for a simulator or a drive.
 
@@ -73,6 +73,11 @@ in the folder are replaced. With -o - the files are a tar archive on stdout.
 )
 @click.option("--joint", help="Joint of --into. [default: the only joint of the model's kind]")
 @click.option(
+    "--in-place",
+    is_flag=True,
+    help="Change the file of --into itself, in place of a copy in the folder of --output.",
+)
+@click.option(
     "--without",
     multiple=True,
     metavar="FEATURE",
@@ -89,7 +94,9 @@ in the folder are replaced. With -o - the files are a tar archive on stdout.
     is_flag=True,
     help="Print instructions per step, bytes of code and of state on the bench's target.",
 )
-@output_option(help="Folder for the files; - is a tar archive on stdout.")
+@output_option(
+    required=False, help="Folder for the files, required without --in-place; - is a tar archive."
+)
 @json_option
 @click.pass_context
 def command(
@@ -99,22 +106,29 @@ def command(
     number: Number | None,
     into: Path | None,
     joint: str | None,
+    in_place: bool,
     without: tuple[str, ...],
     check: Path | None,
     report: bool,
-    output: Path,
+    output: Path | None,
     as_json: bool,
 ) -> None:
-    check_folder(output)
+    if in_place and output is not None:
+        raise click.UsageError("--in-place and --output exclude each other; give one of them.")
+    if output is not None:
+        check_folder(output)
+    elif not in_place:
+        raise click.UsageError("Missing option '-o' / '--output', the folder for the files.")
     language = _language(lang, document)
-    for option in ("number", "into", "joint", "without", "check", "report"):
+    for option in ("number", "into", "joint", "in_place", "without", "check", "report"):
         if context.params[option] not in (None, (), False) and option not in language.options:
             others = ", ".join(_label(one) for one in LANGUAGES if option in one.options)
+            name = option.replace("_", "-")
             raise click.UsageError(
-                f"--{option} does not work with --lang {_label(language)}; allowed: --lang "
-                f"{others}."
+                f"--{name} does not work with --lang {_label(language)}; allowed: --lang {others}."
             )
     if language.document == "controller":
+        assert output is not None  # no language of a controller reads --in-place
         _export_controller(document, cast("Language", lang), number, report, output, as_json)
         return
     if "into" in language.options and into is None:
@@ -140,6 +154,7 @@ def command(
             "--lang": lang,
             "--into": into,
             "--joint": joint,
+            "--in-place": in_place,
             "--without": without,
             "--check": check,
         },
@@ -152,12 +167,25 @@ def command(
     settings = ModelExportSettings(frozenset(without), into, joint, log)
     result = export_model(model, lang, settings, ExportOrigin(digest(document), words))
     inputs = [document, *(path for path in (into, check) if path is not None)]
-    save_folder(output, result.files, inputs, overwrite=True)
+    if output is None:
+        assert into is not None  # as --in-place requires it
+        _change(into, result.files[into.name], [document])
+    else:
+        save_folder(output, result.files, inputs, overwrite=True)
     if as_json:
         print_json("export-model/1", result.summary(), output)
     else:
         for line in result.lines():
             say(line, output)
+
+
+def _change(path: Path, content: str | bytes, inputs: list[Path]) -> None:
+    """Replace the content of a file completely or not at all; its permissions stay."""
+    assert isinstance(content, bytes)
+    mode = path.stat().st_mode
+    with replacing(path, inputs) as stream:
+        stream.write(content)
+    path.chmod(mode)
 
 
 def _language(lang: str, document: Path) -> ExportLanguage:

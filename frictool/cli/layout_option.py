@@ -31,7 +31,7 @@ def layout_of(texts: tuple[str, ...]) -> Layout | None:
 
     Raises click.UsageError if a key is unknown or occurs twice, or if a value is not allowed.
     """
-    from yaml import MappingNode
+    from yaml import MappingNode, Node
 
     from frictool.documents.bench import Layout
     from frictool.documents.document_reader import DocumentReader
@@ -40,7 +40,7 @@ def layout_of(texts: tuple[str, ...]) -> Layout | None:
     if not texts:
         return None
     reader = DocumentReader(Path(OPTION))
-    entries = []
+    entries: list[tuple[Node, Node]] = []
     try:
         for text in texts:
             key, sign, value = text.partition("=")

@@ -33,6 +33,7 @@ HELD = frozenset(FEATURES) - {"dwell", "presliding", "backlash", "resonances"}
 SPEEDS, POSITIONS = 51, 101  # rows of the tables over speed and position
 DRIVE_ROWS = 20  # largest number of rows of `frict_comp` (P-COMP-00062)
 COGGING_ROWS, COGGING_LEVELS = 1024, 127  # table of moteus: entries, and largest int8
+NO_ODRIVE = "no ODrive map: ODrive measures its map itself, and publishes no way to load another"
 WHOLE = 1e-9  # largest relative deviation of a whole number
 
 
@@ -71,7 +72,7 @@ def table_files(
     ripples = model.laws.load.ripples if model.laws and model.laws.load else ()
     if ripples:
         cogging, note = _moteus_table(model, ripples)
-        notes.append(note)
+        notes += [note, NO_ODRIVE]
         if cogging:
             files[f"{name}_moteus.cfg"] = cogging
     return files, notes

@@ -70,8 +70,8 @@ LANGUAGES: tuple[ExportLanguage, ...] = (
     ExportLanguage(
         "urdf",
         "model",
-        "copy of the URDF or SDF of --into with the damping and friction of one joint",
-        ("into", "joint", "without"),
+        "URDF or SDF of --into with the damping and friction of one joint, as a copy or in place",
+        ("into", "joint", "in_place", "without"),
     ),
     ExportLanguage(
         "table",

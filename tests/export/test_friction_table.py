@@ -24,7 +24,7 @@ from frictool.documents.registry import load
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.errors import NoSolutionError
 from frictool.export.export_origin import ExportOrigin
-from frictool.export.friction_table import table_files
+from frictool.export.friction_table import NO_ODRIVE, table_files
 from frictool.plant.axis import LOAD_POSITION, POSITION, STATE_SIZE, VELOCITY
 from studies.command_line import run
 from tests.support.command_line import refused
@@ -173,6 +173,7 @@ def test_moteus_s_table_is_the_ripple_of_one_turn(clutch: Model) -> None:
     files, notes = table_files(odd, ORIGIN, ())
     assert "clutch_non_linear_moteus.cfg" not in files
     assert "no moteus table: 7.5 cycles per turn; allowed: a whole number" in notes
+    assert NO_ODRIVE in notes
 
 
 def test_files_are_those_of_the_folder(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from studies.command_line import run
 from tests.support.command_line import refused
 from tests.support.documentation_pages import ROOT
 
+GOLDEN = Path(__file__).parent / "golden"
 ARM = """<?xml version="1.0"?>
 <!-- the arm's <joint name="elbow"/> in a comment -->
 <robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -243,3 +244,61 @@ def test_mujoco_reads_the_values(model: Model, tmp_path: Path) -> None:
     read = mujoco.MjModel.from_xml_string(patched(model, tmp_path / "r.urdf", text, "j"))
     assert read.dof_damping[0] == model.parameters.viscous.value
     assert read.dof_frictionloss[0] == model.parameters.coulomb.value
+
+
+@pytest.mark.parametrize("name", ["arm.urdf", "arm.sdf"])
+def test_golden_files(model: Model, tmp_path: Path, name: str) -> None:
+    """The files differ in the two values of the elbow: comments, quotes and gaps stay."""
+    before = (GOLDEN / name).read_bytes()
+    after = (GOLDEN / name.replace(".", "_changed.")).read_bytes()
+    path = tmp_path / name
+    assert patched(model, path, before, "elbow").encode() == after
+    path.write_bytes(after)
+    assert patched(model, path, after, "elbow").encode() == after
+    (changed,) = (
+        (old, new)
+        for old, new in zip(before.splitlines(), after.splitlines(), strict=True)
+        if old != new
+    )
+    assert b"0.000381" in changed[1]
+    assert b"0.12192" in changed[1]
+
+
+IN_PLACE: list[Any] = ["export", ROOT / "configs/clutch/nonlinear.yaml", "--lang", "urdf"]
+IN_PLACE += [
+    word for name in ("backward", "regimes", "position", "backlash") for word in ("--without", name)
+]
+
+
+def test_the_file_is_changed_in_place(tmp_path: Path) -> None:
+    robot, link = tmp_path / "arm.urdf", tmp_path / "link.urdf"
+    robot.write_text(ARM)
+    robot.chmod(0o751)
+    link.symlink_to(robot.name)
+    call = [*IN_PLACE, "--joint", "shoulder"]
+    assert run(*call, "--into", robot, "-o", tmp_path / "out").code == 0
+    assert robot.read_text() == ARM
+    said = run(*call, "--into", link, "--in-place")
+    assert said.code == 0, said.stderr
+    assert robot.read_bytes() == (tmp_path / "out/arm.urdf").read_bytes()
+    assert link.is_symlink()
+    assert robot.stat().st_mode & 0o777 == 0o751
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["arm.urdf", "link.urdf", "out"]
+
+
+def test_a_refusal_in_place_changes_nothing(tmp_path: Path) -> None:
+    robot = tmp_path / "arm.urdf"
+    robot.write_text(ARM)
+    refused(run(*IN_PLACE, "--into", robot, "--joint", "knee", "--in-place"), 3, "no joint knee")
+    assert robot.read_text() == ARM
+    for options, message in (
+        (["--in-place", "-o", tmp_path / "out"], "--in-place and --output exclude each other"),
+        ([], "Missing option '-o' / '--output'"),
+    ):
+        result = run(*IN_PLACE, "--into", robot, "--joint", "elbow", *options)
+        assert result.code == 2
+        assert message in result.stderr
+    table = run(*IN_PLACE[:2], "--lang", "table", "--in-place")
+    assert table.code == 2
+    assert "--in-place does not work with --lang table" in table.stderr
+    assert robot.read_text() == ARM
