@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from frictool.documents.name_list import listed
+
 if TYPE_CHECKING:
     from frictool.documents.starting_documents import StartingRig
+
+LONGEST_NAMES = 60  # characters of the names of unreadable columns in a line
 
 
 def preset_text(start: StartingRig) -> str:
@@ -15,9 +19,12 @@ def preset_text(start: StartingRig) -> str:
 
 def question_lines(start: StartingRig) -> list[str]:
     """Return the lines on unreadable columns, and on columns and units to fill in."""
+    reasons: dict[str, list[str]] = {}
+    for column, reason in start.unreadable.items():
+        reasons.setdefault(reason.replace(f"column {column!r}: ", ""), []).append(repr(column))
     lines = [
-        f"{column!r} cannot be read and is left out: {reason}"
-        for column, reason in start.unreadable.items()
+        f"cannot be read and left out: {listed(columns, LONGEST_NAMES)}: {reason}"
+        for reason, columns in reasons.items()
     ]
     if start.questions:
         lines.append(f'{start.log} does not determine all values; replace "?" in bench.yaml:')

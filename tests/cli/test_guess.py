@@ -92,6 +92,21 @@ EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
         "velocity": (ASKED, "rad/s"),
         "current": (ASKED, "A"),
     },
+    "rtde_repeated": {
+        "time": ("timestamp", "s"),
+        "position": (ASKED, "rad"),
+        "reference": (ASKED, "rad"),
+        "current": (ASKED, "A"),
+        "current_command": (ASKED, "A"),
+    },
+    "rtde_poses": {"position": (ASKED, "rad")},
+    "vesc_uart": {"time": ("t", ASKED), "current": (ASKED, "A")},
+    "servos": {
+        "time": ("timestamp", "s"),
+        "position": (ASKED, ASKED),
+        "reference": (ASKED, ASKED),
+        "velocity": (ASKED, ASKED),
+    },
     "torque_sensor": {
         "time": ("time", "s"),
         "position": ("position", "rad"),
@@ -199,6 +214,9 @@ PRESET = {
     "feetech": "Feetech or Dynamixel (protocol 1)",
     "feetech_degrees": "Feetech or Dynamixel (protocol 1)",
     "rtde": "Universal Robots (RTDE)",
+    "rtde_repeated": "Universal Robots (RTDE)",
+    "rtde_poses": "Universal Robots (RTDE)",
+    "vesc_uart": "VESC (VescUart)",
     "franka": "Franka (libfranka)",
 }
 
@@ -245,6 +263,9 @@ def test_a_dynamixel_with_a_load_is_no_feetech(tmp_path: Path) -> None:
         "mag_inclination_ref_deg",
         "Motor temperature [deg]",  # the unit contradicts the name
         "position sensor [V]",
+        "Ori_err_norm_rad",  # an error
+        "max angle [deg]",
+        "inpVoltage [V]",  # a supply
         "voltage5V_v",  # a supply
         "thrust_setpoint_achieved",  # a command of another quantity
     ],
@@ -254,6 +275,20 @@ def test_a_column_of_another_quantity_is_no_channel(name: str, tmp_path: Path) -
     facts, _ = guessed(tmp_path, "\n".join([f"time [s],{name}", *rows]) + "\n")
     assert facts["columns"] == {"time": ["time", "s"]}
     assert facts["left"] == [name.partition(" [")[0]]
+
+
+def test_a_repeated_column_is_offered_once(tmp_path: Path) -> None:
+    facts, _ = guessed(tmp_path, LOGGERS["rtde_repeated"])
+    assert facts["questions"]["current_command"] == (
+        "fill in column 'target_current_0 (column 6)' or 'target_current_1 (column 7)': several "
+        "columns fit equally well"
+    )
+
+
+def test_the_number_of_a_servo_is_no_unit(tmp_path: Path) -> None:
+    facts, _ = guessed(tmp_path, LOGGERS["servos"])
+    assert "column 'pos (1)' or 'pos (2)'" in facts["questions"]["position"]
+    assert "column 'target pos (1)' or 'target pos (2)'" in facts["questions"]["reference"]
 
 
 def test_each_preset_has_a_log() -> None:
@@ -412,7 +447,7 @@ def test_a_year_of_two_digits_is_named(tmp_path: Path) -> None:
     assert reason.endswith("with four digits of the year")
     assert f"# cannot be read: {reason}" in bench.read_text()
     shown = run("ingest", "--guess", tmp_path / "log.csv", "-o", bench).stdout
-    assert f"'Time' cannot be read and is left out: {reason}\n" in shown
+    assert "cannot be read and left out: 'Time': line 2: found '31/01/26 12:00:00.000'; " in shown
 
 
 def test_an_empty_cell_in_a_column_that_is_not_used_is_left_out(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@ and fro."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 
 import numpy as np
@@ -84,6 +85,19 @@ FRANKA = ", ".join(
         ),
     ]
 )
+RTDE_ALL = ",".join(
+    ["timestamp"]
+    + [
+        f"{name}_{joint}"
+        for name in ("actual_q", "actual_current", "target_current", "target_q", "target_current")
+        for joint in range(2)
+    ]
+)
+RTDE_POSES = "actual_q_0 actual_q_1 actual_TCP_pose_0 actual_TCP_pose_1"
+SERVOS = ",".join(
+    ["timestamp"]
+    + [f"{name} ({servo})" for servo in (1, 2) for name in ("target pos", "pos", "speed", "temp")]
+)
 LAAS = "Time, Position, Velocity, Iq, Uq, Vsupply"
 LOGGERS: dict[str, str] = {
     "twincat": twincat(),
@@ -138,6 +152,39 @@ LOGGERS: dict[str, str] = {
     ),
     "rtde": f"{RTDE}\n"
     + _rows([0.002 * K, STILL, _sine(1.0), STILL, _sine(0.9), STILL, _sine(2.0)], " "),
+    # the recorder of a UR with a repeated field, and one without times
+    "rtde_repeated": f"{RTDE_ALL}\n"
+    + _rows([0.008 * K, *(_sine(1.0 + k) for k in range(4)), *(3 * [_sine(7.0), _sine(8.0)])], ","),
+    "rtde_poses": f"{RTDE_POSES}\n" + _rows([_sine(1.0), STILL, _sine(0.2), STILL], " "),
+    # VescUart's values as JSON lines; rpm is the electrical speed, inpVoltage the battery's
+    "vesc_uart": "".join(
+        json.dumps(
+            {
+                "t": 0.05 * k,
+                "avgMotorCurrent": round(4.0 * float(np.sin(k / 9)), 3),
+                "avgInputCurrent": 0.5,
+                "dutyCycleNow": 0.1,
+                "rpm": 900 + k,
+                "inpVoltage": 24.1,
+                "wattHours": 0.04,
+            }
+        )
+        + "\n"
+        for k in K.tolist()
+    ),
+    # servos on a bus, each with its number in parentheses
+    "servos": f"{SERVOS}\n"
+    + _rows(
+        [
+            0.005 * K,
+            *(
+                np.rint(column)
+                for _ in range(2)
+                for column in (2048 + _sine(500.0), 2048 + _sine(499.0), _sine(300.0), STILL + 37)
+            ),
+        ],
+        ",",
+    ),
     "torque_sensor": "time [s],position [rad],current [A],joint torque sensor [N m]\n"
     + _rows([0.001 * K, _sine(1.0), _sine(2.0), _sine(9.0)], ","),
     "torque_only": "time [s],position [rad],torque [N m]\n"

@@ -30,8 +30,10 @@ from frictool.logs.channels.column_names import (
     clarity,
     is_command,
     is_connector,
+    is_no_signal,
     quantities,
     unit_in,
+    without_number,
     words,
 )
 from frictool.logs.channels.logger_presets import NO_CHANNEL, PresetColumn
@@ -202,6 +204,8 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
     """
     if one.preset is not None:
         return [one.preset.channel] if one.preset.channel != NO_CHANNEL else [], 0
+    if is_no_signal(one.name):
+        return [], len(QUANTITIES)
     compatible = [
         name
         for name in dict.fromkeys((*CHANNEL_DIMENSIONS, TIME))
@@ -237,8 +241,12 @@ def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
 def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> ColumnChoice:
     """Return the choice among columns that fit a channel equally well."""
     first = contenders[0]
-    if channel == TIME:  # an instrument may repeat its times before each channel
-        contenders = [first, *(o for o in contenders[1:] if not _same(o.values, first.values))]
+    # an instrument may repeat its times before each channel, and a logger a column
+    contenders = [
+        one
+        for index, one in enumerate(contenders)
+        if not any(_repeats(one, other, channel) for other in contenders[:index])
+    ]
     names = tuple(one.name for one in contenders)
     several = [
         name
@@ -282,7 +290,7 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
         )
     elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):
         column = OPEN
-        questions.append(ColumnQuestion(channel, "column", _quoted(names), f"is it {LOAD_SIDE}"))
+        questions.append(ColumnQuestion(channel, "column", _quoted(names), LOAD_SIDE))
     unit, unit_question = _unit(channel, first, axis)
     if unit_question is not None:
         questions.append(unit_question)
@@ -319,8 +327,10 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
     return OPEN, ColumnQuestion(channel, "unit", candidates, why)
 
 
-def _same(values: Vector, others: Vector) -> bool:
-    return bool(values.shape == others.shape and np.array_equal(values, others))
+def _repeats(one: OfferedColumn, other: OfferedColumn, channel: str) -> bool:
+    """Return whether a column has the values of another one, and of the same name unless a time."""
+    named = channel == TIME or without_number(one.name) == without_number(other.name)
+    return named and np.array_equal(one.values, other.values, equal_nan=True)
 
 
 def _counts_rows(one: OfferedColumn) -> bool:

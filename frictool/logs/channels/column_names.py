@@ -25,7 +25,8 @@ _COMMAND = re.compile(
     r"soll|sollwert"
 )
 _NO_SIGNAL = re.compile(
-    r"error|err|deviation|limit|max|min|bus|vbus|supply|vsupply|bat|batt|vbat|battery|vdc"
+    r"error|err|deviation|norm|limit|max|min|bus|vbus|supply|vsupply|bat|batt|vbat|battery|vdc|inp|"
+    r"fehler|schleppfehler|erreur"
 )
 UNITS: Mapping[str, str] = {  # units that may end a name
     "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "us": "us", "ns": "ns",
@@ -48,6 +49,7 @@ _CONNECTOR = re.compile(
     r"|voltage[ _]*\d{1,2})( \(column \d+\))?",
     re.IGNORECASE,
 )
+_NUMBER = re.compile(r" \(column \d+\)$")  # added to a name that several columns have
 # supply voltage in a name such as voltage5V or 3V3
 _RAIL = re.compile(r"(?<!\d)\d{1,2}v(\d|(?![a-z]))", re.IGNORECASE)
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")  # word boundary in a name such as motorCurrent
@@ -75,9 +77,9 @@ def quantities(name: str) -> list[str]:
     >>> quantities("voltage5V_v")
     []
     """
-    name_words = set(words(name))
-    if any(map(_NO_SIGNAL.fullmatch, name_words)) or _RAIL.search(name):
+    if is_no_signal(name):
         return []
+    name_words = set(words(name))
     name_words.add("".join(words(name)))
     for level in QUANTITIES:
         fitting = [
@@ -100,9 +102,27 @@ def clarity(name: str) -> int:
     )
 
 
+def is_no_signal(name: str) -> bool:
+    """Return whether a name means a supply, a limit or an error, which are no channels.
+
+    >>> is_no_signal("Ori_err_norm_rad"), is_no_signal("3V3"), is_no_signal("angle")
+    (True, True, False)
+    """
+    return any(map(_NO_SIGNAL.fullmatch, words(name))) or _RAIL.search(name) is not None
+
+
 def is_command(name: str) -> bool:
     """Return whether a name means a command and not a measurement."""
     return any(map(_COMMAND.fullmatch, words(name)))
+
+
+def without_number(name: str) -> str:
+    """Return the name that several columns of a file have.
+
+    >>> without_number("target_q_0 (column 26)")
+    'target_q_0'
+    """
+    return _NUMBER.sub("", name)
 
 
 def is_connector(name: str) -> bool:

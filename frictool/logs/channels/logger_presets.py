@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from frictool.documents.bench import OPEN
+from frictool.logs.channels.column_names import without_number
 from frictool.typing import Vector
 
 NO_CHANNEL = ""
@@ -173,6 +174,18 @@ PRESETS = (
         ),
     ),
     LoggerPreset(
+        "VESC (VescUart)",
+        ("avgmotorcurrent", "dutycyclenow", "inpvoltage"),
+        (
+            PresetColumn("avgmotorcurrent", "current", "A"),
+            PresetColumn(
+                "avginputcurrent|dutycyclenow|rpm|inpvoltage|amphours.*|watthours.*|tachometer.*"
+                "|.*temp.*|error|id",
+                NO_CHANNEL,
+            ),
+        ),
+    ),
+    LoggerPreset(
         "Dynamixel",
         (r"(.*[./])?present[_ ]position", DYNAMIXEL_ONLY),
         (
@@ -206,7 +219,7 @@ PRESETS = (
     ),
     LoggerPreset(
         "Universal Robots (RTDE)",
-        (r"timestamp", rf"actual_q{JOINT}", rf"(actual_current|actual_qd|target_q){JOINT}"),
+        (rf"actual_q{JOINT}", rf"(actual_current|actual_qd|target_q|actual_tcp_pose){JOINT}"),
         (
             PresetColumn("timestamp", "time", "s"),
             PresetColumn(rf"actual_q{JOINT}", "position", "rad"),
@@ -243,4 +256,4 @@ def preset_of(names: Sequence[str]) -> LoggerPreset | None:
 
 
 def _matches(pattern: str, name: str) -> bool:
-    return re.fullmatch(pattern, name.strip(), re.IGNORECASE) is not None
+    return re.fullmatch(pattern, without_number(name.strip()), re.IGNORECASE) is not None

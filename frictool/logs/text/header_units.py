@@ -64,17 +64,20 @@ def _ends_in_unit(name: str) -> bool:
 def name_and_unit(cell: str) -> tuple[str, str | None]:
     """Return name and unit of a header cell: `speed [rpm]`, `speed (rpm)` or `speed/rpm`.
 
-    A text in brackets is a unit, or an index if it is a whole number, as in `q[0]`. A text in
-    parentheses or after a slash is a unit only if the units library knows it.
+    A text in brackets is a unit. A text in parentheses or after a slash is a unit only if the units
+    library knows it. A whole number is an index, as in `q[0]` and `pos (1)`.
 
     >>> name_and_unit("speed (r/min)"), name_and_unit("torque (filtered)"), name_and_unit("U/V")
     (('speed', 'rpm'), ('torque (filtered)', None), ('U', 'V'))
+    >>> name_and_unit("pos (1)")
+    ('pos (1)', None)
     """
     match = _IN_BRACKETS.fullmatch(cell)
     if match and not match.group(2).strip().isdigit():
         return match.group(1), spelled(match.group(2))
     for form in (_IN_PARENTHESES, _AFTER_SLASH):
         match = form.fullmatch(cell)
-        if match and is_unit(match.group(2)) and not _ends_in_unit(match.group(1)):
+        numbered = match is not None and match.group(2).strip().isdigit()  # such as `pos (1)`
+        if match and not numbered and is_unit(match.group(2)) and not _ends_in_unit(match.group(1)):
             return match.group(1), spelled(match.group(2))
     return cell, None
