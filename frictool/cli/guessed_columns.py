@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from frictool.documents.name_list import listed
+from frictool.logs.channels.column_names import quantities
 
 if TYPE_CHECKING:
     from frictool.documents.starting_documents import StartingRig
@@ -18,9 +19,14 @@ def preset_text(start: StartingRig) -> str:
 
 
 def question_lines(start: StartingRig) -> list[str]:
-    """Return the lines on unreadable columns, and on columns and units to fill in."""
+    """Return the lines on unreadable columns, and on columns and units to fill in.
+
+    Of the unreadable columns, those whose name means a channel are listed.
+    """
     reasons: dict[str, list[str]] = {}
     for column, reason in start.unreadable.items():
+        if not quantities(column):
+            continue
         reasons.setdefault(reason.replace(f"column {column!r}: ", ""), []).append(repr(column))
     lines = [
         f"cannot be read and left out: {listed(columns, LONGEST_NAMES)}: {reason}"

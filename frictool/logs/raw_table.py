@@ -154,6 +154,7 @@ class DetectedLayout(Protocol):
 
 
 # advice in messages about a damaged file
+EMPTY_CELL = "an empty cell"
 SALVAGE = "`ingest --salvage` keeps the readable part"
 
 

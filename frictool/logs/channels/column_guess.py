@@ -37,7 +37,7 @@ from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.formats import open_tables
 from frictool.logs.log import Log
 from frictool.logs.quality.time_base import encoder_step, time_base
-from frictool.logs.raw_table import SALVAGE, RawTable
+from frictool.logs.raw_table import EMPTY_CELL, SALVAGE, RawTable
 from frictool.logs.recordings.recording_files import sources
 from frictool.typing import Vector
 
@@ -154,7 +154,7 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
 def _start(table: RawTable) -> MemoryTable | None:
     """Return the first rows of a table; None if the table has no column with numbers.
 
-    In a column that is not readable, cells without a number are NaN.
+    In a column that is not readable, cells without a number are NaN. Empty columns are left out.
     """
     first, _ = next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
     if first is None:
@@ -163,7 +163,8 @@ def _start(table: RawTable) -> MemoryTable | None:
     names = [name for name, values in first.columns.items() if np.isfinite(values).any()]
     if not names:
         return None
-    texts = {name: _column_error(table, name) for name in first.columns if name not in names}
+    others = {name: _column_error(table, name) for name in first.columns if name not in names}
+    texts = {name: error for name, error in others.items() if EMPTY_CELL not in str(error)}
     try:
         start = in_memory(table, names, MOST_ROWS)
         damaged = {}

@@ -25,7 +25,7 @@ from frictool.logs.canonical.mcap_layout import LATEST, NS
 from frictool.logs.day_clock import DayClock
 from frictool.logs.kernels.row_scanner import CELL, CUT, ROW, SKIP, STAMP
 from frictool.logs.open_file import open_log
-from frictool.logs.raw_table import SALVAGE, DataLoss, RowBlock, find
+from frictool.logs.raw_table import EMPTY_CELL, SALVAGE, DataLoss, RowBlock, find
 from frictool.logs.text.cells import THOUSANDS, number
 from frictool.logs.text.row_batches import RowBatch, RowIssue, TextWindow, batches
 from frictool.logs.text.text_encoding import decoded, encoding_of, head_bytes, is_text, text_bytes
@@ -223,7 +223,7 @@ class CsvTable:
                 "range; allowed: a number; measure with a larger range, or remove these samples: "
                 f"{SALVAGE}"
             )
-        shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else "an empty cell"
+        shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else EMPTY_CELL
         other = "," if layout.mark == "." else "."
         hint = (
             f" with a decimal {'point' if layout.mark == '.' else 'comma'}"
