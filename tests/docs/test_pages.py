@@ -43,7 +43,10 @@ LONG = (
     "docs/tutorial_plan.md",
     *(
         f"docs/theory/{name}.md"
-        for name in ("campaign", "compare", "excite", "export", "reduce", "report", "simulate")
+        for name in (
+            *("campaign", "compare", "excite", "export", "export_models", "observers", "reduce"),
+            *("report", "simulate", "velocity"),
+        )
     ),
 )
 PLAYED = [

@@ -137,7 +137,7 @@ class Built(NamedTuple):
 
 
 # laws that the case "all" has too
-LONG = ("directions", "regimes", "stribeck", "dwell")
+LONG = ("directions", "regimes", "stribeck", "dwell", "end stops", "position", "load", "winding")
 
 
 @pytest.fixture(

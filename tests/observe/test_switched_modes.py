@@ -117,7 +117,7 @@ def test_friction_opposes_the_motion_and_rest_holds(wear: str, direction: int) -
     assert np.array_equal(rest.c, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
-@pytest.mark.parametrize("number", [0, 22])
+@pytest.mark.parametrize("number", [0, pytest.param(22, marks=pytest.mark.accept)])
 def test_drawn_models_keep_their_gamma(number: int) -> None:
     """A part of the check `observers: designs of drawn models`."""
     model, asked, is_additive = random_model(number)
