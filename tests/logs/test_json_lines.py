@@ -56,6 +56,13 @@ def test_a_date_gives_the_times(tmp_path: Path) -> None:
     assert [loss.reason.partition(":")[0] for loss in losses] == ["line 4", "line 5"]
 
 
+def test_a_line_of_another_message_needs_no_date(tmp_path: Path) -> None:
+    rows = "".join(f'{{"at": "2026-01-31T10:00:0{k}Z", "pos": {k}}}\n' for k in range(3))
+    table = table_of(tmp_path, '{"event": "start"}\n' + rows)
+    assert table.clock == "at"
+    assert column(table, "pos") == [0, 1, 2]
+
+
 def test_a_damaged_line_is_named_or_lost(tmp_path: Path) -> None:
     for lines in (300, 4):  # beyond and among the lines that name the columns
         table = table_of(tmp_path, "\n" + '{"pos": 1}\n{"pos": 2}\n' * (lines // 2) + '{"pos": 1')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,20 @@ def write_tdms(path: Path) -> None:
                     ChannelObject("slow", "temperature", np.arange(3.0) + part.start, {}),
                 ]
             )
+
+
+def write_timetable(path: Path, version: str) -> None:
+    """A MATLAB file of version "v7" or "v7.3" with one timetable."""
+    import matio
+    import pandas
+
+    times = pandas.to_timedelta(np.arange(ROWS) * PERIOD_MS, unit="ms")
+    axis = pandas.DataFrame(
+        {"encoder": POSITION, "current": CURRENT}, index=pandas.Index(times, name="Time")
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # mat-io stores durations of ns in its own unit
+        matio.save_to_mat(str(path), {"axis": axis}, version=version)
 
 
 def ulog() -> bytes:

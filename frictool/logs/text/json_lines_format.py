@@ -107,6 +107,8 @@ class JsonLinesTable:
                     done += len(line)
                     try:
                         values = self._row(line, wanted)
+                        if values is None:
+                            continue
                         time = 0 if self.clock is None else self._time(line)
                     except ValueError as error:
                         if losses is None:
@@ -115,9 +117,8 @@ class JsonLinesTable:
                             ) from None
                         losses.append(DataLoss((), f"line {number}: {error}", samples=1))
                         continue
-                    if values is not None:
-                        rows.append(values)
-                        times.append(time)
+                    rows.append(values)
+                    times.append(time)
                 if rows:
                     columns = np.array(rows, dtype=np.float64).reshape(len(rows), len(wanted))
                     stamps = clock.onward(np.array(times)) if self.clock is not None else None

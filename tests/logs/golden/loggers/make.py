@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.support import logger_files
+from tests.support.logger_texts import TEXTS
 
 HERE = Path(__file__).parent
 
@@ -15,3 +16,7 @@ if __name__ == "__main__":
     (HERE / "axis.candump").write_text(logger_files.candump())
     (HERE / "axis.ulg").write_bytes(logger_files.ulog())
     (HERE / "axis.dbc").write_text(logger_files.DBC)
+    for name, text in TEXTS.items():
+        (HERE / name).write_bytes(text().encode())
+    for version in ("v7", "v7.3"):
+        logger_files.write_timetable(HERE / f"timetable_{version}.mat", version)
