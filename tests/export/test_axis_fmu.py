@@ -29,7 +29,7 @@ from frictool.documents.laws import (
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity, Span
 from frictool.documents.registry import load
-from frictool.engine.axis_motion import advance
+from frictool.engine.axis_motion import advance, drive_range
 from frictool.engine.closed_loop import PARTS, measure
 from frictool.engine.status_codes import OK
 from frictool.export.axis_fmu import EVENTS, MODES, axis_fmu
@@ -37,6 +37,7 @@ from frictool.plant import axis as ax
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels
 from frictool.plant.position_load import with_load
+from tests.support.axis_events import events_of
 from tests.support.compiled_c import COMPILERS, ORIGIN, STRICT, needs_compiler
 from tests.support.export_models import BENCH, estimate, known_model
 from tests.support.fmi_units import Unit, extracted, source_files
@@ -166,17 +167,38 @@ class Plant:
         for _ in range(self.parts):
             assert advance(self.state, command, self.p, duration / self.parts) == OK
 
-    def events(self, command: float, duration: float, parts: int = GRID) -> int:
+    def events(self, command: float, duration: float) -> int:
         """Number of events of a step, which is taken."""
+        count = 0
+        for _ in range(self.parts):
+            held, p = self._held(command)
+            part = duration / self.parts / GRID
+            count += sum(self._events(held, p, part) for _ in range(GRID))
+        return count
+
+    def _held(self, command: float) -> tuple[float, np.ndarray[Any, Any]]:
+        """The command within the winding's limit at this speed, and a plant without this limit."""
+        p = self.p.copy()
+        if p[ax.RESISTANCE] > 0.0:
+            low, high = drive_range(p, self.state[ax.VELOCITY])
+            limit = p[ax.DRIVE_LIMIT]
+            command = float(np.clip(np.clip(command, -limit, limit), low, high))
+            self.state[ax.DRIVE] = np.clip(self.state[ax.DRIVE], low, high)
+            p[ax.RESISTANCE] = 0.0
+        return command, p
+
+    def _events(self, command: float, p: np.ndarray[Any, Any], duration: float) -> int:
+        """Number of events of a part of a step, by bisection until at most one is possible."""
         before = self.state.copy()
-        self.step(command, duration)
-        if parts == 1 and (before[ax.MODE] == self.state[ax.MODE] or duration < INSTANT):
-            first, last = int(before[ax.MODE]), int(self.state[ax.MODE])
-            sign = -1 if first < 0 or (first == 0 and last < 0) else 1
-            return TURNS[sign * first, sign * last] if first != last else 0
-        halves = 2 if parts == 1 else parts
-        self.state = before
-        return sum(self.events(command, duration / halves, 1) for _ in range(halves))
+        assert advance(self.state, command, p, duration) == OK
+        first, last = int(before[ax.MODE]), int(self.state[ax.MODE])
+        if first == last:
+            return 0
+        if duration >= INSTANT:
+            self.state = before
+            return sum(self._events(command, p, duration / 2) for _ in range(2))
+        sign = -1 if first < 0 or (first == 0 and last < 0) else 1
+        return TURNS[sign * first, sign * last]
 
 
 def drawn(model: Model, rng: np.random.Generator) -> tuple[AxisParameters, dict[str, float]]:
@@ -221,28 +243,34 @@ def test_fmpy_finds_no_fault_in_the_description(plain: Model, tmp_path: Path) ->
 
 def test_random_plants_move_as_in_the_engine(built: Built) -> None:
     """At communication steps of a period, with the same modes and events."""
-    modes, counted = set[int](), 0
+    modes, counted, bounced = set[int](), 0, 0
     for seed in range(6):
         rng = np.random.default_rng([2026, seed, list(CASES).index(built.case)])
         axis, settings = drawn(built.model, rng)
         plant, unit = Plant(axis, built.model), Unit(built.folder, **settings)
-        counts = axis.laws.stops[0] == -np.inf and axis.resistance == 0.0
-        events = 0
-        for command in commands(rng, 12, 60):
+        events, hits, played = 0, 0, commands(rng, 12, 60)
+        stops = axis.laws.stops[0] > -np.inf
+        if stops and seed == 0:  # swings up to the stops, in the resonance of the spring
+            played = np.append(played, np.tile(np.repeat([25.0, -25.0], 220), 3))
+        states, by_slips = events_of(plant.p, played, PERIOD) if stops else ([], [])
+        for k, command in enumerate(played):
             unit.set(command=command)
             unit.step(PERIOD)
-            if counts:
-                events += plant.events(command, PERIOD)
-            else:
+            if stops:
                 plant.step(command, PERIOD)
+                assert states[k] == pytest.approx(plant.state, rel=1e-12, abs=1e-12)
+                events, hits = by_slips[k]
+            else:
+                events += plant.events(command, PERIOD)
             assert_same(unit, plant)
             mode, counted_by_unit = unit.get("mode", "events")
-            if counts:
-                assert counted_by_unit == events
+            assert counted_by_unit == events
             modes.add(mode)
         counted += events
+        bounced += hits
     assert modes == set(MODES.values())
-    assert counted > 20 or not counts
+    assert counted > 20
+    assert bounced > 0 or not stops
 
 
 def test_other_communication_steps_give_the_same_motion(built: Built) -> None:

@@ -34,6 +34,7 @@ from tests.support.fmi_units import extracted
 
 CONTROLLERS = {"clutch": clutch_controller(CUT_LAW), "scheduled": scheduled(clutch_controller())}
 SAMPLES = 400
+GOLDEN = Path(__file__).parent / "golden"
 
 
 def unit(controller: Controller, number: Number = "double") -> bytes:
@@ -190,3 +191,12 @@ def test_fixed_point_is_refused() -> None:
     controller = CONTROLLERS["clutch"]
     with pytest.raises(NoSolutionError, match="the variables of an FMU are doubles"):
         controller_fmu(controller, controller_program(controller), "q31", {}, ORIGIN)
+
+
+@pytest.mark.parametrize("number", ["double", "float"])
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_description_is_that_of_the_folder(name: str, number: Number) -> None:
+    """The inputs, the outputs and the scheduled parameters, with their units and starts."""
+    with zipfile.ZipFile(io.BytesIO(unit(CONTROLLERS[name], number))) as archive:
+        text = archive.read("modelDescription.xml").decode()
+    assert text == (GOLDEN / f"controller_{name}.xml").read_text()
