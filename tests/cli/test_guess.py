@@ -392,7 +392,7 @@ def test_dates_that_begin_with_the_day_or_the_month_are_decided_by_an_option(
         run("ingest", "--guess", log, "-o", bench),
         3,
         "may begin with the day or with the month",
-        "without a bench, give --layout dates=day-first or dates=month-first",
+        "day-first or month-first in the bench (without a bench: --layout dates=day-first)",
     )
     option = ("--layout", f"dates={order}")
     made = run("ingest", "--guess", log, *option, "-o", bench)

@@ -190,8 +190,8 @@ def _order(path: Path, cells: list[str], layout: Layout) -> int:
         raise LogError(
             path,
             f"has dates such as {cells[0]!r}, which may begin with the day or with the month; "
-            "write layout.dates: day-first or month-first in the bench; without a bench, give "
-            "--layout dates=day-first or dates=month-first",
+            "write layout.dates: day-first or month-first in the bench (without a bench: --layout "
+            "dates=day-first)",
         )
     return order
 
