@@ -12,7 +12,7 @@ from frictool.cli.common_options import existing, json_option, output_option
 from frictool.cli.console_output import note, note_changes, print_json, say
 from frictool.cli.file_endings import check_folder
 from frictool.cli.output_files import STDOUT, command_line, replacing
-from frictool.errors import EXIT_NO
+from frictool.errors import EXIT_NO, OutputError
 from frictool.export.languages import LANGUAGE_NAMES, LANGUAGES, DocumentKind, ExportLanguage
 
 if TYPE_CHECKING:
@@ -133,6 +133,8 @@ def command(
         return
     if "into" in language.options and into is None:
         raise click.UsageError(f"--lang {lang} needs --into FILE, the robot description.")
+    if output is not None and into is not None:
+        _refuse_same(output, into)
     from frictool.cli.output_folder import save_folder
     from frictool.documents.model import Model
     from frictool.documents.provenance import digest
@@ -177,6 +179,16 @@ def command(
     else:
         for line in result.lines():
             say(line, output)
+
+
+def _refuse_same(output: Path, into: Path) -> None:
+    """Raise OutputError if the copy of `into` in the folder `output` would be `into` itself."""
+    for target in (output, output / into.name):
+        if into.exists() and target.exists() and target.samefile(into):
+            raise OutputError(
+                f"{target}: is the file of --into; give another folder, or --in-place without "
+                "--output to change this file"
+            )
 
 
 def _change(path: Path, content: str | bytes, inputs: list[Path]) -> None:
