@@ -85,6 +85,13 @@ EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
         "velocity": (ASKED, "rad/s"),
         "effort": (ASKED, "N m"),
     },
+    "franka_2017": {
+        "time": ("duration", "ms"),
+        "position": (ASKED, "rad"),
+        "reference": (ASKED, "rad"),
+        "velocity": (ASKED, "rad/s"),
+        "effort": (ASKED, "N m"),
+    },
     "kinova": {},
     "rtde": {
         "time": ("timestamp", "s"),
@@ -218,6 +225,7 @@ PRESET = {
     "rtde_poses": "Universal Robots (RTDE)",
     "vesc_uart": "VESC (VescUart)",
     "franka": "Franka (libfranka)",
+    "franka_2017": "Franka (libfranka)",
 }
 
 

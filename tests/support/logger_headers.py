@@ -99,6 +99,18 @@ SERVOS = ",".join(
     + [f"{name} ({servo})" for servo in (1, 2) for name in ("target pos", "pos", "speed", "temp")]
 )
 LAAS = "Time, Position, Velocity, Iq, Uq, Vsupply"
+# the first versions of libfranka: an empty column before the commands, whose names are repeated
+FRANKA_2017 = ", ".join(
+    [
+        "duration, success rate",
+        *(
+            f"{name}[{joint}]"
+            for name in ("q", "q_d", "dq", "dq_d", "tau_J", "tau_ext_hat_filtered")
+            for joint in range(2)
+        ),
+        "sent commands,q_d[0], q_d[1],tau_J_d[0], tau_J_d[1]",
+    ]
+)
 LOGGERS: dict[str, str] = {
     "twincat": twincat(),
     "siemens": f"{SIEMENS}\n" + _rows([0.125 * K, _sine(90.0), _sine(2.0)], ";"),
@@ -147,6 +159,15 @@ LOGGERS: dict[str, str] = {
     "feetech_degrees": f"{FEETECH}\n"
     + _rows([0.01 * K, _sine(60.0), _sine(300.0), STILL, np.rint(_sine(20.0)), STILL + 120], ","),
     "franka": f"{FRANKA}\n" + _rows([K, STILL + 1, *(_sine(1.0 + k / 4) for k in range(12))], ","),
+    "franka_2017": f"{FRANKA_2017}\n"
+    + "".join(
+        f"{state},,{command}\n"
+        for state, command in zip(
+            _rows([K, STILL + 1, *(_sine(1.0 + k / 4) for k in range(12))], ",").splitlines(),
+            _rows([_sine(1.6), _sine(1.7), _sine(3.0), _sine(3.1)], ",").splitlines(),
+            strict=True,
+        )
+    ),
     "kinova": _rows(
         [_sine(2.0), _sine(1.0), _sine(0.9), STILL, _sine(1.0), _sine(1.1), _sine(-2.0)], " "
     ),

@@ -236,14 +236,23 @@ PRESETS = (
     ),
     LoggerPreset(
         "Franka (libfranka)",
-        ("time", "success_rate", rf"state\.q{JOINT}", rf"state\.tau_j{JOINT}"),
+        # the second name of each pair is that of the first versions
         (
-            PresetColumn("time", "time", "ms"),
-            PresetColumn(rf"state\.q{JOINT}", "position", "rad"),
-            PresetColumn(rf"(state|cmd)\.q_d{JOINT}", "reference", "rad"),
-            PresetColumn(rf"state\.dq{JOINT}", "velocity", "rad/s"),
-            PresetColumn(rf"state\.tau_j{JOINT}", "effort", "N m"),
-            PresetColumn(r"success_rate|state\..*|cmd\..*", NO_CHANNEL),
+            "time|duration",
+            "success[_ ]rate",
+            rf"(state\.)?q{JOINT}",
+            rf"(state\.)?tau_j{JOINT}",
+        ),
+        (
+            PresetColumn("time|duration", "time", "ms"),
+            PresetColumn(rf"(state\.)?q{JOINT}", "position", "rad"),
+            PresetColumn(rf"((state|cmd)\.)?q_d{JOINT}", "reference", "rad"),
+            PresetColumn(rf"(state\.)?dq{JOINT}", "velocity", "rad/s"),
+            PresetColumn(rf"(state\.)?tau_j{JOINT}", "effort", "N m"),
+            PresetColumn(
+                r"success[_ ]rate|sent commands|((state|cmd)\.|dq_d|tau_ext|tau_j_d|o_).*",
+                NO_CHANNEL,
+            ),
         ),
     ),
 )
