@@ -108,6 +108,13 @@ EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
     },
     "rtde_poses": {"position": (ASKED, "rad")},
     "vesc_uart": {"time": ("t", ASKED), "current": (ASKED, "A")},
+    "servo_rig": {
+        "time": ("timestamp", "s"),
+        "position": ("position", ASKED),
+        "reference": ("goal_position", ASKED),
+        "velocity": ("speed", ASKED),
+        "voltage": (ASKED, "V"),
+    },
     "servos": {
         "time": ("timestamp", "s"),
         "position": (ASKED, ASKED),

@@ -73,7 +73,14 @@ def test_a_damaged_line_is_named_or_lost(tmp_path: Path) -> None:
         assert [loss.reason.partition(":")[0] for loss in losses] == [f"line {lines + 2}"]
 
 
-@pytest.mark.parametrize("text", ['[{"pos": 1}]\n', '{"entries":\n[{"pos": 1}]}\n'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[{"pos": 1}]\n',
+        '{"entries":\n[{"pos": 1}]}\n',
+        '{"kp": 3, "entries": [{"pos": 1}, {"pos": 2}]}\n',
+    ],
+)
 def test_one_document_is_refused_with_a_command(text: str, tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"one JSON document; write one object per line, .* jq -c"):
         table_of(tmp_path, text)

@@ -193,6 +193,23 @@ LOGGERS: dict[str, str] = {
         + "\n"
         for k in K.tolist()
     ),
+    # a servo's registers as JSON lines, as a test rig of Dynamixel servos stores them
+    "servo_rig": "".join(
+        json.dumps(
+            {
+                "position": round(0.5 * float(np.sin(k / 9)), 5),
+                "speed": round(0.3 * float(np.cos(k / 9)), 5),
+                "load": k % 7,
+                "input_volts": 7.3 + 0.1 * (k % 2),
+                "temp": 28,
+                "timestamp": round(0.0052 * k, 4),
+                "goal_position": round(0.6 * float(np.sin(k / 9)), 5),
+                "torque_enable": True,
+            }
+        )
+        + "\n"
+        for k in K.tolist()
+    ),
     # servos on a bus, each with its number in parentheses
     "servos": f"{SERVOS}\n"
     + _rows(

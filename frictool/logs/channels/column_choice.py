@@ -281,6 +281,16 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
                 "is this the signal? its name is only a connector of the instrument",
             )
         )
+    elif channel == "voltage" and first.preset is None and "input" in words(first.name):
+        column = OPEN
+        questions.append(
+            ColumnQuestion(
+                channel,
+                "column",
+                _quoted(names),
+                "is this the voltage of the motor, or the supply?",
+            )
+        )
     elif channel == "reference" and first.unit is None and not quantities(first.name):
         column = OPEN
         questions.append(

@@ -65,6 +65,7 @@ class JsonLinesTable:
         self._decoder = JsonDecoder()
         names: dict[str, None] = {}
         stamps: dict[str, None] = {}
+        messages: list[Mapping[str, object]] = []
         with open_log(path) as stream:
             for row, (_, line) in enumerate(islice(_lines(stream), NAMED_LINES)):
                 try:
@@ -75,6 +76,9 @@ class JsonLinesTable:
                         raise LogError(path, ONE_DOCUMENT) from None
                     continue  # `blocks` names the line, or counts it as lost
                 stamps.update(dict.fromkeys(_dated(message)))
+                messages.append(message)
+        if len(messages) == 1 and any(map(_is_series, messages[0].values())):
+            raise LogError(path, ONE_DOCUMENT)
         self.names = tuple(names)
         self.clock = next(iter(stamps), None)
         self.units: Mapping[str, str | None] = dict.fromkeys(self.names)
@@ -175,6 +179,11 @@ def _object(line: bytes) -> Mapping[str, object]:
     if not isinstance(message, Mapping):
         raise ValueError("is not a JSON object; allowed: one object per line")
     return message
+
+
+def _is_series(value: object) -> bool:
+    """Return whether a value is a list of objects, which are the samples of a whole document."""
+    return isinstance(value, list) and len(value) > 1 and isinstance(value[0], Mapping)
 
 
 def _dated(message: Mapping[str, object]) -> dict[str, str]:
