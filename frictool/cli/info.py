@@ -9,7 +9,7 @@ import click
 
 from frictool.cli.common_options import existing, json_option, output_option
 from frictool.cli.console_output import note, print_json
-from frictool.cli.layout_option import layout_of, layout_option
+from frictool.cli.layout_option import layout_advice, layout_of, layout_option
 from frictool.cli.output_files import STDOUT, save_text
 from frictool.cli.window_options import window_of, window_options
 
@@ -88,7 +88,8 @@ def _guessed(path: Path, layout: Layout | None) -> Log | None:
 
     if is_canonical(path):
         return None
-    guess = guess_log(path, layout)
+    with layout_advice():
+        guess = guess_log(path, layout)
     columns = ", ".join(
         f"{channel} is {column!r} [{unit}]"
         for channel, (column, unit) in guess.guess.columns.items()

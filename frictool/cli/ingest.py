@@ -11,7 +11,7 @@ from frictool.cli.common_options import FiniteRange, existing, json_option, outp
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.file_endings import check_ending
 from frictool.cli.guessed_columns import preset_text, question_lines
-from frictool.cli.layout_option import layout_of, layout_option
+from frictool.cli.layout_option import layout_advice, layout_of, layout_option
 from frictool.cli.output_files import STDOUT, command_line, replacing, save_text
 from frictool.cli.window_options import window_of, window_options
 from frictool.errors import FrictoolError
@@ -208,7 +208,7 @@ def _propose(
             "--guess takes one file; write the columns of further instruments under `instruments` "
             "by hand."
         )
-    with stdin_as_file(raw) as (path,):
+    with stdin_as_file(raw) as (path,), layout_advice():
         start = start_from(path, path.stem[:80] or "rig", axis, layout=layout)
     save_text(
         output, starting_documents(start)["bench.yaml"], list(raw), draft=bool(start.questions)

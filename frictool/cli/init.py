@@ -13,7 +13,7 @@ import click
 from frictool.cli.common_options import existing, json_option
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.guessed_columns import preset_text, question_lines
-from frictool.cli.layout_option import layout_of, layout_option
+from frictool.cli.layout_option import layout_advice, layout_of, layout_option
 from frictool.documents.example_rigs import EXAMPLES
 from frictool.presentation.line_breaking import bounded
 
@@ -173,4 +173,5 @@ def _start(folder: Path, axis: str | None, log: Path | None, layout: Layout | No
     path = os.path.relpath(log.absolute(), folder.absolute())
     requested: Axis | None = None if axis is None else "linear" if axis == "linear" else "rotary"
     log_path = path if re.fullmatch(r"[\w./+,@-]+", path) else None
-    return start_from(log, name, requested, log_path, layout)
+    with layout_advice():
+        return start_from(log, name, requested, log_path, layout)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from frictool.errors import InputFileError
+from frictool.errors import InputFileError, LogError
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
 OPTION = "--layout"
+# advice to write a key of the bench's layout: key, and value if the advice contains it
+_ADVICE = re.compile(
+    r"write layout\.(\w+)(?:: ([\w-]+))?.* in the bench|layout\.(\w+) in the bench"
+)
 
 layout_option = click.option(
     OPTION,
@@ -24,6 +31,19 @@ layout_option = click.option(
         "dates=day-first or whole=true; the keys are those of layout in bench.yaml. Repeatable."
     ),
 )
+
+
+@contextmanager
+def layout_advice() -> Iterator[None]:
+    """Add the option to the message of a LogError that advises a key of a bench."""
+    try:
+        yield
+    except LogError as error:
+        advice = _ADVICE.search(str(error))
+        if advice is not None:
+            key, value = advice[1] or advice[3], advice[2] or "VALUE"
+            error.args = (f"{error} (without a bench: {OPTION} {key}={value})",)
+        raise
 
 
 def layout_of(texts: tuple[str, ...]) -> Layout | None:

@@ -17,6 +17,7 @@ from frictool.logs.channels.column_names import unit_in
 from frictool.logs.channels.logger_presets import PRESETS
 from studies.command_line import run
 from tests.support.command_line import refused
+from tests.support.documentation_pages import ROOT
 from tests.support.logger_headers import LOGGERS, twincat
 
 ASKED = "?"
@@ -420,6 +421,30 @@ def test_dates_that_begin_with_the_day_or_the_month_are_decided_by_an_option(
     assert done.code == 0, done.stderr
     epoch = int(read_mcap(tmp_path / "log.mcap").metadata["time"]["epoch_ns"])
     assert np.datetime64(epoch, "ns") == np.datetime64(f"{day}T12:00:00")
+
+
+@pytest.mark.parametrize(
+    ("text", "option"),
+    [
+        (AMBIGUOUS, "dates=day-first"),
+        (AMBIGUOUS.replace("03/04", "31/03").rstrip("\n"), "whole=true"),
+        ("x\n" * 300, "first_line=VALUE"),
+    ],
+)
+def test_a_refusal_that_names_a_key_of_the_bench_names_the_option(
+    text: str, option: str, tmp_path: Path
+) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text(text)
+    for call in (
+        ("ingest", "--guess", log, "-o", tmp_path / "bench.yaml"),
+        ("init", tmp_path / "rig", "--from", log),
+        ("info", log),
+    ):
+        refused(run(*call), 3, f"in the bench (without a bench: --layout {option})")
+    bench = tmp_path / "known.yaml"
+    bench.write_text((ROOT / "configs/clutch/bench.yaml").read_text())
+    assert "--layout" not in run("info", log, "--bench", bench).stderr
 
 
 @pytest.mark.parametrize(

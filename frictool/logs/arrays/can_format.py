@@ -67,7 +67,7 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
         raise LogError(
             path,
             f"needs a DBC that describes its frames: found no {dbc.name} in its folder; write "
-            "layout.dbc: FILE in the bench (without a bench: --layout dbc=FILE), or rename the DBC",
+            "layout.dbc: FILE in the bench, or rename the DBC",
         )
     return open_guarded(path, partial(_open, dbc=dbc, reader=str(reader)))
 

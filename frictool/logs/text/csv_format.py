@@ -33,7 +33,7 @@ from frictool.logs.text.text_layout import LONGEST_LINE, find_layout
 
 NO_END = (
     "the last line has no line end: the file may be cut off; if it is complete, add a line end, or "
-    "write layout.whole: true in the bench (without a bench: --layout whole=true)"
+    "write layout.whole: true in the bench"
 )
 OVER_RANGE = "\u221e"  # infinity sign, of a sample beyond the range of a PicoScope
 _DATE = re.compile(r"\d+[./-]\d+[./-]\d+\b")

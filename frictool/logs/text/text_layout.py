@@ -190,8 +190,7 @@ def _order(path: Path, cells: list[str], layout: Layout) -> int:
         raise LogError(
             path,
             f"has dates such as {cells[0]!r}, which may begin with the day or with the month; "
-            "write layout.dates: day-first or month-first in the bench (without a bench: --layout "
-            "dates=day-first)",
+            "write layout.dates: day-first or month-first in the bench",
         )
     return order
 
@@ -221,7 +220,7 @@ def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
         return "has a header, but no rows"
     return (
         f"has no row of numbers in its first {len(rows)} lines; if a table begins later, give "
-        "layout.first_line in the bench, or, without a bench, --layout first_line=LINE"
+        "layout.first_line in the bench"
     )
 
 
