@@ -233,6 +233,7 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
                 f"{_message(error)}; complete or delete this row: the guess uses this column",
                 line=error.line,
             )
+    reasons = {name: _reason(error) for name, error in unreadable.items() if name not in used}
     columns = {channel: (choice.column, choice.unit) for channel, choice in chosen.items()}
     homes = {channel: choice.table for channel, choice in chosen.items()}
     main = homes.get("position", next(iter(homes.values()), tables[0]))
@@ -240,8 +241,8 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
     return ColumnGuess(
         axis,
         columns,
-        tuple(dict.fromkeys((*left, *unreadable.keys() - used))),
-        {name: _reason(error) for name, error in unreadable.items() if name not in used},
+        tuple(dict.fromkeys((*left, *reasons))),
+        reasons,
         _period(main, columns, axis),
         _step(main, columns, axis),
         questions,
