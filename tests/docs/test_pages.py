@@ -198,6 +198,8 @@ def _rows() -> set[str]:
 def test_a_line_that_has_changed_is_noticed() -> None:
     assert agrees("inertia  1.3201e-05 kg", "inertia 1.32e-05 kg")
     assert not agrees("inertia  1.3301e-05 kg", "inertia 1.3201e-05 kg")
+    assert agrees("offset  -3.3652 [-6, 0.58445]", "offset -3.3652 [-6, 0.58443]", units=10)
+    assert not agrees("offset  -3.3652 [-6, 0.58445]", "offset -3.3652 [-6, 0.58443]")
     assert not agrees("mass 1.3201e-05 kg", "inertia 1.3201e-05 kg")
     assert agrees("margin 0.648 at v02", "margin 0.621 at v14", solved=True)
     assert not agrees("margin 0.821 at v02", "margin 0.621 at v02", solved=True)
