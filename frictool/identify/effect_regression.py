@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
 import scipy
@@ -75,6 +76,7 @@ class EffectRegression:
     - used: hypotheses that the model includes
     - free: hypotheses that it does not include
     - names: sliding parameters that are free in the model
+    - noisy: True if noise of the acceleration hides effects that resemble it
     """
 
     rows: ReducedRows
@@ -82,6 +84,12 @@ class EffectRegression:
     free: tuple[Hypothesis, ...]
     names: tuple[str, ...]
     confidence: float
+    noisy: bool = False
+
+    @property
+    def tested(self) -> list[Hypothesis]:
+        """Return the free hypotheses that noise of the acceleration does not hide."""
+        return [one for one in self.free if not (self.noisy and one.term in LIKE_ACCELERATION)]
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
         """Return the intervals with the variance between positions and states added."""
@@ -153,7 +161,7 @@ class EffectRegression:
             first = len(chosen) == len(self.used)
             tried = [
                 (self.rows.probability(one, chosen), one)
-                for one in self.free
+                for one in self.tested
                 if one not in chosen and self.rows.visible(one, chosen)
             ]
             # Bonferroni's correction until an effect is accepted; then each test has the full level
@@ -180,36 +188,45 @@ class EffectRegression:
             )
         ]
 
-    def timing(self, known: float) -> AcceptedEffects | None:
+    def timing(
+        self, known: float, slopes: Mapping[str, float] = MappingProxyType({})
+    ) -> AcceptedEffects | None:
         """Return the shift by an unknown delay between effort and position.
 
         The delay is known to +-`known` [s] before the fit. The regression with the column of the
         delay also determines the delay. The two intervals are combined with their inverse variances
-        as weights, and each parameter changes in proportion to the combined delay.
+        as weights. If the delay improves the prediction of unseen strokes, a lag that the bench
+        does not state may be longer than `known`; then only the regression counts. If the
+        acceleration is noisy, only `known` counts.
 
-        Return None if the model includes the delay, or if the delay does not improve the prediction
-        of unseen strokes.
+        Each parameter changes in proportion to the delay, by the rate of the regression. `slopes`
+        contains other rates, in units of the parameter per second.
+
+        Return None if the model includes the delay, or if the rows do not determine it.
         """
         late = next((one for one in self.free if one.term == DELAY), None)
         if late is None:
             return None
         values = self._values([*self.used, late])
         alone = self._values(self.used)
-        before = self.rows.squares(self.used)
-        after = self.rows.squares([*self.used, late])
-        if values is None or alone is None or before is None or after is None:
+        found = self.intervals([late]).get(DELAY)
+        if values is None or alone is None or found is None:
             return None
-        if np.sum(after) >= np.sum(before):
-            return None
-        found = self.intervals([late])[DELAY]
-        weight = known**2 / (known**2 + found.half_width**2)
-        half = found.half_width * float(np.sqrt(weight))
-        slope = {name: (values[name] - alone[name]) / found.value for name in self.names}
+        value, half = 0.0, known
+        if not self.noisy:
+            before = self.rows.squares(self.used)
+            after = self.rows.squares([*self.used, late])
+            better = before is not None and after is not None and np.sum(after) < np.sum(before)
+            weight = 1.0 if better else known**2 / (known**2 + found.half_width**2)
+            value = weight * found.value
+            half = found.half_width * float(np.sqrt(weight))
+        rates = {name: (values[name] - alone[name]) / found.value for name in self.names}
+        rates |= {name: one for name, one in slopes.items() if name in rates}
         return AcceptedEffects(
             (late.what,),
             1.0,
-            {name: weight * found.value * one for name, one in slope.items()},
-            scatter={name: half * abs(one) for name, one in slope.items()},
+            {name: value * one for name, one in rates.items()},
+            scatter={name: half * abs(one) for name, one in rates.items()},
         )
 
     def _rivals(self) -> list[AcceptedEffects]:
@@ -218,7 +235,7 @@ class EffectRegression:
         out = []
         for one in self.used:
             others = [other for other in self.used if other is not one]
-            for rival in self.free:
+            for rival in self.tested:
                 if one.needs_temperature and rival.term == WARMING:
                     continue  # a measured cause explains the change along the log
                 if self.rows.visible(rival, others) and self._as_good(
@@ -316,12 +333,8 @@ def effect_regression(
     terms = () if fit.load is None else fit.load.terms
     used = tuple(one for one in search.hypotheses if declared_term(one) in terms)
     ripples = tuple(harmonic(term) for term in RIPPLES[len(search.declared_waves) : len(waves)])
-    free = tuple(
-        one
-        for one in search.hypotheses
-        if one not in used and not (noisy and one.term in LIKE_ACCELERATION)
-    )
-    return EffectRegression(rows, (*used, *ripples), free, names, confidence)
+    free = tuple(one for one in search.hypotheses if one not in used)
+    return EffectRegression(rows, (*used, *ripples), free, names, confidence, noisy)
 
 
 def _states(samples: RegressionSamples) -> IntVector:

@@ -27,6 +27,7 @@ widened, and the effort of the inertia is treated as known.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -36,6 +37,7 @@ import scipy
 from frictool.documents.bench import Bench
 from frictool.documents.name_list import listed
 from frictool.documents.quantity import Quantity
+from frictool.identify.assess.identifiability import STROKE_MEANS
 from frictool.identify.effect_regression import (
     DELAY,
     AcceptedEffects,
@@ -43,11 +45,10 @@ from frictool.identify.effect_regression import (
     effect_regression,
 )
 from frictool.identify.estimators.explanation_search import NOTICEABLE
-from frictool.identify.fit_result import (
-    Interval,
-    SlidingFit,
-)
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.interval_checks import contradicts
+from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
@@ -55,6 +56,8 @@ SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
 READ_APART = 0.5  # sample periods between the readings of effort and position in a row, at most
 CERTAIN = 1e-4  # significance of an effect that is reported
 LONGEST_RATIOS = 40  # characters of the ratios in a warning
+DELAY_STEPS = 3  # Gauss-Newton steps to an exact delay or lag
+SERIES = (DELAY, "resonance")  # effects with the first term of a series as their column
 NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 
 
@@ -99,10 +102,10 @@ def widened(
     fit = replace(fit, parameters=fit.parameters | regression.spread(fit.parameters))
     parameters = dict(fit.parameters)
     accepted = regression.accepted()
-    smoother = effect_regression(fit, records, bench, confidence, SMOOTHER)
-    moved = [] if smoother is None else [_of_window(regression, smoother)]
+    moved = _of_windows(fit, records, bench, confidence, regression)
     moved += _of_delay(fit, records, bench, confidence, regression)
-    timing = regression.timing(READ_APART * max(record.period for record in records))
+    known = READ_APART * max(record.period for record in records)
+    timing = regression.timing(known, _rates(fit, records, bench, confidence))
     moved += [] if timing is None else [timing]
     for one in (*accepted, *moved):
         for name, shift in one.shift.items():
@@ -122,16 +125,40 @@ def widened(
     return WidenedFit(replace(fit, parameters=parameters), best.what[-1], ratios)
 
 
-def _of_window(plain: EffectRegression, smoother: EffectRegression) -> AcceptedEffects:
-    """Return the change of the parameters with a longer smoothing window, beyond chance.
+def _of_windows(
+    fit: SlidingFit,
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    confidence: float,
+    plain: EffectRegression,
+) -> list[AcceptedEffects]:
+    """Return the changes of the parameters with longer smoothing windows, beyond chance.
+
+    The columns of SERIES are first terms of Taylor series, which suffice if the window is longer
+    than the resonance or the lag. A fit that uses such a column is also compared with a regression
+    over the longest windows.
+    """
+    before = plain.intervals()
+    out = []
+    smoother = effect_regression(fit, records, bench, confidence, SMOOTHER)
+    if smoother is not None:
+        out.append(_beyond_chance(before, smoother))
+    if any(one.term in SERIES for one in plain.used):
+        longest = effect_regression(fit, records, bench, confidence, math.inf)
+        if longest is not None:
+            out.append(_beyond_chance(before | dict(fit.parameters), longest))
+    return out
+
+
+def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -> AcceptedEffects:
+    """Return the change from the intervals `before` to those with a longer window, beyond chance.
 
     The estimate with the shorter window has the smaller variance if the model is true, so that the
     variance of the difference is the difference of the variances (Hausman, 1978).
     """
-    before = plain.intervals()
     after = smoother.intervals()
     shift = {}
-    for name in plain.names:
+    for name in smoother.names:
         if name in before and name in after:
             change = after[name].value - before[name].value
             chance = max(after[name].half_width ** 2 - before[name].half_width ** 2, 0.0)
@@ -150,8 +177,8 @@ def _of_delay(
     """Return the shifts by an exact delay and by an exact lag.
 
     The effort is delayed or filtered by the estimated delay; the column of the delay then fits the
-    remaining delay. A lag is tried only if the effort is early, since the inverse of a lag would
-    increase the noise of the effort.
+    remaining delay, which is added (Gauss-Newton). A lag is tried only if the effort is early,
+    since the inverse of a lag would increase the noise of the effort.
     """
     late = fit.effects.get(DELAY)
     if late is None:
@@ -159,14 +186,45 @@ def _of_delay(
     before = plain.intervals()
     out = []
     for move in (delayed, lagging) if late.value < 0.0 else (delayed,):
-        changed = [
-            replace(one, effort=move(one.effort, -late.value / one.period)) for one in records
-        ]
-        regression = effect_regression(fit, changed, bench, confidence)
-        after = {} if regression is None else regression.intervals()
+        delay = late.value
+        for _ in range(DELAY_STEPS):
+            changed = [
+                replace(one, effort=move(one.effort, -delay / one.period)) for one in records
+            ]
+            regression = effect_regression(fit, changed, bench, confidence)
+            after = {} if regression is None else regression.intervals()
+            if DELAY not in after or (move is lagging and delay + after[DELAY].value >= 0.0):
+                break
+            delay += after[DELAY].value
         shift = {n: after[n].value - before[n].value for n in plain.names if n in after}
         out.append(AcceptedEffects((), 1.0, shift))
     return out
+
+
+def _rates(
+    fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
+) -> dict[str, float]:
+    """Return the change of each parameter per second of delay, by the method of means over strokes.
+
+    These means weight the samples otherwise than the regression. The result is empty for other
+    methods.
+    """
+    if fit.method != STROKE_MEANS:
+        return {}
+    settings = IdentificationSettings(confidence)
+    early = [replace(one, effort=delayed(one.effort, READ_APART)) for one in records]
+    try:
+        before, after = (
+            refit(list(part), bench, settings, fit, fit.fixed) for part in (records, early)
+        )
+    except UnusableLogs:
+        return {}
+    step = READ_APART * max(one.period for one in records)
+    return {
+        name: (before.parameters[name].value - one.value) / step
+        for name, one in after.parameters.items()
+        if name != "inertia" and name in before.parameters
+    }
 
 
 def delayed(effort: Vector, samples: float) -> Vector:
