@@ -15,7 +15,7 @@ import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
-from frictool.identify.estimators.explanation_search import EQUAL, ExplanationSearch
+from frictool.identify.estimators.explanation_search import ECCENTRICITY, EQUAL, ExplanationSearch
 from frictool.identify.estimators.hypothesis_rows import ReducedRows
 from frictool.identify.estimators.load_hypotheses import declared_term, harmonic, wave_numbers
 from frictool.identify.fit_result import (
@@ -214,10 +214,9 @@ class EffectRegression:
             return None
         value, half = 0.0, known
         if not self.noisy:
-            before = self.rows.squares(self.used)
-            after = self.rows.squares([*self.used, late])
-            better = before is not None and after is not None and np.sum(after) < np.sum(before)
-            weight = 1.0 if better else known**2 / (known**2 + found.half_width**2)
+            weight = known**2 / (known**2 + found.half_width**2)
+            if abs(found.value) > known and self._improves(late):
+                weight = 1.0
             value = weight * found.value
             half = found.half_width * float(np.sqrt(weight))
         rates = {name: (values[name] - alone[name]) / found.value for name in self.names}
@@ -228,6 +227,39 @@ class EffectRegression:
             {name: value * one for name, one in rates.items()},
             scatter={name: half * abs(one) for name, one in rates.items()},
         )
+
+    def encoder_gain(self, known: float) -> AcceptedEffects | None:
+        """Return the shift by an eccentric encoder whose local gain is known to 1 +- `known`.
+
+        Over less than a turn, the eccentricity mainly multiplies the position by a gain, which the
+        log hardly determines. Each shift is therefore at most `known` times the parameter.
+
+        Return None if the hypothesis is not free, or if it does not improve the prediction of
+        unseen strokes.
+        """
+        eccentric = next((one for one in self.free if one.term == ECCENTRICITY), None)
+        if eccentric is None:
+            return None
+        values = self._values([*self.used, eccentric])
+        alone = self._values(self.used)
+        if values is None or alone is None or not self._improves(eccentric):
+            return None
+        shift = {
+            name: float(
+                np.clip(
+                    values[name] - alone[name], *(known * np.array([-1.0, 1.0]) * abs(alone[name]))
+                )
+            )
+            for name in self.names
+            if name in ("inertia", "viscous")
+        }
+        return AcceptedEffects((eccentric.what,), 1.0, shift)
+
+    def _improves(self, one: Hypothesis) -> bool:
+        """Return whether a hypothesis improves the prediction of unseen strokes."""
+        before = self.rows.squares(self.used)
+        after = self.rows.squares([*self.used, one])
+        return before is not None and after is not None and bool(np.sum(after) < np.sum(before))
 
     def _rivals(self) -> list[AcceptedEffects]:
         """Return the models with one hypothesis exchanged that predict as well as this model."""

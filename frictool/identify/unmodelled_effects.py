@@ -54,6 +54,9 @@ from frictool.typing import Vector
 
 SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
 READ_APART = 0.5  # sample periods between the readings of effort and position in a row, at most
+# relative error of a rotary encoder's local gain, at most: an error of 5 mrad (0.3 degrees) with one
+# cycle per turn, usual for a magnetic encoder at the end of a shaft
+LOCAL_GAIN = 5e-3
 CERTAIN = 1e-4  # significance of an effect that is reported
 LONGEST_RATIOS = 40  # characters of the ratios in a warning
 DELAY_STEPS = 3  # Gauss-Newton steps to an exact delay or lag
@@ -106,7 +109,8 @@ def widened(
     moved += _of_delay(fit, records, bench, confidence, regression)
     known = READ_APART * max(record.period for record in records)
     timing = regression.timing(known, _rates(fit, records, bench, confidence))
-    moved += [] if timing is None else [timing]
+    gain = regression.encoder_gain(LOCAL_GAIN)
+    moved += [one for one in (timing, gain) if one is not None]
     for one in (*accepted, *moved):
         for name, shift in one.shift.items():
             if name in parameters:

@@ -114,7 +114,8 @@ def _suitable(
             fit = replace(
                 run(STROKE_MEANS, records, known, settings), method=STROKE_MEANS, why=friction.why
             )
-            if fit.laws is not None or not _more_precise(records, bench, settings, fit):
+            certain = all(np.isfinite(one.half_width) for one in fit.parameters.values())
+            if certain and (fit.laws or not _more_precise(records, bench, settings, fit)):
                 return fit if weak is None else joined(fit, weak, WEAK_FORM, inertia.why)
         except UnusableLogs:
             pass  # not enough strokes or speeds: least squares average over windows instead
