@@ -195,9 +195,9 @@ class EffectRegression:
 
         The delay is known to +-`known` [s] before the fit. The regression with the column of the
         delay also determines the delay. The two intervals are combined with their inverse variances
-        as weights. If the delay improves the prediction of unseen strokes, a lag that the bench
-        does not state may be longer than `known`; then only the regression counts. If the
-        acceleration is noisy, only `known` counts.
+        as weights. A lag that the bench does not state may be longer than `known`: if the delay of
+        the regression is longer, and improves the prediction of unseen strokes, only the regression
+        counts. If the acceleration is noisy, only `known` counts.
 
         Each parameter changes in proportion to the delay, by the rate of the regression. `slopes`
         contains other rates, in units of the parameter per second.
@@ -244,15 +244,11 @@ class EffectRegression:
         alone = self._values(self.used)
         if values is None or alone is None or not self._improves(eccentric):
             return None
-        shift = {
-            name: float(
-                np.clip(
-                    values[name] - alone[name], *(known * np.array([-1.0, 1.0]) * abs(alone[name]))
-                )
-            )
-            for name in self.names
-            if name in ("inertia", "viscous")
-        }
+        shift = {}
+        for name in ("inertia", "viscous"):
+            if name in self.names:
+                limit = known * abs(alone[name])
+                shift[name] = float(np.clip(values[name] - alone[name], -limit, limit))
         return AcceptedEffects((eccentric.what,), 1.0, shift)
 
     def _improves(self, one: Hypothesis) -> bool:

@@ -1,7 +1,7 @@
 """Widening of intervals by effects that the model does not include and the residual shows.
 
 An effect that the model lacks leaves the same residual in every stroke, so that the covariance over
-strokes (`regression`) does not include the resulting error. Five sources of this error are examined
+strokes (`regression`) does not include the resulting error. Six sources of this error are examined
 (docs/theory/identify.md):
 
 1. Residuals that repeat over position and state (velocity, sign of the acceleration) add a variance
@@ -9,12 +9,14 @@ strokes (`regression`) does not include the resulting error. Five sources of thi
    speed, the encoder's noise in the acceleration also adds a variance. This noise is treated as the
    same in every stroke, because equal strokes reverse at the same counts.
 2. Hypotheses of `explanation_search` that improve the fit shift the parameters.
-3. Smoothing windows of twice the length shift the parameters.
-4. If the column of the delay, which is a first-order approximation, is used, the shift by an exact
-   delay and by an exact lag is computed.
-5. If a delay is not used but improves the prediction of unseen strokes, the parameters shift as by
-   a delay that is known to half a sample before the fit: effort and position of a row may have been
-   read half a sample apart.
+3. Smoothing windows of twice the length shift the parameters. If the columns of the delay or of the
+   resonance are used, which are first-order approximations, the longest windows do as well.
+4. If the column of the delay is used, the shift by an exact delay and by an exact lag is computed.
+5. If a delay is not used, the parameters shift as by a delay that is known to half a sample before
+   the fit: effort and position of a row may have been read half a sample apart. A longer delay
+   counts if it improves the prediction of unseen strokes.
+6. If an eccentric encoder is not used but improves that prediction, inertia and viscous friction
+   shift as by an error of the encoder's local gain.
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, because effects that look alike may shift a
@@ -54,8 +56,8 @@ from frictool.typing import Vector
 
 SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
 READ_APART = 0.5  # sample periods between the readings of effort and position in a row, at most
-# relative error of a rotary encoder's local gain, at most: an error of 5 mrad (0.3 degrees) with one
-# cycle per turn, usual for a magnetic encoder at the end of a shaft
+# largest relative error of a rotary encoder's local gain: that of an error of 5 mrad (0.3 degrees)
+# with one cycle per turn, usual for a magnetic encoder at the end of a shaft
 LOCAL_GAIN = 5e-3
 CERTAIN = 1e-4  # significance of an effect that is reported
 LONGEST_RATIOS = 40  # characters of the ratios in a warning
@@ -107,8 +109,8 @@ def widened(
     accepted = regression.accepted()
     moved = _of_windows(fit, records, bench, confidence, regression)
     moved += _of_delay(fit, records, bench, confidence, regression)
-    known = READ_APART * max(record.period for record in records)
-    timing = regression.timing(known, _rates(fit, records, bench, confidence))
+    apart = READ_APART * max(record.period for record in records)
+    timing = regression.timing(apart, _rates(fit, records, bench, confidence, apart))
     gain = regression.encoder_gain(LOCAL_GAIN)
     moved += [one for one in (timing, gain) if one is not None]
     for one in (*accepted, *moved):
@@ -147,7 +149,7 @@ def _of_windows(
     smoother = effect_regression(fit, records, bench, confidence, SMOOTHER)
     if smoother is not None:
         out.append(_beyond_chance(before, smoother))
-    if any(one.term in SERIES for one in plain.used):
+    if any(name in fit.effects for name in SERIES):
         longest = effect_regression(fit, records, bench, confidence, math.inf)
         if longest is not None:
             out.append(_beyond_chance(before | dict(fit.parameters), longest))
@@ -206,26 +208,29 @@ def _of_delay(
 
 
 def _rates(
-    fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
+    fit: SlidingFit,
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    confidence: float,
+    apart: float,
 ) -> dict[str, float]:
     """Return the change of each parameter per second of delay, by the method of means over strokes.
 
-    These means weight the samples otherwise than the regression. The result is empty for other
-    methods.
+    The method is repeated with the effort delayed by `apart` [s]. Its means weight the samples
+    otherwise than the regression. The result is empty for other methods.
     """
     if fit.method != STROKE_MEANS:
         return {}
     settings = IdentificationSettings(confidence)
-    early = [replace(one, effort=delayed(one.effort, READ_APART)) for one in records]
+    early = [replace(one, effort=delayed(one.effort, apart / one.period)) for one in records]
     try:
         before, after = (
             refit(list(part), bench, settings, fit, fit.fixed) for part in (records, early)
         )
     except UnusableLogs:
         return {}
-    step = READ_APART * max(one.period for one in records)
     return {
-        name: (before.parameters[name].value - one.value) / step
+        name: (before.parameters[name].value - one.value) / apart
         for name, one in after.parameters.items()
         if name != "inertia" and name in before.parameters
     }

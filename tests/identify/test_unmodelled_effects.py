@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
 
 from frictool.adapters.parameter_intervals import absolute
 from frictool.documents.bench import Bench
+from frictool.documents.load_terms import LoadTerms
 from frictool.documents.quantity import Quantity
 from frictool.identify.effect_regression import effect_regression
 from frictool.identify.estimators.auto import auto
 from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.fit_result import SLIDING, SlidingFit
-from frictool.identify.methods import IdentificationSettings
+from frictool.identify.methods import METHODS, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.unmodelled_effects import WidenedFit, widened
 from frictool.typing import Vector
@@ -64,7 +67,7 @@ def test_the_intervals_of_a_true_model_stay_nearly_as_they_are(bench: Bench) -> 
             for name in SLIDING
         ]
     assert min(ratios) >= 1.0
-    assert float(np.median(ratios)) < 1.1
+    assert float(np.median(ratios)) < 1.3  # most of it for an unknown delay
 
 
 def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: Bench) -> None:
@@ -99,24 +102,108 @@ def test_the_intervals_include_a_delay_that_is_too_small_to_be_found(bench: Benc
     assert held >= 10
 
 
-def test_a_delay_known_before_the_fit_shifts_nothing(bench: Bench) -> None:
+def delayed_record(samples: float, noise: float) -> MotionRecord:
+    """Return a record whose effort is read `samples` samples late, with noise of rms `noise`."""
     time = np.arange(3000) * PERIOD
     position = 4.0 * np.sin(4.0 * time) + 2.0 * np.sin(9.1 * time)
-    effort = effort_at(time - 0.6 * PERIOD)
-    record = make_record("log", time, position, effort, resolution=1e-5, lag=1.0)
+    effort = effort_at(time - samples * PERIOD)
+    effort += np.random.default_rng(3).normal(0.0, noise, time.size)
+    return make_record("log", time, position, effort, resolution=1e-5, lag=1.0)
+
+
+def test_a_delay_within_the_prior_is_weighted_by_both_variances(bench: Bench) -> None:
+    record = delayed_record(0.6, 8e-3)
     fit = least_squares([record], bench, IdentificationSettings())
     regression = effect_regression(fit, [record], bench, 0.95)
     assert regression is not None
-    unknown, known = regression.timing(1.0), regression.timing(1e-12)
-    assert unknown is not None
+    free, known = regression.timing(1.0), regression.timing(PERIOD)
+    assert free is not None
     assert known is not None
+    weight = known.shift["inertia"] / free.shift["inertia"]
+    assert 0.3 < weight < 0.95
+    # posterior: weight times the estimate, and the square root of the weight times its half width
     for name in SLIDING:
-        assert abs(known.shift[name]) < 1e-6 * abs(unknown.shift[name])
-        assert known.scatter[name] < 1e-4 * abs(unknown.shift[name])
-    # the delay that the regression finds is the true one, and its shift leads to the true inertia
-    assert fit.parameters["inertia"].value + unknown.shift["inertia"] == pytest.approx(
-        INERTIA, rel=1e-3
-    )
+        assert known.shift[name] == pytest.approx(weight * free.shift[name], rel=1e-3)
+        assert known.scatter[name] == pytest.approx(weight**0.5 * free.scatter[name], rel=1e-3)
+
+
+def test_a_delay_longer_than_the_prior_counts_as_the_regression_finds_it(bench: Bench) -> None:
+    record = delayed_record(2.0, 2e-3)
+    fit = least_squares([record], bench, IdentificationSettings())
+    regression = effect_regression(fit, [record], bench, 0.95)
+    assert regression is not None
+    timing = regression.timing(0.5 * PERIOD)
+    assert timing is not None
+    inertia = fit.parameters["inertia"].value
+    assert inertia == pytest.approx(INERTIA, rel=0.05)
+    error = inertia + timing.shift["inertia"] - INERTIA
+    assert abs(error) < timing.scatter["inertia"] < 0.5 * abs(timing.shift["inertia"])
+
+
+def test_means_over_strokes_include_the_lag_of_the_current(bench: Bench) -> None:
+    """Means over strokes react to a lag otherwise than the regression."""
+    time = np.arange(24_000) * PERIOD
+    position = 4.0 * np.sin(4.0 * time) + 2.0 * np.sin(9.1 * time)
+    noise = np.random.default_rng(1).normal(0.0, 2e-3, time.size)
+    command = effort_at(time + 3.0 * PERIOD) + noise
+    record = make_record("log", time, position, command, resolution=1e-3, lag=1.0)
+    known = Quantity(INERTIA, 0.9 * INERTIA, 1.1 * INERTIA, "kg m^2")
+    mechanics = msgspec.structs.replace(bench.mechanics, inertia=known)
+    bench = msgspec.structs.replace(bench, mechanics=mechanics)
+    settings = IdentificationSettings()
+    fit = replace(METHODS["sines"].estimate([record], bench, settings), method="sines")
+    plain = fit.parameters["coulomb"]
+    wide = widened(fit, [record], bench, settings.confidence).fit.parameters["coulomb"]
+    assert not plain.low <= COULOMB <= plain.high
+    assert wide.low <= COULOMB <= wide.high
+
+
+def test_the_longest_windows_show_that_a_resonance_is_no_small_term(bench: Bench) -> None:
+    """The window is shorter than the period of the resonance, which the motion excites."""
+    time = np.arange(12_000) * PERIOD
+    behind, stiffness = 0.4 * INERTIA, 0.4 * INERTIA * (2.0 * np.pi * 25.0) ** 2
+    terms = [(4.0, 4.0, 0.3), (2.0, 9.1, 0.0), (2e-4, 190.0, 1.0)]
+    motion = np.zeros((3, time.size))  # position of the motor, its velocity, effort of inertia
+    for size, rate, phase in terms:
+        gain = 1.0 - behind * rate**2 / stiffness
+        wave = size * np.sin(rate * time + phase)
+        motion[0] += gain * wave
+        motion[1] += gain * size * rate * np.cos(rate * time + phase)
+        motion[2] -= rate**2 * wave * (0.6 * INERTIA * gain + behind)
+    effort = motion[2] + VISCOUS * motion[1] + COULOMB * np.sign(motion[1]) + OFFSET
+    noise = np.random.default_rng(4).normal(0.0, 3e-4, time.size)
+    record = make_record("log", time, motion[0], effort + noise, resolution=1e-5, lag=1.0)
+    declared = msgspec.structs.replace(bench, load=LoadTerms(("offset", "resonance")))
+    settings = IdentificationSettings()
+    fit = least_squares([record], declared, settings)
+    plain = fit.parameters["inertia"]
+    wide = widened(fit, [record], declared, settings.confidence).fit.parameters["inertia"]
+    error = plain.value - INERTIA
+    assert error > 10.0 * plain.half_width
+    assert wide.low - INERTIA < 0.1 * error
+    assert wide.half_width < error
+
+
+def test_an_eccentric_encoder_over_half_a_turn_widens_by_its_local_gain(bench: Bench) -> None:
+    time = np.arange(12_000) * PERIOD
+    position = 0.3 * np.sin(4.0 * time) + 0.2 * np.sin(9.1 * time)
+    velocity = 1.2 * np.cos(4.0 * time) + 1.82 * np.cos(9.1 * time)
+    acceleration = -4.8 * np.sin(4.0 * time) - 16.562 * np.sin(9.1 * time)
+    effort = 0.01 * acceleration + VISCOUS * velocity + COULOMB * np.sign(velocity) + OFFSET
+    effort += np.random.default_rng(1).normal(0.0, 2e-3, time.size)
+    seen = position + 4e-3 * np.sin(position + 0.4)
+    record = make_record("log", time, seen, effort, resolution=1e-6, lag=1.0)
+    fit, result = both(record, bench)
+    regression = effect_regression(fit, [record], bench, 0.95)
+    assert regression is not None
+    for known in (1e-3, 5e-3):
+        gain = regression.encoder_gain(known)
+        assert gain is not None
+        assert set(gain.shift) == {"inertia", "viscous"}
+        for name, shift in gain.shift.items():
+            assert abs(shift) <= (1.0 + 1e-9) * known * abs(fit.parameters[name].value)
+    inertia = result.fit.parameters["inertia"]
+    assert inertia.low <= 0.01 <= inertia.high
 
 
 def test_an_effect_that_was_removed_widens_nothing(bench: Bench) -> None:
