@@ -196,36 +196,36 @@ class EffectRegression:
         The delay is known to +-`known` [s] before the fit. The regression with the column of the
         delay also determines the delay. The two intervals are combined with their inverse variances
         as weights. A lag that the bench does not state may be longer than `known`: if the delay of
-        the regression is longer, and improves the prediction of unseen strokes, only the regression
-        counts. If the acceleration is noisy, only `known` counts.
+        the regression is longer, only the regression counts. If the acceleration is noisy, only
+        `known` counts.
 
         Each parameter changes in proportion to the delay, by the rate of the regression. `slopes`
         contains other rates, in units of the parameter per second.
 
-        Return None if the model includes the delay, or if the rows do not determine it.
+        Return None if the model includes the delay, if the rows do not determine it, or if it does
+        not improve the prediction of unseen strokes, which is not tested with a noisy acceleration.
         """
         late = next((one for one in self.free if one.term == DELAY), None)
-        if late is None:
+        if late is None or not (self.noisy or self._improves(late)):
             return None
         values = self._values([*self.used, late])
         alone = self._values(self.used)
         found = self.intervals([late]).get(DELAY)
         if values is None or alone is None or found is None:
             return None
-        value, half = 0.0, known
-        if not self.noisy:
-            weight = known**2 / (known**2 + found.half_width**2)
-            if abs(found.value) > known and self._improves(late):
-                weight = 1.0
-            value = weight * found.value
-            half = found.half_width * float(np.sqrt(weight))
+        weight = known**2 / (known**2 + found.half_width**2)
+        if abs(found.value) > known:
+            weight = 1.0
+        delay = Interval.around(weight * found.value, float(np.sqrt(weight)) * found.half_width)
+        if self.noisy:
+            delay = Interval.around(0.0, known)
         rates = {name: (values[name] - alone[name]) / found.value for name in self.names}
         rates |= {name: one for name, one in slopes.items() if name in rates}
         return AcceptedEffects(
             (late.what,),
             1.0,
-            {name: value * one for name, one in rates.items()},
-            scatter={name: half * abs(one) for name, one in rates.items()},
+            {name: delay.value * one for name, one in rates.items()},
+            scatter={name: delay.half_width * abs(one) for name, one in rates.items()},
         )
 
     def encoder_gain(self, known: float) -> AcceptedEffects | None:

@@ -67,7 +67,7 @@ def test_the_intervals_of_a_true_model_stay_nearly_as_they_are(bench: Bench) -> 
             for name in SLIDING
         ]
     assert min(ratios) >= 1.0
-    assert float(np.median(ratios)) < 1.3  # most of it for an unknown delay
+    assert float(np.median(ratios)) < 1.1
 
 
 def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: Bench) -> None:
@@ -116,7 +116,7 @@ def test_a_delay_within_the_prior_is_weighted_by_both_variances(bench: Bench) ->
     fit = least_squares([record], bench, IdentificationSettings())
     regression = effect_regression(fit, [record], bench, 0.95)
     assert regression is not None
-    free, known = regression.timing(1.0), regression.timing(PERIOD)
+    free, known = regression.timing(1.0), regression.timing(0.1 * PERIOD)
     assert free is not None
     assert known is not None
     weight = known.shift["inertia"] / free.shift["inertia"]
@@ -137,7 +137,8 @@ def test_a_delay_longer_than_the_prior_counts_as_the_regression_finds_it(bench: 
     inertia = fit.parameters["inertia"].value
     assert inertia == pytest.approx(INERTIA, rel=0.05)
     error = inertia + timing.shift["inertia"] - INERTIA
-    assert abs(error) < timing.scatter["inertia"] < 0.5 * abs(timing.shift["inertia"])
+    assert abs(error) < 0.25 * abs(timing.shift["inertia"])
+    assert timing.scatter["inertia"] < 0.25 * abs(timing.shift["inertia"])
 
 
 def test_means_over_strokes_include_the_lag_of_the_current(bench: Bench) -> None:
