@@ -45,6 +45,7 @@ FEW_ROWS = 0.2
 MOST_EFFECTS = 4  # largest number of effects that act together
 NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
 DELAY = "delay"
+SCALED = ("inertia", "viscous")  # parameters that a wrong gain of the encoder scales
 LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried if it is noisy
 # largest effort of the effects relative to the measured effort (rms); columns that resemble the
 # sliding columns would have any effort
@@ -245,8 +246,8 @@ class EffectRegression:
         if values is None or alone is None or not self._improves(eccentric):
             return None
         shift = {}
-        for name in ("inertia", "viscous"):
-            if name in self.names:
+        for name in self.names:
+            if name in SCALED:
                 limit = known * abs(alone[name])
                 shift[name] = float(np.clip(values[name] - alone[name], -limit, limit))
         return AcceptedEffects((eccentric.what,), 1.0, shift)

@@ -3,14 +3,22 @@ clutch."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
+from frictool.documents.laws import Laws
+from frictool.documents.quantity import Quantity
+from frictool.identify.assess.identifiability import STROKE_MEANS
+from frictool.identify.estimators import auto as auto_module
+from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.estimators.piecewise_friction import StrokeMeans
 from frictool.identify.estimators.sines import StrokeRows, _of_fixed, sines
-from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import make_record
 from studies.rigs.curve_logs import mass_sines
@@ -18,6 +26,7 @@ from studies.rigs.identification_rigs import MASS, clutch, mass_bench, record
 from studies.rigs.sample_logs import TRUTH
 from studies.rigs.sample_logs import sines as half_sines
 from tests.support.friction_knees import false_knees, true_knees
+from tests.support.loaded_axis import rotary_bench
 
 
 @pytest.mark.parametrize("step", [1e-4, 1e-2])
@@ -84,3 +93,42 @@ def test_an_uncertain_fixed_parameter_moves_the_others_as_a_weighted_fit_does() 
     found = _of_fixed(rows, means.columns, np.array([0.1]), {"offset": Interval(1.0, 0.7, 1.2)})
     shift = 0.3 * np.sum(weight**2 * sign) / np.sum(weight**2)
     assert found == pytest.approx([np.hypot(0.1, shift)])
+
+
+def test_auto_uses_least_squares_if_means_over_strokes_have_no_intervals(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    time = np.arange(12_000) * 1e-3
+    rate = 4.0 * np.pi
+    size = np.repeat([1.0, 4.0], 6000)
+    position = size * np.cos(rate * time + 0.1)
+    velocity = -size * rate * np.sin(rate * time + 0.1)
+    effort = -1e-3 * rate**2 * position + 0.01 * velocity + 0.1 * np.sign(velocity)
+    effort += np.random.default_rng(1).normal(0.0, 2e-3, time.size)
+    counts = 0.05 * np.floor(position / 0.05)
+    record = make_record("log", time, counts, effort, resolution=0.05, lag=1.0)
+    mechanics = msgspec.structs.replace(
+        rotary_bench(None).mechanics,
+        inertia=Quantity(1e-3, 5e-4, 2e-3, "kg m^2"),
+        viscous=Quantity(0.01, 0.002, 0.03, "N m s/rad"),
+        coulomb=Quantity(0.1, 0.02, 0.3, "N m"),
+    )
+    bench = msgspec.structs.replace(rotary_bench(None), mechanics=mechanics)
+    settings = IdentificationSettings()
+    fit = least_squares([record], bench, settings)
+    line = {name: one for name, one in fit.parameters.items() if name != "inertia"}
+    knee = replace(fit, parameters=line, laws=Laws())
+    unknown = {name: Interval.around(one.value, np.inf) for name, one in line.items()}
+
+    def chosen(means: SlidingFit) -> str | None:
+        original = auto_module.run
+
+        def stroke_means(method: str, *rest: Any) -> SlidingFit:
+            return means if method == STROKE_MEANS else original(method, *rest)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(auto_module, "run", stroke_means)
+            return auto_module.auto([record], bench, settings).method
+
+    assert chosen(knee) == STROKE_MEANS
+    assert chosen(replace(knee, parameters=unknown)) == "least-squares"

@@ -5,7 +5,7 @@ supported ones together with the sliding parameters.
 
 1. If differentiated velocities are too inaccurate (`assess/identifiability.py`), the method is
    sines. Least squares over smoothing windows are used instead if they agree with sines and their
-   intervals are at most half as wide.
+   intervals are at most half as wide, or if the strokes repeat too rarely for intervals of sines.
 2. If the intervals of `least_squares` and `power_balance` do not overlap, friction at low speed is
    not viscous + Coulomb, and `power_balance` is preferred.
 3. Otherwise `least_squares` is preferred.
@@ -115,7 +115,9 @@ def _suitable(
                 run(STROKE_MEANS, records, known, settings), method=STROKE_MEANS, why=friction.why
             )
             certain = all(np.isfinite(one.half_width) for one in fit.parameters.values())
-            if certain and (fit.laws or not _more_precise(records, bench, settings, fit)):
+            if certain and (
+                fit.laws is not None or not _more_precise(records, bench, settings, fit)
+            ):
                 return fit if weak is None else joined(fit, weak, WEAK_FORM, inertia.why)
         except UnusableLogs:
             pass  # not enough strokes or speeds: least squares average over windows instead
