@@ -44,6 +44,7 @@ BINS = 24  # bins of positions, and of states (velocity, sign of the acceleratio
 FEW_ROWS = 0.2
 MOST_EFFECTS = 4  # largest number of effects that act together
 NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
+FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
 DELAY = "delay"
 SCALED = ("inertia", "viscous")  # parameters that a wrong gain of the encoder scales
 LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried if it is noisy
@@ -197,28 +198,33 @@ class EffectRegression:
         The delay is known to +-`known` [s] before the fit. The regression with the column of the
         delay also determines the delay. The two intervals are combined with their inverse variances
         as weights. A lag that the bench does not state may be longer than `known`: if the delay of
-        the regression is longer, only the regression counts. If the acceleration is noisy, only
-        `known` counts.
+        the regression is longer and improves the prediction of unseen strokes, only the regression
+        counts. Only `known` counts if noise of the acceleration hides the delay.
 
         Each parameter changes in proportion to the delay, by the rate of the regression. `slopes`
         contains other rates, in units of the parameter per second.
 
-        Return None if the model includes the delay, if the rows do not determine it, or if it does
-        not improve the prediction of unseen strokes, which is not tested with a noisy acceleration.
+        Return None if the model includes the delay, if the rows do not determine it, or if at least
+        FEWEST_STROKES strokes show that the delay does not improve the prediction.
         """
         late = next((one for one in self.free if one.term == DELAY), None)
-        if late is None or not (self.noisy or self._improves(late)):
+        if late is None:
             return None
         values = self._values([*self.used, late])
         alone = self._values(self.used)
         found = self.intervals([late]).get(DELAY)
         if values is None or alone is None or found is None:
             return None
+        better = self._improves(late)
+        hidden = self.noisy and self.rows.probability(late, self.used) > 1.0 - self.confidence
+        few = np.unique(self.rows.stroke).size < FEWEST_STROKES
+        if not (better or hidden or few):
+            return None
         weight = known**2 / (known**2 + found.half_width**2)
-        if abs(found.value) > known:
+        if better and abs(found.value) > known:
             weight = 1.0
         delay = Interval.around(weight * found.value, float(np.sqrt(weight)) * found.half_width)
-        if self.noisy:
+        if hidden:
             delay = Interval.around(0.0, known)
         rates = {name: (values[name] - alone[name]) / found.value for name in self.names}
         rates |= {name: one for name, one in slopes.items() if name in rates}

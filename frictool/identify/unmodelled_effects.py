@@ -10,11 +10,12 @@ strokes (`regression`) does not include the resulting error. Six sources of this
    same in every stroke, because equal strokes reverse at the same counts.
 2. Hypotheses of `explanation_search` that improve the fit shift the parameters.
 3. Smoothing windows of twice the length shift the parameters. If the columns of the delay or of the
-   resonance are used, which are first-order approximations, the longest windows do as well.
+   resonance are used, which are first-order approximations, the regression over the longest windows
+   does as well.
 4. If the column of the delay is used, the shift by an exact delay and by an exact lag is computed.
-5. If a delay is not used, the parameters shift as by a delay that is known to half a sample before
-   the fit: effort and position of a row may have been read half a sample apart. A longer delay
-   counts if it improves the prediction of unseen strokes.
+5. If a delay is not used but improves the prediction of unseen strokes, the parameters shift as by
+   a delay that is known to half a sample before the fit: effort and position of a row may have been
+   read half a sample apart. A longer delay counts as the regression finds it.
 6. If an eccentric encoder is not used but improves that prediction, inertia and viscous friction
    shift as by an error of the encoder's local gain.
 
@@ -141,8 +142,8 @@ def _of_windows(
     """Return the changes of the parameters with longer smoothing windows, beyond chance.
 
     The columns of SERIES are first terms of Taylor series, which suffice if the window is longer
-    than the resonance or the lag. A fit that uses such a column is also compared with a regression
-    over the longest windows.
+    than the resonance or the lag. A fit that uses such a column is also compared with the
+    regression over its own windows, and over the longest windows.
     """
     before = plain.intervals()
     out = []
@@ -151,8 +152,8 @@ def _of_windows(
         out.append(_beyond_chance(before, smoother))
     if any(name in fit.effects for name in SERIES):
         longest = effect_regression(fit, records, bench, confidence, math.inf)
-        if longest is not None:
-            out.append(_beyond_chance(before | dict(fit.parameters), longest))
+        before |= fit.parameters
+        out += [_beyond_chance(before, one) for one in (plain, longest) if one is not None]
     return out
 
 
