@@ -199,13 +199,14 @@ class EffectRegression:
         delay also determines the delay. The two intervals are combined with their inverse variances
         as weights. A lag that the bench does not state may be longer than `known`: if the delay of
         the regression is longer and improves the prediction of unseen strokes, only the regression
-        counts. Only `known` counts if noise of the acceleration hides the delay.
+        counts.
 
         Each parameter changes in proportion to the delay, by the rate of the regression. `slopes`
         contains other rates, in units of the parameter per second.
 
-        Return None if the model includes the delay, if the rows do not determine it, or if at least
-        FEWEST_STROKES strokes show that the delay does not improve the prediction.
+        Return None if the model includes the delay, if the rows do not determine it, if noise of
+        the acceleration hides it, or if at least FEWEST_STROKES strokes show that the delay does
+        not improve the prediction.
         """
         late = next((one for one in self.free if one.term == DELAY), None)
         if late is None:
@@ -216,16 +217,14 @@ class EffectRegression:
         if values is None or alone is None or found is None:
             return None
         better = self._improves(late)
-        hidden = self.noisy and self.rows.probability(late, self.used) > 1.0 - self.confidence
         few = np.unique(self.rows.stroke).size < FEWEST_STROKES
-        if not (better or hidden or few):
+        hidden = self.noisy and self.rows.probability(late, self.used) > 1.0 - self.confidence
+        if hidden or not (better or few):
             return None
         weight = known**2 / (known**2 + found.half_width**2)
         if better and abs(found.value) > known:
             weight = 1.0
         delay = Interval.around(weight * found.value, float(np.sqrt(weight)) * found.half_width)
-        if hidden:
-            delay = Interval.around(0.0, known)
         rates = {name: (values[name] - alone[name]) / found.value for name in self.names}
         rates |= {name: one for name, one in slopes.items() if name in rates}
         return AcceptedEffects(
