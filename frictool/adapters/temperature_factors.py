@@ -8,6 +8,7 @@ from frictool.documents.laws import FrictionOverTemperature, TemperatureChange
 from frictool.typing import Vector
 
 KEY = "temperature"  # key of `temperature_text` in the record `log` of a simulated log
+POINTS = 101  # temperatures at which the range of friction is computed
 STEEPEST = 50.0  # largest exponent; a log with wrong temperatures must not overflow
 
 
@@ -46,6 +47,17 @@ def temperature_text(law: FrictionOverTemperature, temperature: float) -> str:
 def temperature_words(owner: str, text: str) -> str:
     """Return a remark on the temperature at which `owner` was simulated (`temperature_text`)."""
     return f"{owner} is simulated at {text}"
+
+
+def reference_words(law: FrictionOverTemperature) -> str:
+    """Return the reference temperature, and the range of friction over those of the logs."""
+    low, high = law.over.low, law.over.high
+    viscous, dry = temperature_factors(law, np.linspace(low, high, POINTS))
+    return (
+        f"the friction at {law.reference.value:.4g} degC is used; from {low:.4g} to {high:.4g} "
+        f"degC viscous friction is {viscous.min():.3g} to {viscous.max():.3g} and dry friction "
+        f"{dry.min():.3g} to {dry.max():.3g} times that"
+    )
 
 
 def _factor(change: TemperatureChange | None, excess: Vector) -> Vector:

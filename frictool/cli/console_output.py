@@ -15,6 +15,7 @@ from frictool.presentation.json_text import json_text
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Controller
+    from frictool.documents.model import Model
 
 
 class Verbosity:
@@ -40,6 +41,15 @@ def say(text: str, output: Path | None = None) -> None:
 def note(text: str) -> None:
     """Print progress or a warning on stderr."""
     click.echo(printable(text), err=True)
+
+
+def note_temperature(path: Path, model: Model) -> None:
+    """Warn that a command uses the friction at one temperature, if the model has others."""
+    from frictool.adapters.temperature_factors import reference_words
+
+    law = None if model.laws is None else model.laws.temperature
+    if law is not None:
+        note(f"warning: {path}: {reference_words(law)}; let the ranges of the bench include it")
 
 
 def note_changes(path: Path, controller: Controller) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 import click
 
 from frictool.cli.common_options import existing, json_option, output_option
-from frictool.cli.console_output import note, note_changes, print_json, say
+from frictool.cli.console_output import note, note_changes, note_temperature, print_json, say
 from frictool.cli.file_endings import check_folder
 from frictool.cli.output_files import STDOUT, command_line, replacing
 from frictool.errors import EXIT_NO, OutputError
@@ -149,6 +149,7 @@ def command(
     if unknown:
         raise click.UsageError(f"--without {unknown[0]}: allowed: {', '.join(FEATURES)}.")
     model = load(document, Model)
+    note_temperature(document, model)
     words = command_line(
         "export",
         {

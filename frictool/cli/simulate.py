@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option, output_option
-from frictool.cli.console_output import note, note_changes, print_json, say
+from frictool.cli.console_output import note, note_changes, note_temperature, print_json, say
 from frictool.cli.output_files import check_targets, command_line, refuse_inputs, replacing
 from frictool.cli.position_loop_options import LAW, ServoGains, servo_options
 from frictool.cli.progress import note_compiling, show_count
@@ -236,6 +236,7 @@ def _bench_test(
         plant, servo = on_bench(model, gains)
     else:
         plant = load(model, Model)
+        note_temperature(model, plant)
         servo = gains.servo(plant.bench)
     if is_ramps(test) == closed:
         raise click.UsageError(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from frictool.cli.console_output import note_temperature
 from frictool.cli.output_files import command_line
 from frictool.cli.simulate_mechanism import is_mechanism
 
@@ -34,6 +35,7 @@ def as_bench_log(
     from frictool.simulate.default_servo import default_servo, feedforward
 
     plant = load(model, Model)
+    note_temperature(model, plant)
     bench = plant.bench
     excitation = read_test(test, bench)
     deviation = DRIVE_NOISE_SHARE * bench.actuator.limit.value if noise is None else noise

@@ -278,3 +278,22 @@ def test_two_temperatures_are_refused(tmp_path: Path) -> None:
     read = load(path, Scenario).temperature
     assert read is not None
     assert read.value == pytest.approx(45.0)
+
+
+def test_an_export_names_its_temperature_and_the_range_of_friction(tmp_path: Path) -> None:
+    plain, warm = tmp_path / "plain.yaml", tmp_path / "warm.yaml"
+    plain.write_text(to_yaml(clutch_model()))
+    warm.write_text(to_yaml(msgspec.structs.replace(clutch_model(), laws=Laws(temperature=LAW))))
+    said = []
+    for path in (plain, warm):
+        result = run(
+            "export", path, "--lang", "mjcf", "--without", "backlash", "-o", tmp_path / path.stem
+        )
+        assert result.code == 0
+        said.append(result.stderr)
+    assert "degC" not in said[0]
+    ends = [factors(one) for one in (15.0, 50.0)]
+    viscous, dry = zip(*ends, strict=True)
+    assert "the friction at 25 degC is used; from 15 to 50 degC" in said[1]
+    assert f"viscous friction is {min(viscous):.3g} to {max(viscous):.3g}" in said[1]
+    assert f"dry friction {min(dry):.3g} to {max(dry):.3g} times that" in said[1]
