@@ -16,10 +16,8 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
 OPTION = "--layout"
-# advice to write a key of the bench's layout: key, and value if the advice contains it
-_ADVICE = re.compile(
-    r"write layout\.(\w+)(?:: ([\w-]+))?.* in the bench|layout\.(\w+) in the bench"
-)
+_ADVICE = re.compile(r"(?:write )?layout\.\w.*? in the bench")  # to write a key of a bench's layout
+_KEY = re.compile(r"layout\.(\w+)(?:: ([\w-]+))?")  # key, and value if the advice contains it
 
 layout_option = click.option(
     OPTION,
@@ -35,15 +33,17 @@ layout_option = click.option(
 
 @contextmanager
 def layout_advice() -> Iterator[None]:
-    """Add the option to the message of a LogError that advises a key of a bench."""
+    """Name the option in the message of a LogError that advises a key of a bench."""
     try:
         yield
     except LogError as error:
-        advice = _ADVICE.search(str(error))
-        if advice is not None:
-            key, value = advice[1] or advice[3], advice[2] or "VALUE"
-            error.args = (f"{error} (without a bench: {OPTION} {key}={value})",)
+        error.args = (_ADVICE.sub(_as_option, str(error)),)
         raise
+
+
+def _as_option(advice: re.Match[str]) -> str:
+    keys = advice[0].replace("write ", "use ").removesuffix(" in the bench")
+    return _KEY.sub(lambda key: f"{OPTION} {key[1]}={key[2] or 'VALUE'}", keys)
 
 
 def layout_of(texts: tuple[str, ...]) -> Layout | None:

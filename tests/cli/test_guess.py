@@ -408,7 +408,7 @@ def test_dates_that_begin_with_the_day_or_the_month_are_decided_by_an_option(
         run("ingest", "--guess", log, "-o", bench),
         3,
         "may begin with the day or with the month",
-        "day-first or month-first in the bench (without a bench: --layout dates=day-first)",
+        "use --layout dates=day-first or month-first",
     )
     option = ("--layout", f"dates={order}")
     made = run("ingest", "--guess", log, *option, "-o", bench)
@@ -441,7 +441,7 @@ def test_a_refusal_that_names_a_key_of_the_bench_names_the_option(
         ("init", tmp_path / "rig", "--from", log),
         ("info", log),
     ):
-        refused(run(*call), 3, f"in the bench (without a bench: --layout {option})")
+        refused(run(*call), 3, f" --layout {option}")
     bench = tmp_path / "known.yaml"
     bench.write_text((ROOT / "configs/clutch/bench.yaml").read_text())
     assert "--layout" not in run("info", log, "--bench", bench).stderr
@@ -488,6 +488,16 @@ def test_a_year_of_two_digits_is_named(tmp_path: Path) -> None:
     assert f"# cannot be read: {reason}" in bench.read_text()
     shown = run("ingest", "--guess", tmp_path / "log.csv", "-o", bench).stdout
     assert "cannot be read and left out: 'Time': line 2: found '31/01/26 12:00:00.000'; " in shown
+
+
+@pytest.mark.parametrize("column", range(2, 14))
+def test_a_damaged_cell_does_not_select_another_joint(column: int, tmp_path: Path) -> None:
+    header, *rows = LOGGERS["franka"].splitlines()
+    expected = guessed(tmp_path, LOGGERS["franka"])[0]["columns"]
+    cells = rows[20].split(",")
+    rows[20] = ",".join([*cells[:column], "0.16q5", *cells[column + 1 :]])
+    made = guessed(tmp_path, "\n".join([header, *rows]) + "\n")[0]
+    assert made["columns"] == expected
 
 
 def test_an_empty_cell_in_a_column_that_is_not_used_is_left_out(tmp_path: Path) -> None:

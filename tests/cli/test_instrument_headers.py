@@ -180,5 +180,5 @@ def test_labels_in_the_cells_are_refused_with_what_to_do(tmp_path: Path) -> None
         run("ingest", "--guess", log, "--axis", "rotary", "-o", tmp_path / "bench.yaml"),
         3,
         "has no row of numbers",
-        "layout.first_line",
+        "--layout first_line=VALUE",
     )

@@ -37,6 +37,7 @@ KNOWN_LINES = (
     f"{INPUT} does not determine all values; ",
     "x_",
     "guessed ",
+    "cannot be read and left out: ",
     "columns.",
     "  columns.",
 )

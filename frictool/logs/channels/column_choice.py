@@ -151,7 +151,7 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
             dated = channel == TIME and one.table.time_ns is not None
             if not dated:
                 fitting.setdefault(channel, []).append((rank, one))
-    moving = Counter(_label(one.name) for one in offered if np.ptp(one.values) > 0.0)
+    moving = Counter(_label(one.name) for one in offered if changes(one.values))
     chosen: dict[str, ColumnChoice] = {}
     for channel in sorted(fitting, key=CHANNELS.index):
         ranked = fitting[channel]
@@ -190,6 +190,14 @@ def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
         "is it the effort of the drive? the file has no motion",
     )
     return replace(choice, column=OPEN, questions=(*choice.questions, question))
+
+
+def changes(values: Vector) -> bool:
+    """Return whether a column (n,) changes; cells without a number count for nothing.
+
+    A damaged cell must not select another joint.
+    """
+    return bool(np.ptp(values[np.isfinite(values)]) > 0.0)
 
 
 def _label(name: str) -> str:

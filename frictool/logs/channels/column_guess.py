@@ -25,6 +25,7 @@ from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.channels.column_choice import (
     LABEL,
     OfferedColumn,
+    changes,
     choose,
     dimension_of,
     is_count,
@@ -228,11 +229,10 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
     for choice in chosen.values():
         if choice.column in unreadable:
             error = unreadable[choice.column]
-            raise LogError(
-                error.path,
-                f"{_message(error)}; complete or delete this row: the guess uses this column",
-                line=error.line,
-            )
+            text = _message(error)
+            if "layout." not in text:  # the only remedy
+                text += "; complete or delete this row: the guess uses this column"
+            raise LogError(error.path, text, line=error.line)
     reasons = {name: _reason(error) for name, error in unreadable.items() if name not in used}
     columns = {channel: (choice.column, choice.unit) for channel, choice in chosen.items()}
     homes = {channel: choice.table for channel, choice in chosen.items()}
@@ -264,7 +264,7 @@ def _message(error: LogError) -> str:
 def _liveliest_first(table: MemoryTable) -> list[str]:
     """Return the column names; those of the joint with the most changing columns come first."""
     label = {name: match[1] if (match := LABEL.search(name)) else "" for name in table.columns}
-    moving = Counter(label[name] for name, values in table.columns.items() if np.ptp(values) > 0.0)
+    moving = Counter(label[name] for name, values in table.columns.items() if changes(values))
     return sorted(table.columns, key=lambda name: -moving[label[name]])
 
 
