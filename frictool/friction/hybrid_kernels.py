@@ -45,7 +45,7 @@ def sliding_force(v: float, u: float, p: Vector) -> float:
 
 @kernel
 def no_memory(mode: int, z: Vector, p: Vector) -> int:
-    """Return OK without a change; the kernel `commit` of a version without memory."""
+    """Return OK and change nothing: the kernel `commit` of a law without memory."""
     return OK
 
 

@@ -65,7 +65,7 @@ class ProvedBound:
 
     @property
     def modulus_margin(self) -> float | None:
-        """Return the modulus margin that a bound of the sensitivity proves; None for a norm."""
+        """Return the modulus margin that this bound proves; None if the bound is of a norm."""
         return Bound(self.of, self.below).modulus_margin
 
 

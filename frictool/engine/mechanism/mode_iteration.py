@@ -119,8 +119,8 @@ _modes_at_instant = ac.call_by_address(MODES_AT_INSTANT)
 def settle(machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows) -> int:
     """Determine the modes, t [s] after the command; return a status code.
 
-    Fills row 0 of slopes and of powers, and the row GUARD, for these modes. The implementation is
-    called by its address, so that callers are compiled without it.
+    For these modes, fill row 0 of the workspace's `slopes` and `powers`, and row GUARD of its
+    `lines`. The implementation is called by its address, so that callers are compiled without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.SETTLE]
     status: int = _modes_at_instant(address, machine, state, t, events)
