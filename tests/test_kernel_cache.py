@@ -93,8 +93,8 @@ def test_who_begins_while_a_folder_is_removed_makes_it_anew(
     folder = left_over(tmp_path, "old", 30 * DAY)
     original, seen = os.open, []
 
-    def opens(path: Any, flags: int, mode: int = 0o777) -> int:
-        handle = original(path, flags, mode)
+    def opens(path: Any, flags: int, mode: int = 0o777, **options: Any) -> int:
+        handle = original(path, flags, mode, **options)
         if not seen:  # the lock is open, and not yet taken
             seen.append(path)
             assert remove(folder)

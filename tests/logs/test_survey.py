@@ -81,12 +81,9 @@ def test_the_survey_does_not_depend_on_the_pieces(cuts: list[int], rows: int):
         patch.setattr(module, "BLOCK_ROWS", rows)
         one, other = survey(head, pieces, {}), survey(head, whole, {})
     assert one.signals == other.signals
-    assert (one.base, one.velocity, one.window, one.jumps) == (
-        other.base,
-        other.velocity,
-        other.window,
-        other.jumps,
-    )
+    assert (one.base, one.velocity, one.window) == (other.base, other.velocity, other.window)
+    # records with equal NaN are unequal from Python 3.13 on
+    np.testing.assert_equal(vars(one.jumps), vars(other.jumps))
     assert np.array_equal(one.opening.time, other.opening.time)
 
 
