@@ -64,9 +64,9 @@ def compiled(rig: Path) -> list[str]:
         "NUMBA_CACHE_DIR": str(rig.parent / "kept"),
         "PYTHONPATH": f"{rig.parent}{os.pathsep}{PACKAGE.parent}",
     }
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, env=environment, check=True
-    )
+    # -B: Python takes stale bytecode for an edit within a second that keeps the length of the file
+    words = [sys.executable, "-B", "-c", PROGRAM]
+    done = subprocess.run(words, capture_output=True, text=True, env=environment, check=True)
     return done.stdout.split()
 
 
