@@ -36,7 +36,7 @@ class FixedPointOverflow(ValueError):
 
 @dataclass(frozen=True)
 class FixedProgram:
-    """Shifts, fractions and words of a program in fixed point, by number of the node.
+    """Program in fixed point; the keys of its dictionaries are the indices of the program's nodes.
 
     bits: width of a coefficient. fractions: number of fractional bits of each value. longest:
     largest magnitude of an intermediate result. shifts: shifts (a, b, result) of an operation, to

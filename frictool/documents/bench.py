@@ -364,7 +364,7 @@ class Bench(
         if self.axis == "linear" and self.load is not None and "eccentricity" in self.load.terms:
             raise ValueError(
                 "load.terms: eccentricity belongs to the encoder of a rotary axis; on a linear "
-                "axis declare a ripple with the length of a turn"
+                "axis declare a ripple whose period is the travel per turn of the encoder"
             )
         if self.encoder.index_reset and self.mechanics.top_speed is None:
             raise ValueError(

@@ -71,8 +71,8 @@ METHODS: dict[str, SynthesisMethod] = {
         (*INEQUALITIES, "channel_effort", "ease"),
     ),
     "lft_lpv": SynthesisMethod(
-        "as `lft`, but the controller is scheduled by the friction or other parameters, which "
-        "the channel then omits",
+        "as `lft`, but the controller is scheduled by the friction or other parameters; the "
+        "uncertainty channel does not represent these parameters",
         "if the friction varies most",
         (*INEQUALITIES, "schedule", "scheduled", "channel_effort", "ease"),
     ),
@@ -85,7 +85,8 @@ METHODS: dict[str, SynthesisMethod] = {
     "minimax": SynthesisMethod(
         "one constant controller of a specified order; its largest norm at any vertex is as "
         "small as possible",
-        "for the controller of the target: the best of its order. A design takes a minute",
+        "for the controller that will run on the target hardware: the best of its order. A design "
+        "takes a minute",
         (*SEARCH, "pole_bound_rad_s"),
     ),
     "rst": SynthesisMethod(

@@ -88,7 +88,11 @@ class FixedNumbers:
         )
 
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
-        """Return the new value of a state; without `source`, `text` is the caller's value."""
+        """Return the C expression of a state's new value, from the expression `text` of that value.
+
+        source: node of the value; None if `text` is an argument of a C function, which has the
+        number format of the state.
+        """
         shift = self.scaled.write_shift[state.index] if source is not None else 0
         if (
             source is not None

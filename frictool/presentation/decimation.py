@@ -87,8 +87,8 @@ def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
 def decimated_path_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
     """Return increasing indices at which the path of two signals (n,) is plotted.
 
-    Each signal is divided by its range. Along this path, successive indices are about 1/500 apart.
-    The last sample is always kept.
+    Each signal is divided by its range, and the path is cut into pieces of the length 1/500. The
+    first sample in each piece is kept, and the last sample of the signals.
     """
     width, height = float(np.ptp(abscissa)) or 1.0, float(np.ptp(ordinate)) or 1.0
     length = np.concatenate(

@@ -171,7 +171,6 @@ def _one_command(whole: Mechanism, source: str) -> None:
     ]
     if others:
         raise NoSolutionError(
-            f"{whole.name}: {source} and {', '.join(others)} are commanded; "
-            "a one-inertia model has one command; make the other a constant "
-            "effort, or leave it out"
+            f"{whole.name}: {source} and {', '.join(others)} are commanded; a one-inertia model "
+            f"has one command; give every source except {source} a constant effort, or remove it"
         )

@@ -125,8 +125,8 @@ def _refuse(problem: SynthesisProblem) -> None:
     design = problem.design
     if design.scheduled and problem.sampled:
         raise FrictoolError(
-            "method lpv_grid: found `scheduled` with domain discrete; allowed: domain continuous, "
-            "or a frozen controller"
+            "method lpv_grid: found `scheduled: true` with domain discrete; allowed: domain "
+            "continuous, or `scheduled: false`"
         ).at("design", "method")
     if design.schedule is not None and "regime" in design.schedule:
         raise FrictoolError(

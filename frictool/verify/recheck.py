@@ -93,8 +93,9 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
     Returns
     -------
     Verification
-        Stored figures that differ from the computed ones by more than rounding errors (which depend
-        on the processor), changed blocks, and the check with the model.
+        Stored figures that differ from the computed ones by more than rounding errors, which depend
+        on the processor; blocks of the document changed since its verification; the check with
+        the model.
 
     Raises
     ------

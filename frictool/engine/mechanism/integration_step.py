@@ -100,7 +100,7 @@ def stages(
 
     t [s]: time after the command. Returns the fraction of the step at which one of the first
     `watching` guards of the row WATCHED is first violated, 1 if none is, -1 if a law fails. The
-    implementation is called by its address, so that callers are compiled without it.
+    implementation is called by its address, so that callers do not compile it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
     y, modes, workspace = state.y, state.modes, state.workspace

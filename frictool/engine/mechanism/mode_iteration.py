@@ -117,10 +117,12 @@ _modes_at_instant = ac.call_by_address(MODES_AT_INSTANT)
 
 @inset_kernel
 def settle(machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows) -> int:
-    """Determine the modes, t [s] after the command; return a status code.
+    """Determine the modes at time t; return a status code.
+
+    t: time since the last command [s].
 
     For these modes, fill row 0 of the workspace's `slopes` and `powers`, and row GUARD of its
-    `lines`. The implementation is called by its address, so that callers are compiled without it.
+    `lines`. The implementation is called by its address; compiling a caller does not compile it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.SETTLE]
     status: int = _modes_at_instant(address, machine, state, t, events)

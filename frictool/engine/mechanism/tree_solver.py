@@ -2,13 +2,13 @@
 
 The method is dynamic programming on Gauss's principle, as in Vereshchagin (1974); without contacts
 it is the articulated-body recursion of articulated_body.py. Each subtree is described by one
-function: Lambda(x), the effort that it needs for the acceleration x of its root. The child of a
-rigid joint has the acceleration ratio x. A flank can only push: its child contributes max(0,
-Lambda_child(ratio x)) and separates if this is 0.
+function: Lambda(x), the effort that it needs for the acceleration x of its root. If the root's
+acceleration is x, the child of a rigid joint accelerates with x times the ratio. A flank can only
+push: its child contributes max(0, Lambda_child(ratio x)) and separates if this is 0.
 
-In each step of the recursion, Lambda is a rising, piecewise linear graph: m x rises, Coulomb
-friction at rest is a vertical piece at x = 0, and the loss of a link that its load can drive rises
-with the force. So 0 = Lambda(x) has one solution, independent of the order of contacts. This
+In each step of the recursion, Lambda is a rising, piecewise linear graph. Its parts are m x,
+Coulomb friction at rest (a vertical piece at x = 0), and the losses of back-drivable links, which
+rise with the force. So 0 = Lambda(x) has one solution, independent of the order of contacts. This
 solution is the motion of least constraint (Gauss) among all motions that the contacts allow (Moreau
 1966; the graph is the subdifferential of a convex function of the accelerations). A tree at rest
 stays at rest if its interval Lambda(0) contains 0.

@@ -1,7 +1,7 @@
 """Friction map over position and speed, from ramps and sliding logs (thesis 4.40 to 4.42).
 
-Sliding logs do not show how friction varies with position; ramps do not show its level in slip. The
-ramps give the breakaway C_s(x) per direction (`breakaway`). The friction in slip C_r is assumed to
+Sliding logs do not show how friction varies with position; ramps do not show the friction in slip.
+Ramps give the breakaway C_s(x) per direction (`breakaway`). The friction in slip C_r is assumed to
 have the same shape:
 
     C_r(x, direction) = level(direction) C_s(x, direction)/mean C_s
@@ -9,9 +9,9 @@ have the same shape:
 
 A level is the mean friction in slip of one direction. The levels and the viscous friction come from
 means over strokes (`sines`). In the equation of a stroke, the shape is averaged over the positions
-of that stroke, so that strokes may cover different positions. If the directions have separate
-polynomials, an offset of the effort cannot be distinguished from half their difference. The bench's
-offset is then used; it is 0 if the bench has none.
+of that stroke, so that strokes may cover different positions. If each direction has a separate
+polynomial, an offset of the effort cannot be distinguished from half the difference between the two
+levels. The bench's offset is then used; it is 0 if the bench has none.
 """
 
 from __future__ import annotations

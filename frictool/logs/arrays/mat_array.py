@@ -36,7 +36,8 @@ class MatArray:
 
     name: path of the array in its variable, such as `data.signals.values`.
     kind: MATLAB class.
-    column: location of the numbers in the file, in column order; None if they are not real numbers.
+    column: location in the file of the numbers, which are stored column by column; None if they are
+    not real numbers.
     text: content of a char array; None for other arrays.
     """
 

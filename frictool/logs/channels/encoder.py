@@ -51,7 +51,7 @@ class EncoderCounter:
 
     jumps: steps that are too long for the top speed of the axis, other than wraps and resets.
     resets: number of resets by index pulses.
-    lost: number of counts that the index pulses restored.
+    lost: number of counts that the counter lost and the index pulses restored.
     """
 
     def __init__(self, bench: Bench) -> None:

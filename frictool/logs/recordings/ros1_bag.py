@@ -120,7 +120,9 @@ class BagRecording:
             try:
                 fields, length = _head(stream.read, self.size - start)
                 if length > LARGEST_CHUNK:
-                    raise ValueError(f"a record declares {length} bytes; allowed: {LARGEST_CHUNK}")
+                    raise ValueError(
+                        f"a record declares {length} bytes; allowed: at most {LARGEST_CHUNK}"
+                    )
             except ValueError as error:
                 yield BagLoss(f"{where}: {error}", {}), self.size
                 return

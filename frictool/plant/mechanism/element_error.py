@@ -1,4 +1,4 @@
-"""Error of one element of a mechanism, without the name of the file."""
+"""Exception for an invalid element of a mechanism."""
 
 from __future__ import annotations
 
