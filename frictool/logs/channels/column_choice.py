@@ -256,63 +256,29 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
         if not any(_repeats(one, other, channel) for other in contenders[:index])
     ]
     names = tuple(one.name for one in contenders)
-    several = [
-        name
-        for name in names
-        if len(quantities(name)) > 1 and first.unit is None and first.preset is None
-    ]
-    questions = []
-    column = first.name
-    if len(contenders) > 1:
-        column = OPEN
-        questions.append(
-            ColumnQuestion(channel, "column", _quoted(names), "several columns fit equally well")
-        )
-    elif several:
-        column = OPEN
-        what = " or ".join(quantities(first.name))
-        questions.append(
-            ColumnQuestion(
-                channel,
-                "column",
-                _quoted(names),
-                f"its name says {what}; move the line to the right channel",
-            )
-        )
-    elif is_connector(first.name):
-        column = OPEN
-        questions.append(
-            ColumnQuestion(
-                channel,
-                "column",
-                _quoted(names),
-                "is this the signal? its name is only a connector of the instrument",
-            )
-        )
-    elif channel == "voltage" and first.preset is None and "input" in words(first.name):
-        column = OPEN
-        questions.append(
-            ColumnQuestion(
-                channel,
-                "column",
-                _quoted(names),
-                "is this the voltage of the motor, or the supply?",
-            )
-        )
-    elif channel == "reference" and first.unit is None and not quantities(first.name):
-        column = OPEN
-        questions.append(
-            ColumnQuestion(
-                channel, "column", _quoted(names), "is it the reference of the position?"
-            )
-        )
-    elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):
-        column = OPEN
-        questions.append(ColumnQuestion(channel, "column", _quoted(names), LOAD_SIDE))
+    why = "several columns fit equally well" if len(names) > 1 else _doubt(channel, first)
+    questions = [] if why is None else [ColumnQuestion(channel, "column", _quoted(names), why)]
+    column = first.name if why is None else OPEN
     unit, unit_question = _unit(channel, first, axis)
     if unit_question is not None:
         questions.append(unit_question)
     return ColumnChoice(column, unit, first.table, names, tuple(questions))
+
+
+def _doubt(channel: str, one: OfferedColumn) -> str | None:
+    """Return why the only column that fits a channel may be another signal, or None."""
+    named = quantities(one.name)
+    if len(named) > 1 and one.unit is None and one.preset is None:
+        return f"its name says {' or '.join(named)}; move the line to the right channel"
+    if is_connector(one.name):
+        return "is this the signal? its name is only a connector of the instrument"
+    if channel == "voltage" and one.preset is None and "input" in words(one.name):
+        return "is this the voltage of the motor, or the supply?"
+    if channel == "reference" and one.unit is None and not named:
+        return "is it the reference of the position?"
+    if channel == EFFORT and one.name != EFFORT and not _JOINT_STATE.fullmatch(one.name):
+        return LOAD_SIDE
+    return None
 
 
 def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQuestion | None]:
