@@ -137,6 +137,18 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
     return bool(min(low, high) <= direction * state[ax.POSITION] < max(low, high))
 
 
+def is_straight(p: Vector, load: Vector) -> bool:
+    """Return True if every slip of an axis with the parameters p and the load (l,) is closed-form.
+
+    Its friction is then linear in speed between knees and does not depend on the position.
+    """
+    if load.shape[0] > 0:
+        return False
+    if p.shape[0] == al.PLAIN_SIZE:
+        return True
+    return bool(p[al.LAYER] == 0.0 and p[al.MAPPED] == 0.0 and p[al.DYNAMIC_SIZE] == 0.0)
+
+
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
     """Return (added, viscous) for the speed w.

@@ -10,7 +10,8 @@ If the breakaway grows with the time at rest, engine/drive_lag.py computes the t
 breakaway. If friction is nonlinear in speed or position, or a load depends on the position
 (plant/position_load.py), the slip is integrated in steps (engine/slip_integration.py); otherwise
 the slip has a closed form. A dynamic law, which neither sticks nor slips, is integrated by
-engine/dynamic_law_axis.py.
+engine/dynamic_law_axis.py. `advance_axis` with `curved` None contains the closed form only, so that
+most axes wait for the compilation of no other integrator.
 
 The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the
@@ -234,9 +235,15 @@ def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
 
 @inner_kernel
 def _slip(
-    state: Vector, command: float, p: Vector, laws: Laws, direction: float, remaining: float
+    state: Vector,
+    command: float,
+    p: Vector,
+    laws: Laws,
+    curved: Laws,
+    direction: float,
+    remaining: float,
 ) -> tuple[float, float, int]:
-    """Let the axis slip for up to `remaining` [s].
+    """Let the axis slip for up to `remaining` [s]; curved: as in `advance_axis`.
 
     Returns the duration, the direction of the further motion (0 after a stop), and how the slip
     ended.
@@ -245,8 +252,12 @@ def _slip(
     driving = to_edge <= 0.0
     w = direction * state[ax.VELOCITY]
     x = state[ax.POSITION]
-    if laws is not None and (is_loaded(laws) or (driving and is_curved(state, laws, direction))):
-        spent, moved, after, kind = curved_slip(state, command, laws, direction, remaining, to_edge)
+    if curved is not None and (
+        is_loaded(curved) or (driving and is_curved(state, curved, direction))
+    ):
+        spent, moved, after, kind = curved_slip(
+            state, command, curved, direction, remaining, to_edge
+        )
     else:
         spent, moved, after, kind = _straight_slip(
             state, command, p, laws, direction, remaining, driving, to_edge
@@ -271,7 +282,9 @@ def _slip(
 
 
 @inner_kernel
-def _advance(state: Vector, command: float, p: Vector, laws: Laws, duration: float) -> int:
+def _advance(
+    state: Vector, command: float, p: Vector, laws: Laws, curved: Laws, duration: float
+) -> int:
     direction = math.copysign(1.0, state[ax.VELOCITY]) if state[ax.VELOCITY] != 0.0 else 0.0
     remaining = duration
     refused = 0.0
@@ -282,7 +295,7 @@ def _advance(state: Vector, command: float, p: Vector, laws: Laws, duration: flo
                 state[ax.RESTED] += spent
         else:
             attempted = direction if state[ax.VELOCITY] == 0.0 else 0.0
-            spent, direction, kind = _slip(state, command, p, laws, direction, remaining)
+            spent, direction, kind = _slip(state, command, p, laws, curved, direction, remaining)
             refused = attempted if spent == 0.0 else 0.0
             if laws is not None:
                 if kind == FAILED:
@@ -370,6 +383,17 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
     limit of the winding is computed for the speed at the beginning of the call. Returns a status of
     engine/status_codes.py.
     """
+    return int(advance_axis(state, command, parameters, parameters, duration))
+
+
+@kernel
+def advance_axis(
+    state: Vector, command: float, parameters: Vector, curved: Laws, duration: float
+) -> int:
+    """Advance `state` as `advance` does.
+
+    curved: `parameters`, or None if every slip has a closed form (axis_friction.py `is_straight`).
+    """
     total = command * 0.0 + duration
     for index in range(ax.STATE_SIZE):
         total += state[index]
@@ -383,8 +407,8 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
         state[ax.DRIVE] = min(max(state[ax.DRIVE], low), high)
     if parameters[ax.LAG] == 0.0:
         state[ax.DRIVE] = command
-    if parameters.shape[0] > al.PLAIN_SIZE:
-        if has_dynamic_law(parameters):
-            return int(move_under_law(state, command, parameters, duration))
-        return _advance(state, command, parameters, parameters, duration)
-    return _advance(state, command, parameters, None, duration)
+    if parameters.shape[0] == al.PLAIN_SIZE:
+        return _advance(state, command, parameters, None, None, duration)
+    if curved is not None and has_dynamic_law(curved):
+        return int(move_under_law(state, command, curved, duration))
+    return _advance(state, command, parameters, parameters, curved, duration)

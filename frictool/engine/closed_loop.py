@@ -23,7 +23,8 @@ import math
 import numpy as np
 
 from frictool.control.compiled_program import CompiledProgram, control_step
-from frictool.engine.axis_motion import advance, drive_from_now
+from frictool.engine.axis_friction import is_straight
+from frictool.engine.axis_motion import advance_axis, drive_from_now
 from frictool.engine.disturbances_and_faults import (
     changes_parameters,
     faulty,
@@ -49,6 +50,15 @@ def measure(position: float, step: float) -> float:
     return math.floor(position / step) * step if step > 0.0 else position
 
 
+def load_of_run(axis: Vector, load: Vector) -> Vector | None:
+    """Return the argument `load` of `run` for the parameters `axis` (a,) and a load (l,).
+
+    The result is None if every slip has a closed form. The kernel of such an axis is compiled
+    without the other integrators.
+    """
+    return None if is_straight(axis, load) else load
+
+
 @kernel
 def run(
     axis: Vector,
@@ -58,19 +68,21 @@ def run(
     period: float,
     delay_samples: int,
     record: Vector,
-    load: Vector,
+    load: Vector | None,
     conditions: Vector,
 ) -> int:
     """Simulate the loop over `reference` (n,), one value per `period` [s]; fill `record` (n, 7).
 
     axis (a,), state (7,): plant/axis.py. controller: control/compiled_program.py, started at the
-    measured position. State and controller are changed in place. load: plant/position_load.py.
-    conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) for none.
+    measured position. State and controller are changed in place. load: plant/position_load.py;
+    None if every slip has a closed form (`load_of_run`). conditions (n, 8):
+    engine/disturbances_and_faults.py, or (0, 8) for none.
 
     Returns a status of engine/status_codes.py; if it is not OK, the record is filled up to the
     failing sample.
     """
-    axis = with_load(axis, load)
+    if load is not None:
+        axis = with_load(axis, load)
     p = axis.copy()
     waiting = np.zeros(delay_samples + 1)
     measured = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
@@ -78,7 +90,7 @@ def run(
         measured = encoder_reading(axis, state, measured, conditions, k)
         command = control_step(controller, reference[k], measured, state[ax.VELOCITY])
         status = advance_sample(
-            axis, state, p, waiting, k, measured, command, period, record[k], conditions
+            axis, state, p, waiting, k, measured, command, period, record[k], load, conditions
         )
         if status != OK:
             return status
@@ -107,20 +119,24 @@ def advance_sample(
     command: float,
     period: float,
     row: Vector,
+    load: Vector | None,
     conditions: Vector,
 ) -> int:
     """Apply the command of sample k, fill the record's row (7,), and advance to sample k + 1.
 
     axis (a,): parameters without drifts, followed by the load (plant/position_load.py `with_load`).
     p (a,): parameters under the conditions of sample k - 1, updated to sample k. waiting
-    (delay_samples + 1,): commands that do not act yet, updated. Returns a status of
-    engine/status_codes.py.
+    (delay_samples + 1,): commands that do not act yet, updated. load: as in `run`; its values are
+    read from `p`. Returns a status of engine/status_codes.py.
     """
     acting, _ = begin_sample(axis, state, p, waiting, k, measured, command, row, conditions)
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
     part = period / parts
     for _ in range(parts):
-        status = advance(state, acting, p, part)
+        if load is None:
+            status = advance_axis(state, acting, p, None, part)
+        else:
+            status = advance_axis(state, acting, p, p, part)
         if status != OK:
             return status
     return OK

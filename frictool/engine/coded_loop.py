@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from frictool.engine.axis_motion import advance, is_held, rest_on
+from frictool.engine.axis_motion import advance_axis, is_held, rest_on
 from frictool.engine.closed_loop import PARTS, begin_sample, encoder_reading, measure
 from frictool.engine.mechanism.address_calls import FLOAT, INTEGER, call_by_address, function_type
 from frictool.engine.status_codes import OK
@@ -51,7 +51,7 @@ def run_coded(
     period: float,
     delay_samples: int,
     record: Vector,
-    load: Vector,
+    load: Vector | None,
     conditions: Vector,
 ) -> int:
     """Simulate the loop as `closed_loop.run` does, with the controller's machine code.
@@ -59,7 +59,8 @@ def run_coded(
     controller (v,), in place: values of the program (machine_code.started_values). code: address of
     its code (machine_code.MachineCode).
     """
-    axis = with_load(axis, load)
+    if load is not None:
+        axis = with_load(axis, load)
     p = axis.copy()
     waiting = np.zeros(delay_samples + 1)
     memory = np.int64(controller.ctypes.data)
@@ -78,7 +79,10 @@ def run_coded(
             rest_on(state, acting, p, period, decay)
             continue
         for _ in range(parts):
-            status = advance(state, acting, p, period / parts)
+            if load is None:
+                status = advance_axis(state, acting, p, None, period / parts)
+            else:
+                status = advance_axis(state, acting, p, p, period / parts)
             if status != OK:
                 return status
         held = is_held(state, acting, p)

@@ -30,7 +30,7 @@ from frictool.documents.proof import Proof, ProvedRequirement, proof_digest
 from frictool.documents.provenance import Provenance
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
-from frictool.engine.closed_loop import COMMAND, MEASURED, RECORD_SIZE, measure, run
+from frictool.engine.closed_loop import COMMAND, MEASURED, RECORD_SIZE, load_of_run, measure, run
 from frictool.engine.disturbances_and_faults import NO_CONDITIONS
 from frictool.engine.status_codes import OK
 from frictool.errors import NoSolutionError
@@ -308,7 +308,7 @@ def _played(
         loop.plant.period,
         loop.delay,
         record,
-        load_of(test.model).as_array(),
+        load_of_run(plant.array, load_of(test.model).as_array()),
         NO_CONDITIONS,
     )
     if status != OK:

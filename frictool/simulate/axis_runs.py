@@ -16,7 +16,14 @@ import numpy as np
 from frictool.control.compiled_program import copy_program, hold, start_at
 from frictool.control.machine_code import started_values
 from frictool.control.supervision import CommandName, SupervisedProgram
-from frictool.engine.closed_loop import RECORD_SIZE, advance_sample, encoder_reading, measure, run
+from frictool.engine.closed_loop import (
+    RECORD_SIZE,
+    advance_sample,
+    encoder_reading,
+    load_of_run,
+    measure,
+    run,
+)
 from frictool.engine.coded_loop import run_coded
 from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import NoSolutionError
@@ -96,7 +103,7 @@ def _run_alone(variant: AxisVariant, loop: SimulatedLoop, load: Vector, record: 
     state = variant.rest(loop.start)
     measured = measure(loop.start, axis[ENCODER_STEP])
     period, delay = loop.controller.sample_period_s, loop.controller.delay_samples
-    others = loop.reference, period, delay, record, load, loop.conditions
+    others = loop.reference, period, delay, record, load_of_run(axis, load), loop.conditions
     if loop.code is not None:
         values = started_values(loop.running, measured)
         return int(run_coded(axis, state, values, loop.code.address, *others))
@@ -114,7 +121,9 @@ def _run_sampled(
     record: Vector,
 ) -> int:
     """Simulate one variant sample by sample; fill its record (n, 7), and return the status code."""
-    axis = with_load(variant.array, load.as_array())
+    values = load.as_array()
+    axis = with_load(variant.array, values)
+    used = load_of_run(variant.array, values)
     state = variant.rest(loop.start)
     p = axis.copy()
     waiting = np.zeros(loop.controller.delay_samples + 1)
@@ -128,7 +137,7 @@ def _run_sampled(
             controller.command(name, measured)
         command = controller.step(loop.reference[k], measured, state[VELOCITY])
         status = advance_sample(
-            axis, state, p, waiting, k, measured, command, period, record[k], conditions
+            axis, state, p, waiting, k, measured, command, period, record[k], used, conditions
         )
         if status != OK:
             return int(status)

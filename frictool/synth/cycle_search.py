@@ -10,7 +10,7 @@ from frictool.control.compiled_program import compile_program, start_at
 from frictool.documents.certificate import Cycle
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
-from frictool.engine.closed_loop import RECORD_SIZE, TRUE_POSITION, measure, run
+from frictool.engine.closed_loop import RECORD_SIZE, TRUE_POSITION, load_of_run, measure, run
 from frictool.engine.disturbances_and_faults import NO_CONDITIONS
 from frictool.engine.status_codes import OK
 from frictool.metrics.limit_cycle import limit_cycle
@@ -45,7 +45,7 @@ def find_cycle(model: Model, controller: Controller) -> Cycle | None:
         period,
         controller.delay_samples,
         record,
-        load_of(model).as_array(),
+        load_of_run(axis, load_of(model).as_array()),
         NO_CONDITIONS,
     )
     if status != OK:

@@ -239,7 +239,7 @@ def worn_loop(
         measured = encoder_reading(own, state, measured, rows, k)
         command = control_step(running, reference[k], measured, state[VELOCITY])
         status = advance_sample(
-            own, state, p, waiting, k, measured, command, period, record[k], rows
+            own, state, p, waiting, k, measured, command, period, record[k], own[:0], rows
         )
         if status != OK:
             return int(status)

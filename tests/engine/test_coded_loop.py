@@ -13,7 +13,7 @@ from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, copy_program, start_at
 from frictool.control.machine_code import machine_code, started_values
 from frictool.control.program_replay import value_along
-from frictool.engine.closed_loop import RECORD_SIZE, measure, run
+from frictool.engine.closed_loop import RECORD_SIZE, load_of_run, measure, run
 from frictool.engine.coded_loop import replay_coded, run_coded
 from frictool.engine.disturbances_and_faults import (
     CONSTANT_FACTOR,
@@ -47,7 +47,14 @@ AXES = {
     "slow drive": PLAIN._replace(lag=0.1),
     "winding": PLAIN._replace(resistance=0.3, supply=12.0),
     "dwell": PLAIN._replace(laws=AxisLaws(fresh=0.5, rise_time=5e-2)),
-    "laws": PLAIN._replace(
+    "knee and stops": PLAIN._replace(
+        laws=AxisLaws(
+            backward=AxisFrictionLevels(1e-4, 0.11, 0.14),
+            regimes=(ViscousRegime(40.0, 2e-4, 1e-4),),
+            stops=(1.0, 20.0), restitution=0.3,
+        )
+    ),
+    "Stribeck": PLAIN._replace(
         laws=AxisLaws(
             backward=AxisFrictionLevels(1e-4, 0.11, 0.14),
             regimes=(ViscousRegime(40.0, 2e-4, 1e-4),),
@@ -55,11 +62,15 @@ AXES = {
         )
     ),
 }  # fmt: skip
+CURVED = {"Stribeck"}  # axes whose slips have no closed form
 LOAD = PositionLoad(1e-3, (LoadHarmonic(1.0, 0.02, 0.01),))
 
 
 def agree(axis: AxisParameters, reference: Vector, conditions: Vector, load: PositionLoad) -> int:
-    """Assert that both loops give the same status, record and state; return the status."""
+    """Assert that both loops give the same status, record and state; return the status.
+
+    The interpreted loop is that of any axis, the other loop that of `load_of_run`.
+    """
     array, code = axis.as_array(), machine_code(PROGRAM)
     assert code is not None
     start = measure(START, axis.encoder_step)
@@ -67,10 +78,11 @@ def agree(axis: AxisParameters, reference: Vector, conditions: Vector, load: Pos
     start_at(interpreted, start)
     states = rest(START), rest(START)
     records = np.zeros((2, reference.size, RECORD_SIZE))
-    others = load.as_array(), conditions
     test = reference, PERIOD, 1
-    status = run(array, states[0], interpreted, *test, records[0], *others)
-    assert run_coded(array, states[1], values, code.address, *test, records[1], *others) == status
+    status = run(array, states[0], interpreted, *test, records[0], load.as_array(), conditions)
+    used = load_of_run(array, load.as_array())
+    coded = run_coded(array, states[1], values, code.address, *test, records[1], used, conditions)
+    assert coded == status
     np.testing.assert_array_equal(records[1], records[0])
     np.testing.assert_array_equal(states[1], states[0])
     return int(status)
@@ -107,6 +119,13 @@ def test_every_bit_is_that_of_the_interpreted_loop(
     if loaded and axis.laws == AxisLaws():
         axis = axis._replace(laws=AxisLaws(stops=(-1e3, 1e3)))
     assert agree(axis, *course, LOAD if loaded else PositionLoad()) == OK
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_only_an_axis_whose_slips_are_all_closed_form_runs_without_integrators(name: str) -> None:
+    array = AXES[name].as_array()
+    assert (load_of_run(array, np.zeros(0)) is None) == (name not in CURVED)
+    assert load_of_run(array, LOAD.as_array()) is not None
 
 
 def test_a_disturbance_moves_an_axis_that_its_drive_holds() -> None:

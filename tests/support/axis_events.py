@@ -61,7 +61,9 @@ def advance(state: Vector, command: float, p: Vector, duration: float) -> np.nda
             begins = state[ax.VELOCITY] == 0.0
             attempted = direction if begins else 0.0
             _, ahead = next_place(p, state[ax.POSITION], direction)
-            spent, direction, kind = axis_motion._slip(state, command, p, p, direction, remaining)
+            spent, direction, kind = axis_motion._slip(
+                state, command, p, p, p, direction, remaining
+            )
             assert kind != FAILED
             refused = attempted if spent == 0.0 else 0.0
             if refused == 0.0:
