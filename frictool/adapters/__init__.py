@@ -1,1 +1,1 @@
-"""Documents as records of `plant` and `control`, and back."""
+"""Conversion of documents to records of `plant` and `control`, and of these to documents."""

@@ -13,10 +13,11 @@ from frictool.plant.uncertainty_channel import UncertainPlant, with_channel
 
 
 def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polytope:
-    """Return the polytope of `intervals(model)` that `scheduled` spans.
+    """Return the polytope of plants over the intervals of the `scheduled` parameters.
 
-    Raises FrictoolError if regimes are scheduled and the model has none, ValueError if `scheduled`
-    is empty or contains a parameter twice.
+    The intervals are those of `intervals(model)`; the other parameters have their central values.
+    Raises FrictoolError if regimes are scheduled and the model has none. Raises ValueError if
+    `scheduled` is empty or contains a parameter twice.
     """
     box = intervals(model)
     levels = regime_levels(model, box["coulomb"]) if "regime" in scheduled else None
@@ -77,18 +78,18 @@ def default_unit(model: Model) -> float:
 
 
 def uncertain_centre(model: Model, unit: float | None = None) -> UncertainPlant:
-    """Return the LFT form (thesis, annex, (22)): the centre, with every parameter uncertain."""
+    """Return the central plant with all parameters uncertain (LFT form, thesis, annex, (22))."""
     return with_channel(polytope(model).centre, half_widths(model), unit or default_unit(model))
 
 
 def uncertain_polytope(
     model: Model, scheduled: Sequence[Parameter], unit: float | None = None
 ) -> tuple[Polytope, tuple[UncertainPlant, ...]]:
-    """Return the polytope, and its vertices with an uncertainty channel each.
+    """Return the polytope, and each of its vertices with an uncertainty channel.
 
     This is the mixed form of the thesis, annex, (28)-(29). The polytope spans the scheduled
-    parameters; the channel contains the other parameters. The speed regimes include viscous and
-    Coulomb friction, so that scheduling the regimes removes both from the channel. Raises
+    parameters; the channel contains the other parameters. If `regime` is scheduled, the channel
+    contains neither viscous nor Coulomb friction, because the regimes determine both. Raises
     FrictoolError and ValueError as `polytope` does.
     """
     box = polytope(model, scheduled)

@@ -22,8 +22,8 @@ def intervals(
 ) -> dict[str, tuple[float, float]]:
     """Return the parameter intervals for which `synth` designs a controller.
 
-    The intervals are `ranges`, extended by the local Coulomb friction over the travel. `factors`:
-    as in `ranges`.
+    These are the intervals of `ranges`. The interval of the Coulomb friction is extended to all
+    its values over the travel. `factors`: as in `ranges`.
     """
     ranges_of_model = ranges(model, factors)
     if model.laws is not None and model.laws.position is not None:
@@ -42,10 +42,10 @@ def ranges(
     """Return the hull of the model's intervals and of the bench's range over the product's life.
 
     The hull includes every direction and regime. `simulate` and `campaign` draw from this hull.
-    Friction that varies with position enters with its mean, a bench value without a range as a
-    point. The log shows the bench today; the bench's range also covers later values. `factors`:
-    positive factors on the model's parameters by name, at another temperature for example; the
-    bench's range is not multiplied.
+    Friction that varies with position is replaced by its mean. A bench value without a range is a
+    single point. The model's intervals describe the axis during the log; the bench's range also
+    contains values of later years. `factors`: positive factors of the model's parameters by name,
+    for example at another temperature; the bench's range is not multiplied.
     """
     known = model.bench.mechanics
     today = model.parameters

@@ -12,9 +12,10 @@ from frictool.plant.lti import Lti, gain
 
 
 def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
-    """Return the filters H(s): nominal, then with all frequencies at the low and at the high ends.
+    """Return the nominal filter H(s), then H(s) at the ends of the intervals.
 
-    Without intervals there is the nominal filter only.
+    All frequencies are first at the low ends, then at the high ends of their intervals. Without
+    intervals, the result is the nominal filter only.
     """
     filters = [_filter(resonances, None)]
     if any(one.interval_rad_s is not None for one in (*resonances.poles, *resonances.zeros)):

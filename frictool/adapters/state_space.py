@@ -1,4 +1,4 @@
-"""State space of a controller document as a linear system, and back."""
+"""Conversion between the state space of a controller document and a linear system."""
 
 from __future__ import annotations
 

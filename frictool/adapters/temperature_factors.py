@@ -45,12 +45,18 @@ def temperature_text(law: FrictionOverTemperature, temperature: float) -> str:
 
 
 def temperature_words(owner: str, text: str) -> str:
-    """Return a remark on the temperature at which `owner` was simulated (`temperature_text`)."""
+    """Return a remark on the temperature at which `owner` is simulated.
+
+    text: result of `temperature_text`.
+    """
     return f"{owner} is simulated at {text}"
 
 
 def reference_words(law: FrictionOverTemperature) -> str:
-    """Return the reference temperature, and the range of friction over those of the logs."""
+    """Return a text on the reference temperature and the friction at other temperatures.
+
+    The text contains the range of the friction over the temperatures of the model's logs.
+    """
     low, high = law.over.low, law.over.high
     viscous, dry = temperature_factors(law, np.linspace(low, high, POINTS))
     return (

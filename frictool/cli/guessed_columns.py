@@ -21,7 +21,7 @@ def preset_text(start: StartingRig) -> str:
 def question_lines(start: StartingRig) -> list[str]:
     """Return the lines on unreadable columns, and on columns and units to fill in.
 
-    Of the unreadable columns, those whose name means a channel are listed.
+    An unreadable column is listed only if its name is the name of a quantity.
     """
     reasons: dict[str, list[str]] = {}
     for column, reason in start.unreadable.items():

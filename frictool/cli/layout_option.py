@@ -1,4 +1,4 @@
-"""Option --layout: layout of a raw file without a bench, for what its content does not show."""
+"""Option --layout: properties of a raw file without a bench that its content does not show."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ layout_option = click.option(
 
 @contextmanager
 def layout_advice() -> Iterator[None]:
-    """Name the option in the message of a LogError that advises a key of a bench."""
+    """Change the message of a LogError that advises a key of the bench: advise the option."""
     try:
         yield
     except LogError as error:

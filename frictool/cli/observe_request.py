@@ -37,7 +37,10 @@ class ObserveRequest:
     allow_undecided: bool
 
     def answer_is_no(self, exceeded: bool | None) -> bool:
-        """Return True if the exit code must be 1; `exceeded`: None if the limit is undecided."""
+        """Return True if the exit code must be 1.
+
+        exceeded: True if the wear limit is exceeded, None if this is undecided.
+        """
         return not self.allow_undecided if exceeded is None else exceeded
 
     @property

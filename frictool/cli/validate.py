@@ -1,4 +1,4 @@
-"""`frictool validate`: a model against a measured log."""
+"""`frictool validate`: comparison of a model with a measured log."""
 
 from __future__ import annotations
 

@@ -111,8 +111,8 @@ def settles(law: Callable[[float, float], tuple[float, float]], setting: Compari
     simulation. Euler's method never gives exactly v = 0, so that the mass does not come to rest
     with a law that sticks only at v = 0.
 
-    `law(v, u)`: law as printed in the thesis; it returns the friction and the speed that counts as
-    motion.
+    `law(v, u)`: law as printed in the thesis; it returns the friction and the velocity with which
+    the mass moves, which is 0 inside a band of rest.
     """
     scales = setting.scales
     h = EULER_STEP * scales.time

@@ -89,7 +89,8 @@ def _hybrid(
 def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
     """Return a static law as printed in the thesis.
 
-    The law maps velocity and effort (v, u) to the friction and the velocity that counts as motion.
+    The law maps velocity and effort (v, u) to the friction and the velocity with which the mass
+    moves. This velocity is v outside a band of rest.
     """
     kernels = law.kernels
     assert isinstance(kernels, StaticKernels)

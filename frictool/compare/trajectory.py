@@ -38,7 +38,7 @@ class LawTrajectory:
 def slow_phases(time: Vector, velocity: Vector, threshold: float, shortest: float) -> Phases:
     """Return phases of at least `shortest` [s] with |v| < threshold.
 
-    The phases count as the stick phases of a law with which the mass never stands exactly still.
+    They are used as stick phases for a law with which the mass never stands exactly still.
     `shortest` excludes zero crossings of the velocity.
     """
     slow = np.abs(velocity) < threshold

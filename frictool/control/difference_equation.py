@@ -145,8 +145,8 @@ def state_bounds(
     With `conditional`, an integrator keeps its value at the drive's limit, and its bound follows
     from that limit and from the bounds of the other states. There must be a single integrator. It
     must have c b >= 0 and enter no other state, and no other state may have an anti-windup gain.
-    The bounds do not cover a released drive, nor a term added to the drive before its limit; in
-    both cases the state's fixed-point word saturates.
+    The bounds are not valid while the drive is released, nor with a term that is added to the drive
+    before its limit. In both cases the state's fixed-point word saturates.
     """
     n = len(equation.b)
     held_states = equation.integrators if conditional else []

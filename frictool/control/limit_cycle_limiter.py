@@ -8,8 +8,8 @@ target. F_c is the real friction; the virtual friction F_cv is an effort of the 
 the axis. With `energy` the drive is released if real and virtual friction alone stop the axis
 within delta_e of the target. The effort of the released drive is -F_cv tanh(v/v_r) (5.41), with the
 speed scale v_r. The branches of (5.41) are exchanged here: as printed, the brake acts outside the
-band and the axis never starts. The integrator is frozen while the drive is released; the other
-states of the controller are updated as usual.
+band and the axis never starts. While the drive is released, the integrator keeps its value; the
+other states of the controller are updated as usual.
 
 Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
 0. The derivative (5.12) has no definite sign: boundedness and rest are proved, but no Lyapunov

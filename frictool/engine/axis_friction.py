@@ -61,10 +61,9 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return the breakaway F [N m | N] after a long rest at x, and its share just after a stop.
+    """Return (F, share): the breakaway at x is F after a long rest, share F just after a stop.
 
-    Just after a stop, the breakaway is this share times F; the share is at least the Coulomb
-    friction divided by F. The axis must have friction laws.
+    F is in N m | N. share F is at least the Coulomb friction. The axis must have friction laws.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0

@@ -378,10 +378,10 @@ def drive_from_now(state: Vector, command: float, p: Vector) -> float:
 def advance(state: Vector, command: float, parameters: Vector, duration: float) -> int:
     """Advance `state` (7,), in place, by `duration` [s] under a held `command` [A | V].
 
-    parameters: (14,), or (EXTENDED_SIZE,) with laws, or more with a load (plant/position_load.py
-    `with_load`) or a dynamic law (engine/dynamic_law_axis.py), whose states follow in `state`. The
-    limit of the winding is computed for the speed at the beginning of the call. Returns a status of
-    engine/status_codes.py.
+    parameters: (14,), or (EXTENDED_SIZE,) with friction laws. A load (plant/position_load.py
+    `with_load`) and a dynamic law (engine/dynamic_law_axis.py) add further values. A dynamic law
+    also adds its states at the end of `state`. The limit of the winding is computed for the speed
+    at the beginning of the call. Returns a status of engine/status_codes.py.
     """
     return int(advance_axis(state, command, parameters, parameters, duration))
 

@@ -59,10 +59,12 @@ def outgrowing_time(
 ) -> float:
     """Return the first t in [0, remaining] at which the drive reaches the breakaway, or NEVER.
 
-    At time t the drive's effort is settled - losing e^{-t/lag}, and the breakaway is full times
-    dwell_factor(rested + t). At t = 0 the effort must be below the breakaway; losing > 0, lag > 0.
+    At time t the drive's effort is settled - losing e^{-t/lag} with losing > 0 and lag > 0. The
+    breakaway is `full` after a long rest. At time t it is full dwell_factor(rested + t, fresh,
+    rise), where rested [s] is the time at rest before t = 0. At t = 0 the effort must be below the
+    breakaway.
 
-    With age = rise + rested and lost = (1 - fresh) full rise, the breakaway exceeds the effort by
+    With age = rise + rested and lost = (1 - fresh) full rise, the breakaway minus the effort is
     full - lost/(age + t) - settled + losing e^{-t/lag}. This difference falls while (age + t)^2
     e^{-t/lag} > lost lag/losing. It has at most one falling part, between two rising parts, and its
     first zero is on the falling part.

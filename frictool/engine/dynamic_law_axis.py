@@ -9,9 +9,10 @@ step is kept from one call to the next. The end stops are located on the dense o
 axis that is pressed against a stop rests there exactly.
 
 The parameters of an axis with such a law (plant/axis_friction_laws.py) continue with DYNAMIC_SIZE
-values, in front of the load: a head, the reference sizes of `dynamic_law_motion.run_dynamic`, the
-drift of each parameter, and the arrays of friction/law_extension.py. The state (7,) of the axis
-continues with the length of the next step [s] and the law's z. The axis has no backlash.
+values, in front of the load. These values are: HEAD numbers (addresses of kernels, sizes and
+tolerance), the reference sizes of `dynamic_law_motion.run_dynamic`, the kind of drift of each
+parameter, and the arrays of friction/law_extension.py. The state (7,) of the axis continues with
+the length of the next step [s] and the law's z. The axis has no backlash.
 """
 
 from __future__ import annotations

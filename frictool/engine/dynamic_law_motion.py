@@ -103,7 +103,10 @@ def virgin_contact(
 
 @kernel
 def hold_levels(laws: Laws, y: Vector) -> float:
-    """Write the law's parameters at the state y to p; return the friction of the speed regimes."""
+    """Compute the law's parameters at the state y; return the friction of the speed regimes.
+
+    The parameters are written to p, the last array of `laws`.
+    """
     forward, backward, table, p = laws
     if table.shape[0] == 0:
         return 0.0

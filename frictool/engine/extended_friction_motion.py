@@ -80,8 +80,8 @@ def threshold(
 ) -> float:
     """Return the largest effort in a direction under which a body stays at rest.
 
-    This effort is the breakaway, minus the amount by which a film (lagged velocity w) that has not
-    decayed yet lowers the friction at the start of a slip.
+    Without a film, this effort is the breakaway. A film with the lagged velocity w lowers the
+    friction at the start of a slip, and the effort is lower by the same amount.
     """
     force, body = driven.force, driven.body
     forward, backward, table, p = laws

@@ -3,11 +3,15 @@
     y' = w        w' = (d (K i(t) - offset - load(x)) - F_c(x) - (F_s - F_c)(x) exp(-|w/v_s|^delta)
                   - added - viscous w)/J    x = x0 + d y
 
-Here d is the direction of motion, y the distance, w >= 0 the speed, K the effort per unit of the
-drive i, and J the inertia. While the backlash is open, only its friction acts. i(t) is an
-exponential, and the load (plant/position_load.py) depends on the position. Knees, the edge of the
-Stribeck layer, ends of the position maps and the flank of the backlash are events, located as roots
-of the dense output. Each piece therefore has smooth derivatives.
+Here d is the direction of motion, y the distance from the initial position x0, w >= 0 the speed, K
+the effort per unit of the drive i, and J the inertia. In the speed regime of w, the viscous
+friction is the straight line added + viscous w. i(t) is an exponential, and the load
+(plant/position_load.py) depends on the position. While the motor moves inside the backlash, the
+Coulomb friction of the backlash replaces all other friction.
+
+Knees of the friction, the edge of the Stribeck layer, ends of the position maps and the flank of
+the backlash are events. They are located as roots of the dense output. Between two events, all
+derivatives are smooth.
 """
 
 from __future__ import annotations

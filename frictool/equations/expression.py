@@ -1,7 +1,7 @@
 """Algebraic expressions of the equations: sums of signed products of symbols.
 
 Atom      symbol in text and LaTeX, with its unit; a parameter also has a value
-Term      sign * product of atoms to integer powers, with the key of its element
+Term      sign * product of atoms to integer powers
 Equation  (sum of terms) atom = sum of terms
 """
 
@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 class Atom:
     """Symbol of an equation, as text and LaTeX.
 
-    unit: SI unit. value: value of a parameter in SI. made: terms of a sum, if the symbol is an
-    abbreviation of it.
+    unit: SI unit. value: value of a parameter in SI. made: terms of the sum that the symbol
+    abbreviates; None if it is no abbreviation.
     """
 
     text: str
@@ -28,7 +28,11 @@ class Atom:
 
 @dataclass(frozen=True)
 class Term:
-    """Product sign * atom^power * ...; 1 without factors. element: key of the element."""
+    """Product sign * atom^power * ...; 1 without factors.
+
+    element: key of the entry in the document that causes the term, such as `links.screw`; "" if
+    there is none.
+    """
 
     factors: tuple[tuple[Atom, int], ...] = ()
     sign: int = 1
@@ -104,8 +108,8 @@ class Term:
 class Equation:
     """Equation (sum of `coefficients`) `of` = sum of `right`.
 
-    unit: unit of every term. when: condition for the equation. source: number of the equation in
-    the thesis.
+    unit: unit of every term. key: key of the entry in the document that causes the equation. when:
+    condition under which the equation is valid. source: number of the equation in the thesis.
     """
 
     coefficients: tuple[Term, ...]

@@ -50,7 +50,8 @@ class MjcfCheck:
     creep : float
         Distance that MuJoCo moves in this time, rad | m.
     hold_speed : float
-        Speed of MuJoCo under half of the Coulomb friction, rad/s | m/s; the model is at rest.
+        Speed in MuJoCo under an effort of half the Coulomb friction, rad/s | m/s. The model is at
+        rest under this effort.
     """
 
     axis: str

@@ -11,10 +11,11 @@ from frictool.control.target_band import BRAKE, REST, RUN
 
 @dataclass(frozen=True)
 class VisitCondition:
-    """Condition: the value at `index` equals `value`; if `differs`, it does not equal `value`.
+    """Condition on the values of a program after a sample.
 
-    If `where` is present, the value at index `where` must also differ from 0. `text`: description,
-    which follows the number of visited samples in the output.
+    The node `index` of the program must have the value `value`. If `differs` is True, the node must
+    have another value. If `where` is not None, the node `where` must also have a value other than
+    0. text: description of the condition.
     """
 
     index: int

@@ -3,8 +3,8 @@
 The sampled loop is rebuilt at every vertex with the rounded coefficients. Each loop must be stable
 at every delay of the document, and have the specified modulus margin at the bench's delay. If the
 document contains the weights of the norm, the norm must not exceed the claimed norm. Every corner
-of a schedule is checked with the plant of this corner. The verification does not cover the rounding
-of signals, whose effect the golden vectors measure (golden_vectors.py).
+of a schedule is checked with the plant of this corner. The verification does not include the
+rounding of signals; the golden vectors show its effect (golden_vectors.py).
 """
 
 from __future__ import annotations

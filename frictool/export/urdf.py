@@ -49,7 +49,10 @@ class XmlElement:
 
 
 def xml_tree(path: Path, data: bytes) -> XmlElement:
-    """Return the root element of an XML file; raise InputFileError if it cannot be changed."""
+    """Return the root element of an XML file.
+
+    Raises InputFileError if the file is no XML, or if its values cannot be replaced byte by byte.
+    """
     parser = expat.ParserCreate()
     root = XmlElement("", {}, 0, 1)
     open_elements = [root]

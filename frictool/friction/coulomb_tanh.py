@@ -1,6 +1,6 @@
 """Coulomb friction with sign(v) smoothed to tanh(v/v_r) (thesis 2.4.2.1).
 
-With this approximation a body creeps under any effort.
+v is the velocity and v_r a reference speed. With this approximation a body creeps under any effort.
 """
 
 from __future__ import annotations

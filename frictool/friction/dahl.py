@@ -2,8 +2,9 @@
 
     F = sigma z        z' = v |a|^i sign(a),   a = 1 - sigma z sign(v)/F_c
 
-For i = 1 this is z' = v (1 - sigma z sign(v)/F_c), (2.38). In steady slip |F| = F_c. The law
-is dissipative with the storage function sigma z^2/2.
+z is the deflection of the contact, sigma its stiffness, v the velocity, and F_c the Coulomb
+friction. For i = 1 this is z' = v (1 - sigma z sign(v)/F_c), (2.38). In steady slip |F| = F_c. The
+law is dissipative with the storage function sigma z^2/2.
 """
 
 from __future__ import annotations

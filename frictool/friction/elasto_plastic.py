@@ -4,8 +4,8 @@
     alpha = 0 if |z| < z_ba or z opposes v; half a sine up to 1 at z_max = F_s/sigma_0,
             then 1                                                             (2.45)-(2.46)
 
-z_ba must be below z_max. Table 3.1 prints z_ba = 0.009 m instead of 0.009 mm; with 0.009 m the body
-would never slide.
+friction/lugre.py defines the other symbols; F_s is the breakaway. z_ba must be below z_max.
+Table 3.1 prints z_ba = 0.009 m instead of 0.009 mm; with 0.009 m the body would never slide.
 """
 
 from __future__ import annotations

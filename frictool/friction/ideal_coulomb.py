@@ -1,4 +1,4 @@
-"""Coulomb friction alone (thesis 2.30): F = F_c sign(v) in slip, F = u up to F_c at rest."""
+"""Coulomb friction alone (thesis 2.30): F_c sign(v) in slip; at rest the effort, at most F_c."""
 
 from __future__ import annotations
 

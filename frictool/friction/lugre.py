@@ -2,9 +2,10 @@
 
     z' = v - sigma_0 |v| z/g(v)        F = sigma_0 z + sigma_1 z' + sigma_v v
 
-g is the curve of friction/stribeck.py: steady slip follows Stribeck's law. The law is dissipative
-with the storage function sigma_0 z^2/2 as long as sigma_1 |v| <= 4 g(v). The body drifts under any
-effort (table 3.2).
+z is the deflection of the contact, sigma_0 its stiffness, sigma_1 its damping, v the velocity, and
+sigma_v the viscous coefficient. g is the curve of friction/stribeck.py: steady slip follows
+Stribeck's law. The law is dissipative with the storage function sigma_0 z^2/2 as long as
+sigma_1 |v| <= 4 g(v). The body drifts under any effort (table 3.2).
 """
 
 from __future__ import annotations

@@ -26,9 +26,9 @@ class LawParameter:
     the minimum itself is not allowed. `at_least`: name of another parameter that is a lower bound
     of this one. `letters`: symbol in text and in LaTeX; by default the name. `simulation_only`:
     True if the parameter belongs to the simulation and is not identified. `comparison_value`:
-    function that takes the values of a friction.yaml and returns the value of this parameter for
-    `frictool compare`, or the values of a model.yaml for `frictool simulate`; by default, the value
-    of the same name, or `default`.
+    function that computes the parameter from the values of a friction.yaml (`frictool compare`) or
+    of a model.yaml (`frictool simulate`). If it is None, the parameter is the value of the same
+    name; if there is no such value, it is `default`.
     """
 
     name: str

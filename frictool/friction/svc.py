@@ -1,6 +1,7 @@
 """Static, viscous and Coulomb friction (thesis 2.31).
 
-In slip F = F_c sign(v) + sigma_v v, at rest F = u up to F_s.
+In slip, F = F_c sign(v) + sigma_v v with the Coulomb friction F_c, the viscous coefficient sigma_v
+and the velocity v. At rest, F equals the effort up to the breakaway F_s.
 """
 
 from __future__ import annotations

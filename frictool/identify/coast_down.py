@@ -60,9 +60,9 @@ def coast_down(
     misfit = inertial_error(rows, values, fit.laws)
     if misfit > LARGEST_MISFIT:
         raise UnusableLogs(
-            f"the drive was off, and friction does not explain {100.0 * misfit:.3g} % of the "
-            f"deceleration (allowed: {100.0 * LARGEST_MISFIT:g} %); for a load declare "
-            "load.terms: [offset, spring] or [offset, gravity]"
+            f"while the drive was off, {100.0 * misfit:.3g} % of the deceleration is not explained "
+            f"by friction (allowed: at most {100.0 * LARGEST_MISFIT:g} %); if a load acts on the "
+            "axis, declare load.terms: [offset, spring] or [offset, gravity]"
         )
     shown = _ratios(ratios, inertia.value, bench)
     return replace(

@@ -75,7 +75,11 @@ USUAL = IngestRequest()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IngestedLog(ResultView):
-    """Written streams, each with its header and time base, and their assembly from the files."""
+    """Result of `ingest`.
+
+    streams: header and time base of each written stream. assembly: the streams as read from the
+    files, with their warnings and losses.
+    """
 
     streams: tuple[tuple[StreamHeader, TimeBase], ...]
     assembly: LogAssembly

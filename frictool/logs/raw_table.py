@@ -38,8 +38,9 @@ class DataLoss:
     start_s, end_s: first and last time of the loss in s of the log's time; None if unknown.
     samples: number of lost samples; None if unknown.
 
-    If a table leaves the times unknown, the mapper replaces them by the times of the samples before
-    and after the loss. Therefore a table must append the loss before it yields the next block.
+    If a table leaves both times unknown, the mapper uses the times of the samples before and after
+    the loss. It takes them when the next block arrives. Therefore a table must append the loss
+    before it yields the next block.
     """
 
     channels: tuple[str, ...]

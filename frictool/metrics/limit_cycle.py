@@ -33,10 +33,10 @@ OVERDUE = 2.0  # longest time since the last turn, in longest times between two 
 class LimitCycle:
     """Result of the limit-cycle test of one hold.
 
-    - amplitude: half the peak-to-peak value over the last period [rad or m]; 0 without a limit
-      cycle, None if the hold does not show whether there is one
-    - period: mean time between turns in the same direction [s]; None without a limit cycle
-    - reason: reason for an amplitude of None, else empty
+    - amplitude: half the peak-to-peak position over the last period [rad or m]; 0 if there is no
+      limit cycle, None if the hold does not show whether there is one
+    - period: mean time between two reversals of the same sign [s]; None if there is no limit cycle
+    - reason: why the amplitude is None, else empty
     """
 
     amplitude: float | None

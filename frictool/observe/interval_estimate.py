@@ -53,9 +53,10 @@ class WearEstimate:
     the data, or `none`. forward, backward: wear of each direction. added: increase of the friction
     [N m | N], for kind additive. zones: wear by zone, for kind zones.
 
-    scale: common factor of all wears due to the error of the actuator constant, from the bench's
-    range. The intervals do not include this factor; it cancels in a ratio to commissioning. others:
-    other parameters relative to the model's (inertia, viscous, ...). warnings: lines of text.
+    scale: common factor of all wears that an error of the actuator constant causes, with the
+    interval that follows from the bench's range of the constant. The intervals of the wears do not
+    include this factor; it cancels in a ratio to commissioning. others: other parameters (inertia,
+    viscous, ...) divided by the model's values. warnings: lines of text.
     """
 
     time: float

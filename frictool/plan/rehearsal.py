@@ -47,7 +47,7 @@ class HalfWidthSample:
 
     @property
     def upper(self) -> float:
-        """Return the upper bound of a half width; inf if a rehearsal refused the parameter.
+        """Return the upper bound of a half width; inf if a rehearsal did not identify it.
 
         If the rehearsals ended early, the largest half width is returned in place of a bound.
         """

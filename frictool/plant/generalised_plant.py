@@ -92,8 +92,8 @@ def template(bandwidth: float, modulus_margin: float, static_error: float) -> Fi
 class UncertaintyChannel:
     """Channel z_Delta = (drive i + viscous v + friction w)/d of one real |Delta| <= 1.
 
-    w_Delta = Delta z_Delta closes the channel, annex (22), (29). The field `unit` of UncertainPlant
-    is d, the scale of the channel.
+    i, v and w are the drive, the speed and the friction input. w_Delta = Delta z_Delta closes the
+    channel, annex (22), (29). The field `unit` of UncertainPlant is d, the scale of the channel.
     """
 
     drive: float

@@ -88,7 +88,7 @@ def spanned(
 
 
 def corner_points(box: Mapping[str, tuple[float, float]]) -> tuple[PlantPoint, ...]:
-    """Return all corners of the four intervals in `box`, named like vertices."""
+    """Return all different corners of the four intervals in `box`, with the names v1, v2, ..."""
     corners = itertools.product(box["inertia"], box["viscous"], box["coulomb"], box["constant"])
     return _named(list(corners), PARAMETERS).vertices
 

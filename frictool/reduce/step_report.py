@@ -42,8 +42,8 @@ class StepReport:
     neglects: text on what the step neglects.
     predicted: error in closed form relative to the quantity `of`; 0 if nothing is neglected.
     measured: difference from the mechanism before the step; None before the simulation.
-    covered: part of the model that includes the predicted error, so that only the measured error is
-        checked; None if there is none.
+    covered: name of the part of the model whose interval contains the predicted error; None if
+        there is no such part. If it is not None, only the measured error is checked.
     """
 
     step: str

@@ -91,7 +91,10 @@ def check_efforts(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
 def check_temperature(
     scenario: Scenario, law: FrictionOverTemperature | None, names: DocumentNames
 ) -> None:
-    """Raise DocumentError if the scenario has a temperature, but the plant's friction has none."""
+    """Raise DocumentError if the scenario has a temperature, but `law` is None.
+
+    law: dependence of the plant's friction on the temperature; None if there is none.
+    """
     if scenario.temperature is not None and law is None:
         refuse(
             names.scenario,

@@ -1,1 +1,1 @@
-"""A mechanism document as arrays (plant/mechanism/packed_mechanism.py), checked."""
+"""Conversion of a mechanism document to arrays (plant/mechanism/packed_mechanism.py)."""

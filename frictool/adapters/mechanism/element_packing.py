@@ -1,4 +1,4 @@
-"""Collection of all elements that act on blocks, except rigid links, as arrays."""
+"""Conversion of all elements of a mechanism, except rigid links and sources, to arrays."""
 
 from __future__ import annotations
 
@@ -39,7 +39,10 @@ Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 
 
 class CouplingRow(NamedTuple):
-    """Row of `Couplings` (plant/mechanism/packed_mechanism.py); curve: index of a curve or -1."""
+    """Row of `Couplings` (plant/mechanism/packed_mechanism.py).
+
+    curve: index in `Curves` of the additional force over e; -1 for none.
+    """
 
     a: int
     b: int

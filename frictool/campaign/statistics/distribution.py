@@ -1,7 +1,7 @@
 """Distribution of a metric in the trials: quantiles with intervals, tolerance bound, histogram.
 
 All statistics are order statistics, which assume no form of the distribution. With confidence
-gamma, at least the share beta of all plants has a value of at most the r-th of n sorted values if
+gamma, the r-th of n sorted values is an upper bound for at least the share beta of all plants if
 P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941). The
 largest such beta is the Clopper-Pearson lower bound for the count r (clopper_pearson.py).
 """
@@ -129,7 +129,7 @@ def distribution(
 
 
 def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
-    """Return the smallest number of draws with a worst value that is a tolerance bound."""
+    """Return the smallest number of draws whose worst value is a tolerance bound."""
     return _first(lambda n: lower(n, n, confidence, method) >= COVERED, 1, 1 << 20)
 
 

@@ -96,7 +96,7 @@ class Findings:
 
     @property
     def draws_needed(self) -> int | None:
-        """Return the number of draws that would show the required rate at the same share of passes.
+        """Return the number of draws that would show the required rate with the same pass rate.
 
         Returns None if the outcome is not NOT SHOWN.
         """

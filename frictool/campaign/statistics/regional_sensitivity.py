@@ -29,8 +29,8 @@ class FailureRegion:
     `distance`: Kolmogorov-Smirnov distance of the factor's distributions in failing and passing
         trials, 0 to 1.
     `chance`: p-value of the distance; None if the trials are not random.
-    `leans`: Pr(f > p) - Pr(f < p), -1 to 1, for the factor value f of a failing and p of a passing
-        trial.
+    `leans`: Pr(f > p) - Pr(f < p), -1 to 1. f is the factor's value in a failing trial, p the
+        factor's value in a passing trial.
     `spread`: the same for the distances of f and p from the middle of the range.
     `noise`: standard deviation of `leans` and `spread` for a factor without influence.
     `failing` (k,): share of failing trials in each of k slices of the range.

@@ -38,7 +38,7 @@ class SearchResult(NamedTuple):
     `value`: worst value of the metric in the search.
     `drawn`: worst value of the metric in the draws.
     `unit` (d,): worst point in the unit cube.
-    `noise`: index of the draw that gives the noise of all plants.
+    `noise`: index of the draw whose noise is used for all plants of the search.
     `evaluations`: number of plants that were tried.
     `unplayed`: number of these plants that could not be simulated.
     """
@@ -64,11 +64,14 @@ class SearchState:
 
     @property
     def ended(self) -> bool:
-        """Return True if no evaluation is left, or if the worst possible point is known."""
+        """Return True if no evaluation is left, or if a point has infinite badness."""
         return self.left <= 0 or self.worst == math.inf
 
     def at_point(self, unit: Vector) -> float:
-        """Return the badness at the point `unit` (d,); store the point if it is the worst."""
+        """Return the badness at the point `unit` (d,); store the point if it is the worst.
+
+        A worse value of the metric has a larger badness.
+        """
         self.left = self.left - 1
         self.tried = self.tried + 1
         badness = self._badness(unit)

@@ -33,7 +33,10 @@ class JobSharing(Protocol):
 
 
 class DrawJobs(Sequence[Job]):
-    """Jobs for the draws `units[left]`, created on demand; `units` is (n, d)."""
+    """Jobs for those draws `units` (n, d) that have no result yet, created on demand.
+
+    `left`: indices of these draws in `units`.
+    """
 
     def __init__(self, units: Vector, left: IntVector) -> None:
         self._units, self._left = units, left

@@ -231,12 +231,14 @@ def locate(
     """Shorten a step to the first instant at which a guard is passed; return its length.
 
     The row GUARD contains the guards at the beginning of the step, the row TRIAL the guards at its
-    end; a step of length h has passed a guard. The second result is True if the rates could not be
-    evaluated. The search is bracketed and follows the guard that is passed first. For guards of
-    speeds and positions, the next instant is the zero of the cubic through both ends; for guards of
-    efforts, regula falsi (Illinois) gives it. Bisection helps if the search is slow. Each instant
-    is evaluated on the step's dense output. Afterwards the rows END, AFTER, TRIAL and SPENT contain
-    the results of a step to the returned instant.
+    end. At least one guard is passed in the step of length h. The second result is True if the
+    rates could not be evaluated.
+
+    The search is bracketed and follows the guard that is passed first. For guards of speeds and
+    positions, the next instant is the zero of the cubic through both ends of the bracket. For
+    guards of efforts, regula falsi (Illinois) gives the next instant. Every fourth instant bisects
+    the bracket. Each instant is evaluated on the step's dense output. Afterwards the rows END,
+    AFTER, TRIAL and SPENT contain the results of a step to the returned instant.
     """
     k, p, _ = machine
     y, modes, workspace = state.y, state.modes, state.workspace

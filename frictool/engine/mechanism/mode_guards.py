@@ -180,7 +180,7 @@ def first_dip(
 ) -> float:
     """Return the first time in a step at which a guard may be violated for a short time.
 
-    The search covers guards of speeds, open flanks and stops. Without such a time, the result is h.
+    The search includes guards of speeds, open flanks and stops. The result is h if there is none.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     shortest = h

@@ -25,9 +25,9 @@ from frictool.typing import IntVector, Vector
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     """Fill NEED and NEED_HIGH with each member's force range; return False if a range is empty.
 
-    sided: True if the load of each self-locking joint must be on that side of the kink which the
-    joint's branch, a mode +1 or -1, gives. A joint with branch 0 is then at its kink, or loaded on
-    the side on which it drives while the root moves in the direction `towards`.
+    sided: True if the branch (+1 or -1) of a self-locking joint determines on which side of the
+    kink the joint is loaded. A joint with branch 0 must then be at its kink if `towards` is 0, else
+    loaded on the side on which it drives when the root moves in the direction `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]

@@ -1,8 +1,8 @@
 """Detection of zero-order hold: a signal that keeps its value for several samples of the log.
 
 Examples are a command, and a current that is measured once per control period. A signal is held if
-it rarely changes from one sample to the next, and then by more than one quantisation step. A slow
-position also changes rarely, but by one count each time.
+two conditions are met: it rarely changes at two consecutive samples, and its changes are larger
+than one quantisation step. A slow position also changes rarely, but by one count each time.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
     error     e = (x, v, d/J), before the correction:   e+ = F ((1 - L C) e - L n) + B a
     in slip   F is the model x'' = a + d/J over one period
-    n, a      white errors of the measured position and, through B, of the acceleration
+    n         white error of the measured position
+    a         white error of the acceleration; B is its effect on e in one period
 
 e contains the errors of position, speed and d/J (d: disturbance effort, J: inertia). L are the
 gains, and C = [1 0 0]. Smith's doubling method computes the steady covariance of e. The unit of

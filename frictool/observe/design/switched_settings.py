@@ -29,8 +29,7 @@ class SwitchedObserverSettings:
     - inertia: inertia that replaces the model's [kg m2 | kg]
     - transitions: `neighbours`: from an interval, a switch leads to the next interval in the
       direction of motion; `direction`: to any interval of the same direction
-    - stuck_speed: factor of the estimated speed in each sample of mode 0: 1 (held) or 0 (thesis
-      6.18)
+    - stuck_speed: factor of the estimated speed in each sample of mode 0: 1 or 0 (thesis 6.18)
     - quiet: the bound gamma of the error may be this many times its smallest value; the gains then
       pass less encoder noise (lmi/quiet_observer_gains.py). None: the smallest gamma
     """

@@ -3,7 +3,8 @@
     half^2 = (1.96 ROUNDED G_n step/sqrt(12))^2 + max(1.2 h, 1.96 G_a s, G_a r)^2
     half is at most 2 step/(time since the last count) + |v|
 
-    G_n, G_a   gains of the observer's linear error (observe/design/error_gains.py)
+    G_n, G_a   velocity error per position error: fields `rounding` and `misfit` of `ErrorGains`
+               (observe/design/error_gains.py)
     ROUNDED    part of a count's rounding that passes the observer's dead zone
     h          predicted misfit |delta_a - low-pass of delta_a|/w with the bandwidth w;
                delta_a = unsure a + friction sign(v) is the possible error of the model's

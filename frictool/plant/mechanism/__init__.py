@@ -1,1 +1,1 @@
-"""Mechanisms of blocks and links: their arrays, and linearisation."""
+"""Arrays and linearisation of mechanisms, which consist of blocks and links."""

@@ -17,7 +17,8 @@ class AssembledMechanism:
 
     - blocks, kinds, start (n,): name of each block, rotary or linear, and position [rad | m] at
       which all rigid links fit
-    - joints to sources: names of the elements, in the order of the arrays
+    - joints, couplings, frictions, pressings, pushes, stops, sources: names of the elements, in
+      the order of the arrays in `packed`
     - sensors, sensor_blocks, measures: name, block and quantity of each sensor
     - groups: blocks that move together
     - notes: one line for each omission or assumption

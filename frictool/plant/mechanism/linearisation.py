@@ -2,7 +2,8 @@
 
 Dry friction, impacts and stops are neglected; viscous friction, damping, stiffness and the slopes
 of curves are kept. Blocks tied by rigid links, or by play that is assumed closed, have one common
-coordinate: q = R p. The principle of virtual work gives
+coordinate. The positions of all blocks are q = R p with these coordinates p. The principle of
+virtual work gives
 
     L' M R p'' + L' D R p' + L' K R p = L' u
 
@@ -130,8 +131,8 @@ def linearise(
 ) -> LinearMechanism:
     """Return the mechanism linearised at `position` (n,) [rad | m], by default at the start.
 
-    The links in `closed`, by default all links, are in contact: their play has no effect. Raises
-    ValueError if `closed` names a link without play.
+    The links in `closed`, by default all links with play, are in contact: their play has no effect.
+    Raises ValueError if `closed` contains a name that is not the name of a link with play.
     """
     packed = assembled.packed
     at = assembled.start if position is None else np.asarray(position, dtype=np.float64)
@@ -177,8 +178,8 @@ def _closed(
     taken = playing if closed is None else set(closed)
     if taken - playing:
         raise ValueError(
-            f"closed: found {', '.join(sorted(taken - playing))}; allowed: links with play, "
-            f"{', '.join(sorted(playing)) or 'none in this mechanism'}"
+            f"closed: {', '.join(sorted(taken - playing))}: not a link with play; allowed: "
+            f"{', '.join(sorted(playing)) or 'no name, since no link has play'}"
         )
     return (
         [

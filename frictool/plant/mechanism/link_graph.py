@@ -148,15 +148,14 @@ def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Seq
             path and path[0][2] is one and path[-1][2] is other
         ):  # way is empty if one block drives both links
             driven = (
-                names[one.b]
+                f"{names[one.b]},"
                 if one.b == other.b
                 else f"{names[one.b]} and {names[other.b]}, rigidly linked,"
             )
             raise ElementError(
                 f"links.{other.name}",
-                f"is irreversible, as {one.name} is: {names[one.a]} and {names[other.a]} both "
-                f"drive {driven} and neither can be driven back: nothing moves; allowed: "
-                "one irreversible link, or a compliant one",
+                f"{other.name} and {one.name} are irreversible and both drive {driven} "
+                "so that nothing can move; make one of these two links reversible or compliant",
             )
 
 
@@ -178,15 +177,15 @@ def _redundant(
         other = path[0][2].name
         raise ElementError(
             key,
-            f"moves {second} {link.ratio:.6g} times as far as {first}, and {other} moves {second} "
-            f"{path[0][1]:.6g} times as far: no motion solves both; "
-            "allowed: equal ratios, or one rigid link",
+            f"moves {second} {link.ratio:.6g} times as far as {first}, but the link {other} moves "
+            f"{second} {path[0][1]:.6g} times as far as {first}; make the ratios equal, or one of "
+            "the two links compliant",
         )
     if abs(round_trip - 1.0) > CLOSED:
         raise ElementError(
             key,
-            f"closes the loop {loop}, whose ratios multiply to {round_trip:.10g}: "
-            "no motion solves it; allowed: a product of 1; "
+            f"closes the loop {loop}, whose ratios multiply to {round_trip:.10g}; "
+            "allowed: a product of 1; "
             "correct a ratio or a direction, or make a link compliant",
         )
     playing = next(
