@@ -74,9 +74,9 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     - `form`: Realisation that runs on the target: `discrete` with `anti_windup`, or `sos` with
       `sos_anti_windup`. Sections run in transposed direct form II.
     - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of the chain.
-    - `conditional`: True if an integrator state is held while the drive is limited and the state's
-      input has the direction of the limit. The state is also held while a position law sets the
-      drive to 0 in its band; if this key is false, the state is then reset.
+    - `conditional`: True if an integrator state keeps its value while the drive is limited and the
+      state's input has the direction of the limit. While a position law sets the drive to 0 in its
+      band, the state keeps its value if this key is true, else it is 0.
     """
 
     discrete: StateSpace
@@ -167,7 +167,7 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Release of the drive near the target (structure `position`); the integrator is then frozen.
+    """Release of the drive near the target (structure `position`); the integrator keeps its value.
 
     - `condition`: Condition of the release. With position error e and speed v, `energy`: ||e| -
       inertia v^2/(2 (coulomb + virtual_coulomb))| < band. `error`: |e| < band.

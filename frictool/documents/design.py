@@ -98,8 +98,8 @@ class Design(
       have their centre values, or belong to the uncertainty channel.
     - `vertices`: `exact`: exact vertices of the polytope. `inertia`: linearised in the inertia.
       `first_order`: linearised in all parameters.
-    - `frozen_at`: Plant whose controller runs. `centre`: middle of the intervals. `identified`:
-      identified values.
+    - `frozen_at`: Plant of the polytope whose controller runs on the target. `centre`: middle of
+      the intervals. `identified`: identified values.
     - `scheduled`: True to store the vertices' controllers as well. A target that knows the
       parameters at run time can then interpolate between these controllers.
     - `grid`: Settings of a synthesis on a grid of parameters.

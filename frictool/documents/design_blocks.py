@@ -111,7 +111,7 @@ class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
 
 
 class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Release of the drive near the target of a position loop; the integrator is frozen meanwhile.
+    """Release of the drive near the target of a position loop; the integrator keeps its value.
 
     - `condition`: `energy` releases the drive if the model's Coulomb friction alone stops the
       motion inside the band. `error` releases the drive if the error is inside the band; this

@@ -46,9 +46,9 @@ SOLVED = (
 def block_digests(controller: Controller) -> dict[str, str]:
     """Return the SHA-256 of each block of the document, by the name of the block.
 
-    `header` covers the scalar fields at the top level. `verified` covers those figures of
-    `verified` that cannot be recomputed. The digest is computed from values, so that number format,
-    comments and layout of the file may change.
+    The digest `header` is computed from the scalar fields at the top level, the digest `verified`
+    from those figures of `verified` that cannot be recomputed. Digests are computed from values, so
+    that number format, comments and layout of the file may change.
     """
     fields = msgspec.to_builtins(controller)
     blocks = {name: fields[name] for name in sorted(fields) if name not in (*UNTOUCHED, *HEADER)}
@@ -70,8 +70,8 @@ def uncomputed_figures(verified: Verified) -> dict[str, float]:
 def with_digests(controller: Controller, *blocks: str) -> Controller:
     """Return the controller with new digests of its blocks.
 
-    `blocks` names the blocks to digest, all by default. The other digests remain, and still show
-    earlier changes of their blocks.
+    `blocks` contains the names of the blocks to digest, by default of all blocks. The other digests
+    remain, so that earlier changes of their blocks are still visible.
     """
     now = block_digests(controller)
     kept = (

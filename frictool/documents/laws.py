@@ -160,9 +160,9 @@ class TemperatureChange(
 class FrictionOverTemperature(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Temperature at which the friction of `parameters` holds, and its change with temperature.
+    """Temperature for which the friction of `parameters` is valid, and its change with temperature.
 
-    - `reference`: Temperature at which the parameters and the other laws hold.
+    - `reference`: Temperature for which the parameters and the other laws are valid.
     - `over`: Temperatures of the logs. Beyond them the friction is extrapolated.
     - `viscous`: Change of the viscous friction. By default none.
     - `coulomb`: Change of the Coulomb friction and of the breakaway. By default none.
@@ -240,7 +240,8 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `restitution`: Speed after an impact on an end of the bench's travel, divided by the speed
       before.
     - `load`: Position-dependent load.
-    - `temperature`: Temperature at which the model holds, and change of friction with temperature.
+    - `temperature`: Temperature for which the model is valid, and change of friction with
+      temperature.
     """
 
     # the exponent is delta of (2.34)

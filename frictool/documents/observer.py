@@ -65,9 +65,9 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Switched observer; its states are position, velocity and the wear alpha.
 
-    The inequalities do not cover a rest, in which alpha is constant, nor a switch between moving
-    modes that is not in `transitions`. After a rest or a switch that is not in `transitions`, the
-    axis must move for some time. Only a new run of `observe design` can prove an edited document.
+    The inequalities are not valid during a rest, in which alpha is constant, nor at a switch
+    between moving modes that is not in `transitions`. After such a rest or switch, the axis must
+    move for some time. Only a new run of `observe design` can prove an edited document.
 
     - `wear`: `multiplicative`: the friction is alpha f. `additive`: the friction is f + alpha.
     - `switch_speed`: Speed below which the mode is 0.
@@ -88,8 +88,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `motion_after_rest_s`: Duration of the motion that must follow a rest of any length.
     - `motion_after_turn_s`: Duration of the motion that must follow a switch that is not in
       `transitions`.
-    - `quiet`: Limit of gamma, relative to the smallest gamma with this decay, within which the
-      gains were chosen for the least encoder noise.
+    - `quiet`: Largest allowed gamma, divided by the smallest gamma with this decay. The gains have
+      the least encoder noise for this limit.
     - `noise_gain`: Bound of the gain from encoder noise to z: ||z|| relative to the standard
       deviation of the noise [rad | m].
     """

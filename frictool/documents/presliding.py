@@ -18,7 +18,7 @@ KEY = "presliding"  # key of the law's name in the record `log` of a simulated l
 
 
 def presliding_words(owner: str, law: str) -> str:
-    """Return the warning that no verification covers the presliding law of `owner`."""
+    """Return the warning that no verification includes the presliding law of `owner`."""
     return (
         f"{owner} has presliding friction by {law}, which is simulated only: the controller's "
         "margins and certificate do not cover the stiffness of the contact"

@@ -43,7 +43,7 @@ class ProvedRequirement(
 
 
 class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Proof of a step test of some plants from every start in an encoder count: `proof.yaml`.
+    """Proof of a step test for every initial position within an encoder count: `proof.yaml`.
 
     The file contains the documents of the test, so that `frictool verify` needs this file only.
 

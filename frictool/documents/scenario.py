@@ -131,8 +131,8 @@ class Scenario(
     - `seed`: Seed of the noise and the plants.
     - `disturbances`: External efforts.
     - `drifts`: Time-varying factors on the plant's parameters.
-    - `temperature`: Temperature at which the plant has its friction, by `laws.temperature` of the
-      model. By default the reference temperature of the model.
+    - `temperature`: Temperature of the plant, for which `laws.temperature` of the model gives the
+      friction. By default the reference temperature of the model.
     - `sensor_faults`: Faults of encoder and drive sensor.
     - `commands`: Commands of a supervisor to the controller of an axis; the exported code has the
       same commands.

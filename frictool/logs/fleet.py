@@ -20,7 +20,10 @@ PARQUET_MAGIC = b"PAR1"
 
 @dataclass(frozen=True)
 class FleetLog:
-    """Log of the fleet; `name` is its path as the user wrote it, or below the listed folder."""
+    """Log of the fleet.
+
+    name: path as the user wrote it; for a log in a listed folder, the path that `members` defines.
+    """
 
     path: Path
     name: LogName

@@ -108,7 +108,8 @@ def ingest(
     Returns
     -------
     IngestedLog
-        Written streams. `assembly.warnings` and `assembly.losses` list the defects of the files.
+        Headers and time bases of the written streams. `assembly.warnings` and `assembly.losses`
+        list the defects of the files.
 
     Raises
     ------

@@ -12,8 +12,8 @@ def junit(verdict: Verdict, allow_undecided: bool = False) -> str:
     """Return the test suite as XML; the property `verdict` is `pass`, `fail` or `undecided`.
 
     A requirement that is not met is a failure. An undecided requirement is an error, because build
-    servers count a skipped test as a success. An undecided requirement is a skipped test only if
-    undecided requirements are allowed and the verdict is acceptable.
+    servers count a skipped test as a success. If undecided requirements are allowed and the verdict
+    is acceptable, an undecided requirement is a skipped test instead.
     """
     requirements = verdict.requirements
     skip = verdict.acceptable(allow_undecided)

@@ -1,4 +1,4 @@
-"""Report as one HTML file without requests."""
+"""Report as one HTML file, which loads no other file."""
 
 from __future__ import annotations
 

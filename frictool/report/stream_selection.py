@@ -43,7 +43,7 @@ def select_streams(verdict: Verdict) -> JudgedStreams:
 
     If there are more than forty streams, the page shows the nominal ones, the worst one of each
     requirement and the failing ones, then other streams at even distances. The worst stream is
-    marked. The verdict and `--json` always cover all streams.
+    marked. The verdict and `--json` always include all streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

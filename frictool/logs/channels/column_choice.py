@@ -193,9 +193,10 @@ def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
 
 
 def changes(values: Vector) -> bool:
-    """Return whether a column (n,) changes; cells without a number count for nothing.
+    """Return whether the numbers in a column (n,) change.
 
-    A damaged cell must not select another joint.
+    Cells without a number are ignored, so that a damaged cell does not affect the choice between
+    the columns of several joints.
     """
     return bool(np.ptp(values[np.isfinite(values)]) > 0.0)
 

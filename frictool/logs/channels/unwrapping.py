@@ -1,7 +1,7 @@
 """Unwrapping of positions and references that a sensor shows modulo a period, block by block.
 
-A wrap is a jump of the shown value y by the period P while the position x moves on. A step of y may
-belong to several steps of x; the shortest step of x is taken:
+A wrap is a jump of the shown value y by the period P while the position x moves on. Steps of x that
+differ by a multiple of P give the same step of y; the shortest of these steps is assumed:
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 

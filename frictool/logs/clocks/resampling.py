@@ -4,8 +4,8 @@
               next sample: the resampled value is the last sample at or before each time
     linear    every other signal is interpolated between the samples around each time
 
-The grid begins, to the ns, at the first time at which every stream has a sample. It ends when the
-first stream ends.
+The grid begins, to the ns, at the first time at which every stream has a sample. It ends at the
+earliest end of a stream.
 """
 
 from __future__ import annotations
