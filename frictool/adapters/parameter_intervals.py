@@ -81,6 +81,17 @@ def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]
     return min(products), max(products)
 
 
+def relative(low: float, high: float, constant: Quantity) -> tuple[float, float]:
+    """Return an absolute interval for the nominal value of the actuator's constant.
+
+    The result contains every value in [low, high] times every ratio of the constant's nominal value
+    to the constant.
+    """
+    ratios = [constant.value / end for end in constant.interval]
+    products = [ratio * end for ratio in ratios for end in (low, high)]
+    return min(products), max(products)
+
+
 def hull(*quantities: Quantity) -> tuple[float, float]:
     """Return the smallest interval that contains the intervals of all quantities."""
     return min(one.interval[0] for one in quantities), max(one.interval[1] for one in quantities)

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from frictool.typing import Vector
 
 Axis = Literal["rotary", "linear"]
+FROM_LOGS = (
+    "identified",
+    "log and bench",
+)  # sources of estimates that the logs determine or narrow
 Number = TypeVar("Number", float, "Vector")
 
 # dimension -> SI unit of a rotary axis, SI unit of a linear axis
@@ -113,12 +117,13 @@ class Estimate(Quantity, frozen=True, forbid_unknown_fields=True, omit_defaults=
     - `value`: Number in `unit`.
     - `low`, `high`: Ends of the confidence interval.
     - `unit`: Unit of all numbers here; any multiple of the SI unit may be written.
-    - `source`: `identified`: from the logs. `bench`: the logs do not determine the parameter, and
-      the bench's value is used. `assumed`: neither logs nor bench contain a value, and a default is
-      used.
+    - `source`: `identified`: from the logs. `log and bench`: the logs' interval is too wide to be
+      used alone; low and high are the ends of its intersection with the bench's range. `bench`: the
+      logs do not narrow the bench's range, and the bench's value is used. `assumed`: neither logs
+      nor bench contain a value, and a default is used.
     """
 
-    source: Literal["identified", "bench", "assumed"]
+    source: Literal["identified", "log and bench", "bench", "assumed"]
 
 
 class Span(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

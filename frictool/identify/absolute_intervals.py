@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from frictool.adapters.parameter_intervals import absolute
 from frictool.documents.model import Model
-from frictool.documents.quantity import Estimate, Quantity
+from frictool.documents.quantity import FROM_LOGS, Estimate, Quantity
 from frictool.identify.fit_result import CURVE, PARAMETERS, Interval
 
 FORCES = PARAMETERS  # parameters that an error of the drive constant scales, unless of the bench
@@ -31,6 +31,11 @@ class ParameterIntervals:
         return self.estimate.source == "identified"
 
     @property
+    def from_logs(self) -> bool:
+        """Return True if the logs determine the parameter or narrow the bench's range."""
+        return self.estimate.source in FROM_LOGS
+
+    @property
     def relative_half_width(self) -> float:
         """Return half of the interval's width relative to the value, or infinity at the value 0."""
         low, high = self.estimate.interval
@@ -47,8 +52,10 @@ def parameter_intervals(model: Model) -> list[ParameterIntervals]:
         if estimate is None:
             continue
         ends = estimate.interval
+        known = getattr(model.bench.mechanics, name, None)
         if name in FORCES and estimate.source != "bench":
             ends = absolute(*ends, constant)
-        known = getattr(model.bench.mechanics, name, None)
+        if known is not None and estimate.source == "log and bench":
+            ends = max(ends[0], known.interval[0]), min(ends[1], known.interval[1])
         rows.append(ParameterIntervals(name, estimate, Interval(estimate.value, *ends), known))
     return rows

@@ -58,7 +58,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
                 f"{record.name} has no position; without it the time of a breakaway is unknown"
             )
     identified = sliding.identified
-    axis = sliding_intervals(identified, logs.bench)
+    axis = sliding_intervals(sliding.from_logs, logs.bench)
     confidence = logs.settings.confidence
     ramp = breakaway(logs.ramps, logs.bench, axis, confidence, _known_fall(sliding))
     if (
@@ -102,7 +102,7 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
     why = None
     if fit is not None:
         outcome, why = _inertia_over_position(logs, outcome, fit)
-    axis = sliding_intervals(outcome.identified, logs.bench)
+    axis = sliding_intervals(outcome.from_logs, logs.bench)
     axis["offset"] = bench_interval(logs.bench, "offset")
     try:
         mapped = friction_map(logs.sliding, logs.ramps, ramp, axis, logs.bench, logs.settings)

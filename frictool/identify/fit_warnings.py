@@ -1,7 +1,7 @@
 """Warnings about an identified model.
 
-A model is doubtful if it contradicts the bench, if the bench's values increase its force error, or
-if it does not explain much of the effort.
+A model is doubtful if it contradicts the bench, if the bench's values or ranges increase its force
+error, or if it does not explain much of the effort.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
 def replacement_warnings(
     free: SlidingFit, final: SlidingFit, identified: Mapping[str, Interval]
 ) -> list[str]:
-    """Return a warning if bench values, used in place of fitted values, increase the force error.
+    """Return a warning if the bench's values or ranges increase the force error.
 
     - free: fit without fixed parameters
-    - final: fit of the model, with refused parameters fixed at the bench's values
+    - final: fit of the model, with refused parameters at values within the bench's ranges
     - identified: identified parameters of the model
     """
     replaced = [name for name in SLIDING if name in free.parameters and name not in identified]
@@ -62,7 +62,7 @@ def replacement_warnings(
         LONGEST_VALUES,
     )
     return [
-        f"the bench's values replace {values}, and raise the force error from "
+        f"values within the bench's ranges replace {values}, and raise the force error from "
         f"{100 * free.force_error:.3g} % to {100 * final.force_error:.3g} %; correct the bench, or "
         "record another log"
     ]

@@ -1,8 +1,8 @@
-"""Second fit, with the refused parameters fixed at the bench's values.
+"""Second fit, with the refused parameters fixed at their values in the model.
 
-A model contains the bench's value of each refused parameter. The first fit had another value of
-this parameter. The other parameters are therefore fitted again with the bench's value fixed, and
-the bench's interval widens their intervals.
+A model contains a value in the bench's range for each refused parameter. The first fit can have had
+another value of this parameter. The other parameters are therefore fitted again with the value of
+the model fixed, and its interval widens their intervals.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from frictool.documents.quantity import Quantity
 from frictool.identify import methods
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.outcome import Outcome
 from frictool.identify.rows.load_terms import terms_of
 
 
-def fixed_parameters(
-    fit: SlidingFit, identified: Mapping[str, Interval], bench: Bench
-) -> dict[str, Interval]:
-    """Return the bench's intervals of the parameters that were fitted and then refused.
+def fixed_parameters(fit: SlidingFit, outcome: Outcome, bench: Bench) -> dict[str, Interval]:
+    """Return the model's intervals of the parameters that were fitted and then refused.
+
+    The interval is the bench's range, narrowed by the logs if their interval overlaps it.
 
     An inertia that the encoder's resolution hides is not fixed: its column is noise and nearly
     orthogonal to the others. Parameters that the motion cannot separate are not fixed either.
@@ -35,11 +36,11 @@ def fixed_parameters(
         known: Quantity | None = getattr(bench.mechanics, name)
         if (
             name in fit.parameters
-            and name not in identified
+            and name not in outcome.identified
             and known is not None
             and known.low is not None
         ):
-            out[name] = Interval(known.value, *known.interval)
+            out[name] = outcome.narrowed.get(name) or Interval(known.value, *known.interval)
     return out
 
 

@@ -70,14 +70,20 @@ class Identification(Outcome):
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
         """Return the identification with its breakaway replaced by that of a table."""
-        outcome = Outcome(self.identified, self.refused)
+        outcome = Outcome(self.identified, self.refused, narrowed=self.narrowed)
         outcome = outcome.merge(accept({"breakaway": over_rate.interval}, bench))
         coulomb = outcome.identified.get("coulomb")
         impossible = None if coulomb is None else below_coulomb(over_rate.interval, coulomb)
         if impossible is not None:
             outcome = outcome.merge(Outcome(refused={"breakaway": impossible}))
         ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
-        return replace(self, identified=ordered, refused=outcome.refused, over_rate=over_rate)
+        return replace(
+            self,
+            identified=ordered,
+            refused=outcome.refused,
+            narrowed=outcome.narrowed,
+            over_rate=over_rate,
+        )
 
 
 class NothingIdentified(UnusableLogs):
@@ -155,7 +161,7 @@ def identify_records(
     outcome = with_varying_breakaway(logs, outcome)
     if outcome.fit is not None:
         fit = replace(outcome.fit, laws=outcome.laws)
-        outcome = replace(outcome, fit=with_force_error(fit, logs, outcome.identified))
+        outcome = replace(outcome, fit=with_force_error(fit, logs, outcome.from_logs))
         outcome = without_unexplained(logs, free or fit, outcome)
     outcome = without_impossible_breakaway(outcome)
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}

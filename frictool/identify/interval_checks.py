@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+from frictool.adapters.parameter_intervals import relative
 from frictool.documents.quantity import Quantity
 from frictool.identify.fit_result import Interval
 
@@ -89,11 +92,52 @@ def without_negative(name: str, interval: Interval, known: Quantity | None) -> I
     )
 
 
+def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> Interval | None:
+    """Return the intersection of the interval and the bench's range.
+
+    The intersection contains the true value at the confidence of the interval, because the bench's
+    range contains the true value. Its value is the point nearest to the interval's value.
+
+    Parameters
+    ----------
+    interval
+        Interval of the logs, computed with the nominal actuator constant.
+    known
+        Value of the bench; None if the bench does not state the parameter.
+    constant
+        Actuator constant of the bench. The bench's range does not depend on it.
+
+    Returns
+    -------
+    Interval | None
+        None if the bench has no range, if the interval does not narrow it, or if both do not
+        overlap.
+    """
+    if known is None or known.low is None or known.high is None:
+        return None
+    range_low, range_high = relative(known.low, known.high, constant)
+    low, high = max(interval.low, range_low), min(interval.high, range_high)
+    narrower = high - low < range_high - range_low
+    if not math.isfinite(interval.half_width) or low > high or not narrower:
+        return None
+    return Interval(min(max(interval.value, low), high), low, high)
+
+
 def contradicts(interval: Interval, known: Quantity | None) -> bool:
     """Return True if the interval and the bench's interval do not overlap."""
     if known is None or known.low is None or known.high is None:
         return False
     return interval.low > known.high or interval.high < known.low
+
+
+def outside(interval: Interval, known: Quantity | None) -> str:
+    """Return the end of a refusal whose interval contradicts the bench's; empty for others."""
+    if known is None or interval.high < 0.0 or not contradicts(interval, known):
+        return ""
+    return (
+        f"; the interval lies outside the bench's [{known.low:.4g}, {known.high:.4g}], whose value "
+        "is used"
+    )
 
 
 def below_coulomb(breakaway: Interval, coulomb: Interval) -> str | None:

@@ -1,7 +1,7 @@
 """Model document of an identification.
 
-A parameter that is not identified has the bench's interval or an assumed one. Its `source` states
-the origin.
+A parameter that is not identified has the bench's interval, narrowed by the logs where they can, or
+an assumed one. Its `source` states the origin.
 """
 
 from __future__ import annotations
@@ -51,7 +51,9 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
 
 def bench_model(refused: NothingIdentified, bench: Bench, provenance: Provenance) -> Model:
     """Return a model with the bench's values only, and the reason why nothing was identified."""
-    model = model_of(replace(refused.result, identified={}, laws=None, fit=None), bench, provenance)
+    model = model_of(
+        replace(refused.result, identified={}, narrowed={}, laws=None, fit=None), bench, provenance
+    )
     return with_fields(model, bench_values_only=str(refused))
 
 
@@ -64,6 +66,10 @@ def _estimate(name: str, result: Identification, bench: Bench) -> Estimate:
     interval = result.identified.get(name)
     if interval is not None:
         return interval.estimate(DIMENSIONS[name], bench.axis)
+    inside = result.narrowed.get(name)
+    if inside is not None:
+        ends = inside.value, inside.low, inside.high
+        return Estimate(*ends, unit_of(name, bench), source="log and bench")
     known: Quantity | None = getattr(bench.mechanics, name)
     if known is None:
         # only the offset: the bench always has the others

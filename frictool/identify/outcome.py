@@ -11,7 +11,13 @@ from frictool.documents.laws import Laws
 from frictool.documents.quantity import Quantity
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
-from frictool.identify.interval_checks import NEVER_NEGATIVE, why_uninformative, without_negative
+from frictool.identify.interval_checks import (
+    NEVER_NEGATIVE,
+    narrowed,
+    outside,
+    why_uninformative,
+    without_negative,
+)
 
 Value = TypeVar("Value")
 
@@ -26,6 +32,7 @@ class Outcome:
     - refused: parameter -> reason
     - fit, ramp: fit of the sliding logs and breakaway of the ramps, or None
     - laws: laws of friction and load in addition to the parameters; None without any
+    - narrowed: refused parameter -> the bench's range, narrowed by the logs
     """
 
     identified: Mapping[str, Interval] = field(default_factory=dict)
@@ -33,6 +40,12 @@ class Outcome:
     fit: SlidingFit | None = None
     ramp: Breakaway | None = None
     laws: Laws | None = None
+    narrowed: Mapping[str, Interval] = field(default_factory=dict)
+
+    @property
+    def from_logs(self) -> dict[str, Interval]:
+        """Return the intervals of the identified parameters and the narrowed ranges."""
+        return {**self.narrowed, **self.identified}
 
     def merge(self, later: Outcome) -> Outcome:
         """Return this outcome joined with `later`, whose entries take precedence."""
@@ -44,12 +57,22 @@ class Outcome:
             later.fit or self.fit,
             later.ramp or self.ramp,
             later.laws or self.laws,
+            {
+                **_without(self.narrowed, {*later.identified, *later.refused}),
+                **later.narrowed,
+            },
         )
 
     def without(self, *names: str) -> Outcome:
         """Return the outcome with the parameters `names` neither identified nor refused."""
-        identified, refused = _without(self.identified, names), _without(self.refused, names)
-        return Outcome(identified, refused, self.fit, self.ramp, self.laws)
+        return Outcome(
+            _without(self.identified, names),
+            _without(self.refused, names),
+            self.fit,
+            self.ramp,
+            self.laws,
+            _without(self.narrowed, names),
+        )
 
 
 def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Value]:
@@ -61,25 +84,32 @@ def accept(
 ) -> Outcome:
     """Return an outcome that accepts the informative intervals of `offered` and refuses the others.
 
+    The interval of a parameter that is refused here narrows the bench's range if both overlap.
     `reasons`: reasons for the parameters that the method itself has refused.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})
+    ranges = dict[str, Interval]()
     for name, interval in offered.items():
         known: Quantity | None = getattr(bench.mechanics, name, None)
         nonnegative = without_negative(name, interval, known)
         reason = why_uninformative(name, nonnegative, known)
         if reason is not None:
+            inside = narrowed(nonnegative, known, bench.actuator.constant)
+            if inside is None:
+                reason += outside(nonnegative, known)
+            elif name not in refused:
+                ranges[name] = inside
             refused[name] = reason
             continue
         low = max(nonnegative.low, 0.0) if name in NEVER_NEGATIVE else nonnegative.low
         identified[name] = Interval(nonnegative.value, low, nonnegative.high)
-    return Outcome(identified, _without(refused, identified))
+    return Outcome(identified, _without(refused, identified), narrowed=ranges)
 
 
-def sliding_intervals(identified: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
-    """Return each sliding parameter: the identified interval, else the bench's, else offset 0."""
-    return {name: identified.get(name) or bench_interval(bench, name) for name in SLIDING}
+def sliding_intervals(from_logs: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
+    """Return each sliding parameter: the logs' interval, else the bench's, else offset 0."""
+    return {name: from_logs.get(name) or bench_interval(bench, name) for name in SLIDING}
 
 
 def bench_interval(bench: Bench, name: str) -> Interval:

@@ -47,9 +47,9 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 
 
 def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
-    """Return the accepted parameters, and the fit with refused ones at the bench's values.
+    """Return the accepted parameters, and the fit with refused ones at the model's values.
 
-    The fit with the bench's values (`fixed_parameter_refit.py`) is used only if it explains the
+    The fit with the model's values (`fixed_parameter_refit.py`) is used only if it explains the
     effort and identifies all parameters that `fit` identifies. A value of the bench that
     contradicts the log would otherwise refuse parameters that the log determines. The intervals
     include effects that the model lacks; the WidenedFit names these effects.
@@ -57,7 +57,7 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
     outcome = replace(outcome, fit=wider.fit, laws=wider.fit.laws)
-    fixed = fixed_parameters(wider.fit, outcome.identified, logs.bench)
+    fixed = fixed_parameters(wider.fit, outcome, logs.bench)
     final = METHODS[fit.method or logs.method].whole_curve
     if final or not outcome.identified.keys() - {"offset"} or not fixed:
         return outcome, wider
@@ -100,15 +100,15 @@ def any_negative(fit: SlidingFit | None) -> bool:
 
 
 def with_force_error(
-    fit: SlidingFit, logs: AxisLogs, identified: Mapping[str, Interval]
+    fit: SlidingFit, logs: AxisLogs, from_logs: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the force error of the model, from `identified` and the bench's values.
+    """Return the fit with the force error of the model, from `from_logs` and the bench's values.
 
     Motion with the drive off has no force error.
     """
     if logs.drive_off:
         return fit
-    intervals = {**sliding_intervals(identified, logs.bench), **identified}
+    intervals = {**sliding_intervals(from_logs, logs.bench), **from_logs}
     values = {name: interval.value for name, interval in intervals.items()}
     return replace(fit, force_error=force_error(logs.rows, values, fit.laws))
 
@@ -120,7 +120,7 @@ def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | N
     `free`.
     """
     assert outcome.fit is not None
-    nearest = dict(outcome.identified)
+    nearest = outcome.from_logs
     for name in SLIDING:
         known: Quantity | None = getattr(logs.bench.mechanics, name)
         if name in nearest or name not in free.parameters or known is None:
@@ -142,5 +142,5 @@ def without_unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> O
         "with values in the bench's ranges for the others, the model does not explain the effort: "
         f"force error {100 * error:.3g} % (allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
     )
-    lost = [name for name in SLIDING if name in outcome.identified]
+    lost = [name for name in SLIDING if name in outcome.from_logs]
     return outcome.merge(Outcome(refused=dict.fromkeys(lost, reason)))

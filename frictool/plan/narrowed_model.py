@@ -1,4 +1,4 @@
-"""Bench and model whose a-priori ranges are replaced by the intervals identified from logs."""
+"""Bench and model whose a-priori ranges are replaced by the intervals that logs give."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from msgspec import structs
 
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import FROM_LOGS, Quantity
 
 NARROWED = ("inertia", "viscous", "coulomb", "breakaway", "offset")
 
 
 def narrowed_bench(bench: Bench, model: Model) -> Bench:
-    """Return the bench with the identified intervals in place of its a-priori ranges."""
-    identified = {
+    """Return the bench with the intervals that logs give in place of its a-priori ranges."""
+    from_logs = {
         name: Quantity(one.value, low=one.interval[0], high=one.interval[1], unit=one.unit)
         for name in NARROWED
-        if (one := getattr(model.parameters, name)).source == "identified"
+        if (one := getattr(model.parameters, name)).source in FROM_LOGS
     }
-    return structs.replace(bench, mechanics=structs.replace(bench.mechanics, **identified))
+    return structs.replace(bench, mechanics=structs.replace(bench.mechanics, **from_logs))
 
 
 def narrowed_model(model: Model) -> Model:

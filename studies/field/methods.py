@@ -35,8 +35,8 @@ def auto(records: Sequence[MotionRecord], bench: Bench) -> FieldFit | str:
         result = identify_records(list(records), [], bench, "auto", IdentificationSettings())
     except FrictoolError as error:
         return str(error)
-    used = sliding_intervals(result.identified, bench)
-    values = {name: one.value for name, one in {**used, **result.identified}.items()}
+    used = sliding_intervals(result.from_logs, bench)
+    values = {name: one.value for name, one in {**used, **result.from_logs}.items()}
     found = {name: one for name, one in result.identified.items() if name in PLAYED}
     if not found:
         return "; ".join(result.refused.values())

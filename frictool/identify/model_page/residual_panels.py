@@ -125,7 +125,7 @@ def interval_panel(rows: Sequence[ParameterIntervals]) -> FigurePanel:
         for place, (row, bench, scale) in enumerate(scaled):
             ends = [100.0 * (end - bench.value) / scale for end in bench.interval]
             axes.barh(place, ends[1] - ends[0], 2.0 * ROW, ends[0], color=MUTED, alpha=0.3)
-            if not row.identified:
+            if not row.from_logs:
                 continue
             own = [100.0 * (end - bench.value) / scale for end in row.estimate.interval]
             whole = [
