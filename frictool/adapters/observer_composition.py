@@ -2,8 +2,8 @@
 
     position, effort ──▶ block of the document's kind ──▶ position, velocity, friction, wear
 
-The estimates at a sample use the position up to that sample and the effort before that sample, so
-that a controller can use these estimates at once.
+The estimates at a sample use the position up to that sample and the effort before that sample.
+Therefore a controller can use them at the same sample.
 """
 
 from __future__ import annotations

@@ -91,9 +91,9 @@ class Metric:
     - needs: keys of NEEDS (report/measured_part.py) without which there is no value
     - table: table of the page
     - key: key of a specification that limits or needs the metric, if there is one
-    - limit: type of the key's value; None if another metric has the key. The value is a number, if
-      the key's name contains the unit (`PositiveNumber` of `rise_time_s`), a quantity
-      (`positive(dimension)`), or a record that contains such a limit (`Energy`, `Settling`)
+    - limit: type of the key's value; None if another metric has the key. If the key's name contains
+      the unit, the type is a number (`PositiveNumber` of `rise_time_s`); else it is a quantity
+      (`positive(dimension)`) or a record that contains such a limit (`Energy`, `Settling`)
     - meaning: meaning of the key, for the schema
     - requirement: name of the requirement in a verdict, from which its title follows; by default
       name and title are those of the metric

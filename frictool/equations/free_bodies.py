@@ -1,9 +1,10 @@
 """Equations of free bodies (thesis 2.1-2.2), and of trees of rigid links without constraint forces.
 
-The constraint forces lambda are eliminated from the leaves of a tree to its root. A child with M
-q'' = f at the second end of its link, q_b = ratio q_a, needs lambda = M q'' - f, and -p lambda acts
-on the first end (link_ratios.py). At the first end, p ratio M is added to the inertia and p f to
-the effort. If the child is at the first end, M/(p ratio) and f/p are added at the second end.
+The constraint forces lambda are eliminated from the leaves of a tree to its root. Let a child with
+the inertia M and the effort f be at the second end of its link, with q_b = ratio q_a. The child
+needs lambda = M q_b'' - f from the link, and -p lambda acts on the first end (link_ratios.py). At
+the first end, p ratio M is therefore added to the inertia and p f to the effort. If the child is at
+the first end, M/(p ratio) and f/p are added at the second end.
 """
 
 from __future__ import annotations

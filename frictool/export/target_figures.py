@@ -4,8 +4,8 @@
     count.c   ──with target/start.c───▶ image ──qemu-system-arm -icount──▶ instructions of each step
 
 QEMU counts instructions, not cycles: flash wait states, the pipeline and the cycles of a division
-or a root are not included. Bytes of code are counted in NAME.c, without the library functions that
-replace operations which the core lacks.
+or a root are not included. Bytes of code are counted in NAME.c alone. Library functions, which
+replace operations that the core lacks, are not included.
 """
 
 from __future__ import annotations

@@ -8,12 +8,12 @@
     after a reversal (z_m, F_m)        F = F_m +- 2 E(max(z, z_m), min(z, z_m))
 
 The evaluation uses the reversals that are not wiped out (friction/reversal_memory.py) instead of
-the relays. The table holds E at the nodes -1, -1 + 2/n .. 1, shape ((n+1)^2,), row alpha, column
-beta, with displacements in units of z_max and forces in units of F_s. E is bilinear between nodes,
-and linear in alpha - beta in the cells on the diagonal. The density mu is therefore uniform in each
-cell off the diagonal. In the cells on the diagonal it is concentrated in relays of zero width,
-which give the elastic part of F. Friction loops run clockwise, so that mu is negative off the
-diagonal.
+the relays. The table ((n+1)^2,) contains E at the nodes -1, -1 + 2/n .. 1, in rows of equal alpha;
+beta is the column. Displacements are in units of z_max, forces in units of F_s. E is bilinear
+between nodes, and linear in alpha - beta in the cells on the diagonal. The density mu is therefore
+uniform in each cell off the diagonal. In the cells on the diagonal it is concentrated in relays of
+zero width, which give the elastic part of F. Friction loops run clockwise, so that mu is negative
+off the diagonal.
 """
 
 from __future__ import annotations

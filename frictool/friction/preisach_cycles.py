@@ -26,9 +26,9 @@ PLACED = 1e-6  # relative tolerance of a cycle's ends
 def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     """Return the table of friction/preisach.py, shape ((n+1)^2,) with n = 2 len(cycles).
 
-    `cycles` holds one descending branch for each amplitude a = k z_max/len(cycles), k = 1, 2 ..:
-    (positions falling from a to -a, forces), in any units. Forces are interpolated between
-    positions. Raises ValueError if a branch does not cover its amplitude.
+    cycles: the descending branch of each cycle, as (positions that fall from a to -a, forces) in
+    any units. The amplitudes are a = k z_max/len(cycles), k = 1, 2 .. Forces are interpolated
+    between positions. Raises ValueError if a branch does not reach from a to -a.
     """
     count = len(cycles)
     if count == 0:

@@ -1,9 +1,9 @@
 """Limit cycle: an oscillation that continues while the reference is held (thesis 5.2.1).
 
-With dry friction the axis may rest for seconds while the integrator builds up the breakaway, so
-that a hold of one second may show no motion of an existing limit cycle. The first third of the hold
-is ignored, since it contains the response to the step. A turn is counted if the axis moves back by
-more than one sensor step and by more than the peak-to-peak noise.
+With dry friction the axis may rest for seconds until the integrator's output reaches the breakaway.
+A hold of one second may therefore show no motion although there is a limit cycle. The first third
+of the hold is ignored, since it contains the response to the step. A turn is counted if the axis
+moves back by more than one sensor step and by more than the peak-to-peak noise.
 
     sustained      at least two turns; the last swings are at least 0.8 of the first; the time since
                    the last turn is at most twice the longest time between two turns

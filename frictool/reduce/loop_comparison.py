@@ -1,9 +1,9 @@
 """Comparison of the whole mechanism with its one-inertia model, under the same control.
 
-The controller and the reference are the same. The positions may differ by the backlash plus
-`tolerance` times the last step of the reference, or plus one encoder step if this is more. The
-response times may differ by `tolerance` times the response time of the whole mechanism, or by one
-sample period if this is more.
+The controller and the reference are the same. The allowed difference of the positions is the
+backlash plus the larger of two values: `tolerance` times the last step of the reference, and one
+encoder step. The allowed difference of the response times is the larger of `tolerance` times the
+response time of the whole mechanism, and one sample period.
 """
 
 from __future__ import annotations

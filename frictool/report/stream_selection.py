@@ -42,8 +42,8 @@ def select_streams(verdict: Verdict) -> JudgedStreams:
     """Return the streams that a page shows, at most forty, in the order of the evidence.
 
     If there are more than forty streams, the page shows the nominal ones, the worst one of each
-    requirement and the failing ones, then other streams at even distances. The worst stream is
-    marked. The verdict and `--json` always include all streams.
+    requirement and the failing ones, then others at equal distances in the list. The worst stream
+    is marked. The verdict and `--json` always include all streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

@@ -30,9 +30,9 @@ Interval = tuple[float, float]
 def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     """Return the warnings of a campaign before its trials.
 
-    The warnings concern plants outside the intervals for which the controller was verified, a model
-    without identified parameters, at another temperature or with presliding, and example values in
-    the bench.
+    Warnings are for: plants outside the intervals for which the controller was verified; a model
+    without identified parameters, at another temperature or with presliding; example values in the
+    bench.
     """
     plant = plant_of(setting.plant)
     controller = setting.controller

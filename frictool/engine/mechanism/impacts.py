@@ -1,9 +1,10 @@
 """Speeds after impacts of the flanks of a backlash, and after end-stop impacts.
 
-An impact is between two groups of rigidly joined blocks, or between a group and the frame, by
-Newton's law with the restitution of the contact. If groups touch in a row, the impact passes from
-contact to contact, as in Newton's cradle, the fastest approach first, until no two groups approach.
-Friction of blocks is finite and has no impulse; an impact can set blocks at rest in motion.
+An impact occurs between two groups of rigidly joined blocks, or between a group and the frame. It
+follows Newton's law with the restitution of the contact. If groups touch in a row, the impact
+passes from contact to contact, as in Newton's cradle, until no two groups approach. The contact
+with the fastest approach is resolved first. Friction of blocks is finite and has no impulse; an
+impact can set blocks at rest in motion.
 
 Losses of joints are proportional to the transmitted force and therefore take a fraction of the
 impulse (lossy_impulses.py). If the losses change during the impact, the flanks return at most the

@@ -40,8 +40,8 @@ def bind(
     lost: list that receives each channel with a column in the missing part of a truncated file; the
         channel is left out. None: such a channel raises LogError.
 
-    Raises LogError if the bench maps no channel, a column is missing, is in several tables or has a
-    unit that contradicts the bench, or a table has no time.
+    Raises LogError if the bench maps no channel or if a table has no time. Also raises LogError if
+    a column is missing, is in several tables, or has a unit that contradicts the bench.
     """
     source = tables[0].source
     if not bench.columns.keys() - {TIME}:

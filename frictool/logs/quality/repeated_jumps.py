@@ -1,7 +1,7 @@
 """Repeated jumps of one size in a position: detection of a wrap with any period.
 
-A step s from one sample to the next is long if it exceeds half of the position's range (outliers of
-one sample do not count for the range). At a wrap, the axis moves by u against the direction of s,
+A step s from one sample to the next is long if it exceeds half of the position's range. The range
+does not include outliers of one sample. At a wrap, the axis moves by u against the direction of s,
 and the period is P = |s| + u. The four steps around s bound u, so that each long step gives an
 interval that contains P. The search chooses a period that lies in as many of these intervals as
 possible. It then classifies the motion around each long step:
@@ -12,9 +12,11 @@ possible. It then classifies the motion around each long step:
                 wrap
     at rest     the motion is neither forward nor backward: there is only noise, or the axis rests
 
-The motion before or after the step is the sum of 2, 8, 32 or 128 steps, if this sum exceeds noise
-and one count. Noise at the end of the period causes several long steps of alternating signs. If the
-number of these steps is odd, the first of them counts as the wrap; if it is even, there is no wrap.
+The motion before the step is the sum of the last 2, 8, 32 or 128 steps, the motion after it the sum
+of as many next steps. The smallest number for which both sums exceed noise and one count is used.
+
+Noise at the end of the period causes several long steps of alternating signs. If the number of
+these steps is odd, the first of them counts as the wrap; if it is even, there is no wrap.
 
 Noise may hide the motion of an axis that rests, reverses or creeps at an end of the period. The
 positions before and after each long step then decide: they must be the ends of a known period. A

@@ -11,9 +11,10 @@ white noise, a constant, and the worst disturbance, which follows from iteration
 and the adjoint recursion.
 
 A rest needs a separate bound, because the observer's error of alpha stays constant at rest
-(eigenvalue 1). The verification computes the largest growth of e' P e from the start of a rest of
-any length to the first sample after the rest, and at a switch between two moving modes that is not
-allowed. The report states how long a motion must last until e' P e has decayed by the same factor.
+(eigenvalue 1). The verification computes the largest growth of e' P e in two cases: from the start
+of a rest of any length to the first sample after the rest, and at a switch between two moving modes
+that is not allowed. The report states how long a motion must last until e' P e has decayed by the
+same factor.
 """
 
 from __future__ import annotations

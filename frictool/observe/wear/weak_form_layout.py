@@ -5,11 +5,11 @@
                                 + sum_d,z dry_d,z f(x, s) + sum_d level_d s
 
 x, v and a are position, velocity and acceleration. s is the direction of the motion, f the model's
-dry friction at the position x, and (...)+ the positive part. If the model has friction over
-temperature, and the log a temperature, g is the factor of viscous friction at that temperature, and
-f contains the factor of dry friction; otherwise g is 1. If the plant equals the model, dry_d,z is 1
-in every direction d and zone z, and level_d is 0. The same row serves all kinds of wear: uniform,
-by direction, by zone, or additive (parameter_restriction.py).
+dry friction at the position x, and (...)+ the positive part. If the model's friction depends on the
+temperature and the log contains the temperature, g is the factor of viscous friction at that
+temperature, and f contains the factor of dry friction. Otherwise g is 1. If the plant equals the
+model, dry_d,z is 1 in every direction d and zone z, and level_d is 0. The same row is used for all
+kinds of wear: uniform, by direction, by zone, or additive (parameter_restriction.py).
 
 The window is so long that the rounding of the encoder disturbs a row by at most NOISE_SHARE of the
 dry friction. The window is at most a third of the time for the travel at top speed, so that it fits

@@ -8,11 +8,11 @@ Wear, alpha of thesis (6.13), is a random walk with the standard deviation WALK 
 several moves show a larger change (change_detection.py), the walk is enlarged until it explains
 these moves: the wear has grown faster, or has jumped (thesis 6.3.2).
 
-The variance of the interval is the sum of the variance of the filters, the square of the lag behind
-a growing wear, the square of FLOOR times the wear and, if the model has friction over temperature,
-the variance of the dry friction at the mean temperature of the moves. FLOOR is the error that many
-moves do not reduce: errors of the friction's dependence on position and speed, and of
-approximations in the rows.
+The variance of the interval is the sum of four terms: the variance of the filters, the square of
+the lag behind a growing wear, the square of FLOOR times the wear, and the variance of the dry
+friction at the mean temperature of the moves (0 if the model's friction does not depend on the
+temperature). FLOOR is the relative error that many moves do not reduce: errors of the friction's
+dependence on position and speed, and of approximations in the rows.
 """
 
 from __future__ import annotations

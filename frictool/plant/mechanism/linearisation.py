@@ -8,11 +8,11 @@ virtual work gives
     L' M R p'' + L' D R p' + L' K R p = L' u
 
 with the matrices M, D and K of mass, damping and stiffness, the sources' efforts u, and L = R if
-the links have no losses. With efficiency "driving", power is assumed to flow along the links. Each
-link with the efficiency eta then needs ratio/eta of the effort that it transmits (2.3)-(2.5), and L
-and the efforts of the couplings contain ratio/eta in place of the ratio. Two pulleys and a belt
-give thesis (2.6) with the transfer function (2.7). Without damping they give (2.8), with a rigid
-belt (2.9).
+the links have no losses. With efficiency "driving", power is assumed to flow from the first to the
+second end of each link. A link with the efficiency eta then needs ratio/eta times the effort that
+it transmits (2.3)-(2.5). Therefore L and the efforts of the couplings contain ratio/eta in place of
+the ratio. Two pulleys and a belt give thesis (2.6) with the transfer function (2.7). Without
+damping they give (2.8), with a rigid belt (2.9).
 """
 
 from __future__ import annotations
