@@ -14,7 +14,7 @@ from frictool.cli.progress import progress
 from frictool.cli.workers_options import cores_option
 
 if TYPE_CHECKING:
-    from frictool.documents.controller import Number
+    from frictool.documents.controller import ProgramNumber
 
 HELP = """\b
 Example:
@@ -28,8 +28,9 @@ breakaway, backlash and lag of the axis. Every rounding error is bounded.
 
 The starts are divided into parts whose readings agree at every sample. The controller runs on these
 readings; the axis is enclosed in intervals. Each requirement is proved, refuted by a start that
-`frictool simulate` replays, or undecided. The modulus margin comes from the certificate of the
-controller. Plants between those of the scenario are not covered; `frictool campaign` draws them.
+`frictool simulate` replays, or undecided. For every plant of the box (parameters between their
+limits), the certificate proves the modulus margin, and the drive limit the drive peak. All other
+requirements are proved for the plants of the scenario only; `frictool campaign` draws the others.
 
 The proof contains its documents. `frictool verify` proves it again from the file alone.
 
@@ -49,7 +50,7 @@ controller or the scenario contains something that the proof does not cover.
 )
 @click.option(
     "--number",
-    type=click.Choice(["double", "float", "q31", "q15"]),
+    type=click.Choice(["double", "float", "q31"]),
     default="double",
     show_default=True,
     help="Number format of the controller.",
@@ -64,7 +65,7 @@ def command(
     model: Path,
     scenario: Path,
     spec: Path,
-    number: Number,
+    number: ProgramNumber,
     output: Path | None,
     cores: int | None,
     as_json: bool,

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
-from frictool.documents.controller import Controller, Number
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
@@ -28,6 +28,8 @@ class ProvedRequirement(
       `undecided`: see `reason`.
     - `limit`: Limit of the specification.
     - `value`: Worst value of all plants and starts.
+    - `box`: Bound of the value for every plant of the box, with parameters between their limits.
+      Absent: the outcome concerns the proof's plants only.
     - `plant`: Plant for which the requirement is refuted or undecided.
     - `start`: Position at rest [rad | m] from which the requirement is violated.
     - `reason`: Reason for an undecided requirement.
@@ -40,6 +42,7 @@ class ProvedRequirement(
     plant: str = ""
     start: float | None = None
     reason: str = ""
+    box: float | None = None
 
 
 class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -61,7 +64,7 @@ class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     format: Literal["proof/1"]
     name: str
     axis: Axis
-    number: Number
+    number: ProgramNumber
     plants: tuple[str, ...]
     starts: tuple[float, float]
     runs: Count

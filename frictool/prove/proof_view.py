@@ -38,6 +38,7 @@ def json_view(proof: Proof, differing: tuple[str, ...] | None) -> dict[str, Any]
                 "plant": one.plant,
                 "start": one.start,
                 "reason": one.reason,
+                "box": one.box,
             }
             for one in proof.requirements
         ],
@@ -83,6 +84,10 @@ def _requirement(one: ProvedRequirement, unit: str) -> str:
     value = "" if one.value is None else f", at most {one.value:.4g}"
     if one.key == "modulus_margin":
         value = "" if one.value is None else f", above {one.value:.4g}"
+    if one.box is not None and one.box != one.value:
+        value += f"; for every plant of the box at most {one.box:.4g}"
+    elif one.box is not None:
+        value += " for every plant of the box"
     text = f"  {STATES[one.state]:<10} {requirement_title(metric.requirement_name)}{value}"
     text += f" (limit {one.limit:.4g})"
     if one.start is not None:

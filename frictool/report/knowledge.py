@@ -10,6 +10,7 @@ from frictool.report.evidence import StreamEvidence
 from frictool.report.requirement import Requirement
 
 PROVED = "proved from every start in an encoder count for {}"
+BOX_PROVED = "proved from every start for every plant of the box"
 CERTIFIED = "proved for every constant plant of the certificate's box"
 
 
@@ -32,8 +33,8 @@ def with_knowledge(
     recorded = sum(not one.simulated for one in streams)
     parts = [f"simulated on {simulated} plant{'s' * (simulated > 1)}"] if simulated else []
     parts += [f"measured in {recorded} stream{'s' * (recorded > 1)}"] if recorded else []
-    if requirement.met and proof is not None and _is_proved(requirement, proof):
-        parts.append(PROVED.format(", ".join(proof.plants)))
+    if requirement.met and proof is not None:
+        parts += _proved(requirement, proof)
     return replace(requirement, known=", ".join(parts))
 
 
@@ -49,11 +50,13 @@ def _margin(requirement: Requirement, controller: Controller | None) -> str:
     return "" if requirement.met is None else "computed for the plants"
 
 
-def _is_proved(requirement: Requirement, proof: Proof) -> bool:
-    return any(
-        one.key == requirement.key
-        and one.state == "proved"
-        and one.value is not None
-        and one.value <= requirement.limit
-        for one in proof.requirements
-    )
+def _proved(requirement: Requirement, proof: Proof) -> list[str]:
+    """Return what the proof states about a requirement, if it holds for the report's limit."""
+    claims = [
+        one for one in proof.requirements if one.key == requirement.key and one.state == "proved"
+    ]
+    if any(one.box is not None and one.box <= requirement.limit for one in claims):
+        return [BOX_PROVED]
+    if any(one.value is not None and one.value <= requirement.limit for one in claims):
+        return [PROVED.format(", ".join(proof.plants))]
+    return []

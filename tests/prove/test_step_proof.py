@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import msgspec
@@ -10,21 +11,28 @@ import numpy as np
 import pytest
 
 from frictool.adapters.axis_model import axis_of
+from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import control_step, copy_program, start_at
-from frictool.documents.controller import Controller
+from frictool.control.number_format import machine_in
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.documents.model import Model
-from frictool.documents.proof import Proof, proof_digest
+from frictool.documents.proof import Proof, ProvedRequirement, proof_digest
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
 from frictool.engine.axis_motion import advance
+from frictool.engine.closed_loop import COMMAND, RECORD_SIZE, load_of_run, run
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS
+from frictool.engine.status_codes import OK
 from frictool.errors import NoSolutionError
 from frictool.metrics.response_time import response_time_95
 from frictool.plant import axis as ax
+from frictool.plant.position_load import PositionLoad
+from frictool.prove.command_bound import command_bound
 from frictool.prove.encoder_phases import LoopOfPlant, phase_runs
-from frictool.prove.proof_view import verdict_of
+from frictool.prove.proof_view import lines, verdict_of
 from frictool.prove.step_proof import ProofRequest, differences, loop_of, prove_step
 from frictool.simulate.axis_variants import variants_of
 from studies.rigs.clutch_model import ROOT, clutch_model
@@ -32,6 +40,7 @@ from tests.support.certified_controllers import certified
 from tests.support.simulated_mechanisms import one_axis
 
 SEED = 20261127
+LOW, HIGH = (1.11e-5, 0.0, 0.018, 12.8e-3), (1.53e-5, 7.62e-4, 0.18, 14.0e-3)
 MADE = ("speed", "fast")
 HERE = Provenance("a test", "0")
 RIG = ROOT / "configs/clutch"
@@ -232,6 +241,62 @@ def test_every_vertex_is_judged_alike_by_any_number_of_processes() -> None:
     assert proof.plants[:2] == ("nominal", "v01")
     assert len(proof.plants) == 17
     assert proof.runs > 17
+
+
+def _random_plants(count: int) -> list[np.ndarray]:
+    """Draw plants of the clutch's box (thesis, table 5.2), some of them on its edges."""
+    random = np.random.default_rng(SEED)
+    plants = []
+    for share in np.clip(random.uniform(-0.2, 1.2, (count, 4)), 0.0, 1.0):
+        values = np.array(LOW) + share * (np.array(HIGH) - np.array(LOW))
+        names = ("inertia", "viscous", "coulomb", "constant")
+        parameters = dict(zip(names, map(float, values), strict=True))
+        plants.append(axis_of(clutch_model(), **parameters).as_array())
+    return plants
+
+
+@pytest.mark.parametrize("number", ["double", "float", "q31"])
+def test_no_plant_of_the_box_exceeds_the_bound_of_the_command(number: ProgramNumber) -> None:
+    controller = certified("fast")
+    bound = command_bound(controller, number)
+    assert bound == pytest.approx(controller.drive_limit, rel=1e-6)
+    machine = machine_in(controller_program(controller), number)
+    reference = np.full(200, 55.0)
+    largest = 0.0
+    for plant in _random_plants(20):
+        running = copy_program(machine)
+        start_at(running, 5.0)
+        record = np.empty((200, RECORD_SIZE))
+        load = load_of_run(plant, PositionLoad().as_array())
+        status = run(plant, ax.rest(5.0), running, reference, 1e-3, 1, record, load, NO_CONDITIONS)
+        assert status == OK
+        largest = max(largest, float(np.abs(record[:, COMMAND]).max()))
+    # the limit is met, so that no smaller bound is valid
+    assert 0.999 * bound < largest <= bound
+
+
+def test_the_drive_limit_proves_the_peak_for_the_box_or_for_no_plant_between() -> None:
+    controller = certified("fast")
+    test = _step_test(controller, 0.05)
+
+    def peak(limit: float) -> ProvedRequirement:
+        loose = msgspec.structs.replace(controller, drive_limit=limit)
+        proof = prove_step(replace(test, controller=loose), HERE)
+        found = next(one for one in proof.requirements if one.key == "drive_peak")
+        line = next(line for line in lines(proof) if f"limit {found.limit:.4g}" in line)
+        assert ("every plant of the box" in line) == (found.box is not None)
+        return found
+
+    assert (peak(50.0).state, peak(50.0).box) == ("proved", 50.0)
+    assert peak(60.0).box is None
+
+
+def test_a_controller_without_bounds_of_its_states_has_no_bound_of_its_command() -> None:
+    controller = certified("fast")
+    mechanics = msgspec.structs.replace(controller.bench.mechanics, travel=None)
+    bench = msgspec.structs.replace(controller.bench, mechanics=mechanics)
+    endless = msgspec.structs.replace(controller, bench=bench)
+    assert math.isinf(command_bound(endless, "double"))
 
 
 def test_what_is_not_covered_is_refused() -> None:

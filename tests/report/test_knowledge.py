@@ -16,7 +16,7 @@ from frictool.documents.writing import to_yaml
 from frictool.errors import DocumentError
 from frictool.logs.log import Log
 from frictool.report.json_view import as_json
-from frictool.report.knowledge import CERTIFIED, PROVED
+from frictool.report.knowledge import BOX_PROVED, CERTIFIED, PROVED
 from frictool.report.markdown_view import markdown
 from frictool.report.requirement import ReportRequest, Verdict
 from frictool.report.verdict import judge, verdict_of
@@ -83,6 +83,17 @@ def test_a_proof_counts_within_its_value_only() -> None:
         assert (HELD in markdown(verdict)) == counts
         stored = {one["key"]: one["known"] for one in as_json(verdict)["requirements"]}
         assert stored == _known(verdict)
+
+
+def test_a_bound_for_the_box_counts_within_the_limit_of_the_report_only() -> None:
+    for bound, counts in ((5.0, True), (5.1, False)):
+        proof = _proof("proved", 1.0)
+        claim = msgspec.structs.replace(proof.requirements[0], box=bound)
+        boxed = msgspec.structs.replace(proof, requirements=(claim,))
+        request = ReportRequest(clutch_spec(), (RECORDED,), certified("speed"), proof=boxed)
+        known = _known(verdict_of(request))["overshoot_percent"]
+        assert (BOX_PROVED in known) == counts
+        assert (HELD in known) != counts  # beyond the limit, the single plants still count
 
 
 @pytest.mark.parametrize("fault", ["digest", "controller"])
