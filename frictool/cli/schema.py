@@ -31,7 +31,7 @@ Objects: {", ".join(format_names())}.
 def schema_of(name: str) -> dict[str, Any]:
     """Return the JSON Schema of a document, or of a --json format by its name without version.
 
-    The schema contains the names that other packages register.
+    The schema of a mechanism lists the friction laws, including laws that other packages register.
     """
     if name not in DOCUMENTS:
         return json_format_schema(format_names()[name])

@@ -1,4 +1,4 @@
-"""Simulation of the four tests of thesis 3.7 with each law, judged by the exact Stribeck law."""
+"""Simulation of the tests of thesis 3.7 with each law; comparison with the exact Stribeck law."""
 
 from __future__ import annotations
 

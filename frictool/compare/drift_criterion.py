@@ -25,7 +25,7 @@ class DriftResult:
 
     @property
     def verdict(self) -> str:
-        """Return `+` (no drift) if the displacement is below z_max, else `-`."""
+        """Return `+` (no drift) if the displacement is below the largest presliding, else `-`."""
         return "+" if self.z_max_units < LIMIT else "-"
 
 

@@ -61,7 +61,10 @@ def limit_cycle(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def drift(scales: UnitScales) -> tuple[Segment, ...]:
-    """Return the input of the drift test: a peak above breakaway, then a wave below F_c."""
+    """Return the input of the drift test: a peak above breakaway, then a wave.
+
+    The largest force of the wave is below the Coulomb friction.
+    """
     force = scales.force
     time = scales.time
     peak = scales.breakaway + ABOVE_BREAKAWAY

@@ -50,7 +50,7 @@ def measure(
     """Return the measures from the friction (n,) along prescribed positions (n,).
 
     `turning` (11,): index of each turning point.
-    `breakaway`: F_s. `presliding`: z_max.
+    `breakaway`: breakaway [N | N m]. `presliding`: largest presliding displacement [m | rad].
     """
     at = turning.astype(int)
     closure = abs(float(friction[at[INNER_END]] - friction[at[INNER_START]])) / breakaway

@@ -36,7 +36,7 @@ class LawTrajectory:
 
 
 def slow_phases(time: Vector, velocity: Vector, threshold: float, shortest: float) -> Phases:
-    """Return phases of at least `shortest` [s] with |v| < threshold.
+    """Return the phases of at least `shortest` [s] in which |velocity| is below `threshold`.
 
     They are used as stick phases for a law with which the mass never stands exactly still.
     `shortest` excludes zero crossings of the velocity.

@@ -89,7 +89,7 @@ def output(
 ) -> ProgramNode:
     """Write the drive u = d e + c x and return its node.
 
-    x are the states. entering: the input e. bounds (n,): bounds of the states.
+    k: the coefficients. x are the states. entering: the input e. bounds (n,): bounds of the states.
     """
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
@@ -141,6 +141,8 @@ def state_bounds(
     equation: DifferenceEquation, entering: float, drive: float, conditional: bool
 ) -> Matrix:
     """Return the bounds (n,) of |x| for |e| <= entering and |limited u| <= drive; inf if unbounded.
+
+    x is the state, e the input and u the drive of `equation`.
 
     With `conditional`, an integrator keeps its value at the drive's limit, and its bound follows
     from that limit and from the bounds of the other states. There must be a single integrator. It

@@ -85,7 +85,8 @@ class GuardNodes(NamedTuple):
     """Nodes of control/measurement_guard.py.
 
     left: the state `holds_left`. left_now: its next value. hold: the constant hold time in samples.
-    used: the inputs behind the guard, by name. fault: true in the fault state.
+    used: the inputs by name, after the guard has replaced invalid ones. fault: true in the fault
+    state.
     """
 
     left: ProgramNode

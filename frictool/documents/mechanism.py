@@ -148,7 +148,7 @@ class Gear(
     tag_field="kind",
     tag="gear",
 ):
-    """Gear: omega_b = -ratio omega_a; the sign is + for an internal gear.
+    """Gear with the ends a and b: omega_b = -ratio omega_a; the sign is + for an internal gear.
 
     - `ratio`: Speed of the second end divided by the speed of the first end; above 0.
     - `internal`: True for an internal gear.
@@ -172,7 +172,7 @@ class Belt(
     tag_field="kind",
     tag="belt",
 ):
-    """Belt: radius_b omega_b = radius_a omega_a.
+    """Belt with the ends a and b: radius_b omega_b = radius_a omega_a.
 
     - `radius_a`, `radius_b`: Radius of the pulley at the first and at the second end.
     - `crossed`: True for a crossed belt, which reverses the direction.
@@ -261,7 +261,7 @@ class Hydraulic(
     tag_field="kind",
     tag="hydraulic",
 ):
-    """Master and slave piston: x_b = area_a/area_b x_a, F_a = area_a/area_b F_b.
+    """Master piston a and slave piston b: x_b = area_a/area_b x_a, F_a = area_a/area_b F_b.
 
     Inertia and friction of the fluid are neglected.
 

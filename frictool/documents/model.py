@@ -34,7 +34,8 @@ AxisLaw = Literal["coulomb", "stribeck"]
 class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameters of J dv/dt = u - offset - viscous v - coulomb sign(v), with breakaway at rest.
 
-    With a Stribeck velocity the friction falls from `breakaway` to `coulomb` as the speed rises.
+    u is the effort and v the speed. With a Stribeck velocity, the friction falls from `breakaway`
+    to `coulomb` as the speed rises.
 
     - `inertia`: Inertia J seen by the actuator.
     - `offset`: Constant effort that opposes a positive drive.

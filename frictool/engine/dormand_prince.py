@@ -113,8 +113,9 @@ def layer_step(
 ) -> float:
     """Try one step of length h from y = (x, v, q) at time t; return the error of v [m/s | rad/s].
 
-    start: acceleration at t. slopes (3, 7): filled with x', v', q' at the stages. `force(v,
-    direction, law)` opposes the motion.
+    x is the position, v the velocity and q the integral of the position error. start: acceleration
+    at t. slopes (3, 7): filled with x', v', q' at the stages. `force(v, direction, law)` opposes
+    the motion.
     """
     x, v, q = y[0], y[1], y[2]
     v1 = v

@@ -135,8 +135,8 @@ def linearise(
 ) -> int:
     """Fill the derivatives of y' at the state y for engine/rosenbrock.py; `slope`: y' at y.
 
-    The difference quotients step away from v = 0, and along the motion of z: a hysteresis is
-    stiffer in the opposite direction.
+    The steps of the difference quotients lead away from velocity 0, and in the direction in which
+    the law's state z moves: a hysteresis is stiffer in the opposite direction.
     """
     kernels, laws, mass, drive, load = driven
     gains, couplings, in_time = linear
@@ -308,6 +308,7 @@ def run_dynamic(
 ) -> tuple[int, float]:
     """Simulate y = (x, v, q, z...), in place, from `start` [s] under successive drives.
 
+    x is the position, v the velocity, q the integral of the position error, and z the law's state.
     The segments end at `ends` (s,) and have the `drives` (s, 10). kernels: `law_kernels`. laws:
     arrays of a PackedExtension (forward, backward, table), then a workspace for the current
     parameters; without an extension the workspace contains the parameters of the law. moving:

@@ -22,8 +22,9 @@ LOSS_SOURCES = {"gear": "(2.3)", "rack": "(2.20)", "screw": "(2.12)"}
 class EffortTransfer:
     """Transfer of the effort lambda at the second end b to the first end a.
 
-    factor: p. additional: W, an additional effort on the block a (screw of (2.12)). equations:
-    equations of p and W. reason: sentence about the driving directions (thesis 2.1.6).
+    The effort -p lambda acts on the block a. factor: p. additional: W, an additional effort on the
+    block a, for the screw of thesis (2.12). equations: equations of p and W. reason: sentence about
+    the driving directions (thesis 2.1.6).
     """
 
     factor: Term

@@ -17,7 +17,10 @@ from frictool.typing import Vector
 
 @kernel
 def slip_force(v: float, direction: float, p: Vector) -> float:
-    """Return the friction (2/pi) F_c atan(v/v_r) [N | N m]; `direction` is not used."""
+    """Return the friction (2/pi) F_c atan(v/v_r) [N | N m] with p = [F_c, v_r].
+
+    `direction` is not used.
+    """
     return float(2.0 / math.pi * p[0] * math.atan(v / p[1]))
 
 

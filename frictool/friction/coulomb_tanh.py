@@ -24,7 +24,10 @@ SMOOTHING_VELOCITY = LawParameter(  # v_r
 
 @kernel
 def slip_force(v: float, direction: float, p: Vector) -> float:
-    """Return the friction F_c tanh(v/v_r) [N | N m]; `direction` is not used."""
+    """Return the friction F_c tanh(v/v_r) [N | N m] with p = [F_c, v_r].
+
+    `direction` is not used.
+    """
     return float(p[0] * math.tanh(v / p[1]))
 
 

@@ -58,14 +58,15 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @dataclass(frozen=True)
 class ElastoPlasticLaw(Law):
-    """The elasto-plastic law, with a check of z_ba against z_max in `pack`."""
+    """The elasto-plastic law; `pack` checks that the elastic limit z_ba is below z_max."""
 
     def pack(
         self, values: Mapping[str, float], axis: Axis = "linear", tail: Vector | None = None
     ) -> Vector:
         """Return the parameter array p, as `Law.pack` does.
 
-        Also raises ValueError if z_ba is not below z_max = F_s/sigma_0.
+        Also raises ValueError if the elastic limit z_ba is not below the largest presliding
+        z_max = F_s/sigma_0, the breakaway divided by the stiffness.
         """
         p = super().pack(values, axis, tail)
         yielded = p[BREAKAWAY] / p[SIGMA_0]

@@ -25,9 +25,9 @@ from frictool.friction.parameter import Axis
 class HybridBench:
     """Bench data for the hybrid versions, in SI.
 
-    sample_period: sample period T_s of the controller. encoder_step: resolution delta_x. inertia:
-    inertia or mass m. effort_limit: largest effort u_max. stribeck_velocity: v_s; 0 if the friction
-    drops to the Coulomb friction as soon as the body moves.
+    sample_period: sample period T_s of the controller. encoder_step: encoder step delta_x. inertia:
+    inertia or mass m. effort_limit: largest effort u_max. stribeck_velocity: Stribeck velocity v_s;
+    0 if the friction drops to the Coulomb friction as soon as the body moves.
     """
 
     sample_period: float  # T_s [s]

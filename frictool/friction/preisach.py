@@ -67,7 +67,8 @@ def _unit_force(memory: Vector, z: float, table: Vector) -> float:
 def preisach_move(memory: Vector, z: float, table: Vector, limit: float) -> int:
     """Move monotonically to the displacement z and update the memory; return a status code.
 
-    The memory is in units of z_max and F_s.
+    The memory has positions in units of the largest presliding, and forces in units of the
+    breakaway.
     """
     position = min(max(z / limit, -1.0), 1.0)
     return remember(memory, position, _unit_force(memory, position, table))

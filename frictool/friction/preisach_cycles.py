@@ -107,9 +107,10 @@ def cell_count(size: int) -> int:
 
 
 def cell_weights(table: Vector) -> NDArray[np.float64]:
-    """Return the integral of mu over each cell (figure 3.9), shape (n, n).
+    """Return the integral of the density mu over each cell (figure 3.9), shape (n, n).
 
-    Rows are alpha, columns beta. The sum of all weights is 1; the diagonal holds the elastic part.
+    Rows are values of alpha, columns values of beta, the switching positions of the relays. The sum
+    of all weights is 1; the diagonal contains the elastic part.
     """
     nodes = round(float(np.sqrt(table.size)))
     e = np.tril(table.reshape(nodes, nodes))

@@ -25,8 +25,8 @@ def knee_force(v: float, regimes: Vector) -> float:
 def regime_force(speed: float, regimes: Vector, passed: int) -> float:
     """Return the additional friction [N | N m] of the first `passed` regimes at a speed >= 0.
 
-    With a constant `passed` the force is a smooth function of speed, as an integrator needs it
-    between two knees.
+    With a constant `passed`, the force is a smooth function of the speed. An integrator requires
+    this between two knees.
     """
     total = 0.0
     for i in range(0, 2 * passed, 2):

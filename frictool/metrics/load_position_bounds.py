@@ -4,7 +4,7 @@
 The load position is therefore the play operator of the motor position. The operator increases with
 the motor position and with the unknown initial position in the backlash. The ends of the intervals
 of both positions therefore give bounds of the load position. After a stroke longer than the
-backlash, the distance of the bounds comes only from the sensor's step and the interval of the
+backlash, the distance of the bounds depends only on the sensor's step and the interval of the
 backlash.
 """
 

@@ -29,7 +29,11 @@ from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint
 
 @dataclass(frozen=True)
 class UncertainPlant:
-    """Plant with its uncertainty channel; `rates.push` is d/J and `unit` is d [N m or N]."""
+    """Plant with its uncertainty channel.
+
+    unit: effort d per unit of the channel's signal w_d [N m or N]. rates.push: d divided by the
+    inertia.
+    """
 
     point: PlantPoint
     rates: AxisRates

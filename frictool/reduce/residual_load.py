@@ -52,7 +52,7 @@ class LoadUnits:
     """Names and units for error messages.
 
     name: name of the mechanism.
-    side: -1 if the sensor counts down for rising x, else 1.
+    side: -1 if the sensor counts down while the position x of the law rises, else 1.
     """
 
     name: str

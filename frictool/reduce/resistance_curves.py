@@ -76,7 +76,7 @@ class DirectedResistance:
     forward, backward: resistance (n,) in slip.
     breakaway_forward, breakaway_backward: resistance (n,) at rest, without the drops in `falling`.
     falling: speed-dependent parts of the friction.
-    damping: quotient of resistance and speed.
+    damping: viscous resistance divided by the speed.
     """
 
     forward: Vector

@@ -25,7 +25,7 @@ class JointShare(NamedTuple):
     """Share of the variance that two factors explain together.
 
     `joint`: share that the means in the cells explain.
-    `beyond`: S_ij, the share that neither factor explains alone.
+    `beyond`: share that neither factor explains alone, the index S_ij.
     `error`: standard deviation of `beyond` for factors without an interaction.
     """
 

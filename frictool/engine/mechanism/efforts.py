@@ -71,7 +71,10 @@ def _driving(
 
 @inset_kernel
 def coupling_stretch(k: IntVector, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
-    """Return the stretch e = q_b - ratio q_a - offset of a compliant link, and its rate e'."""
+    """Return the stretch e = q_b - ratio q_a - offset of a compliant link, and its rate e'.
+
+    q_a and q_b are the positions of the blocks a and b of the link.
+    """
     n = k[ly.BLOCKS]
     row = ly.coupling_row(k, coupling)
     a, b = ly.coupling_a(k, coupling), ly.coupling_b(k, coupling)

@@ -159,10 +159,10 @@ def try_step(
 ) -> tuple[float, float]:
     """Try a step of length h from the state; t [s] is the time since the command was set.
 
-    Before the call, row 0 of `slopes` contains y', row 0 of `powers` the powers, and the row GUARD
-    the guards, all at the beginning of the step. Afterwards the row END contains the state at the
-    step's end, the rows AFTER of `slopes` and `powers` y' and the powers there, and the row TRIAL
-    the guards there.
+    Before the call, row 0 of `slopes` contains the rates y' of the state, row 0 of `powers` the
+    powers, and the row GUARD the guards, all at the beginning of the step. Afterwards the row END
+    contains the state at the end of the step, the row TRIAL the guards, and the rows AFTER of
+    `slopes` and `powers` the rates and the powers at that time.
 
     Returns error/tolerance (inf if a law or the mechanism fails), and the fraction of the step
     after which a guard of a force was first violated (1 if none was).

@@ -7,8 +7,8 @@
              one pulse to the next, `start` changes by a whole number of revolutions, which restores
              the counts lost between the pulses.
 
-If a step is still too long for the top speed, the counter has skipped counts. Such a step is not
-repaired, because the sign of the skipped counts is unknown; it is counted as a jump.
+If a corrected step is too long for the top speed, the counter has skipped counts. Such a step is
+not repaired, because the sign of the skipped counts is unknown; it is counted as a jump.
 """
 
 from __future__ import annotations

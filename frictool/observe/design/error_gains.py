@@ -24,10 +24,10 @@ CONVERGED = 1e-12  # relative size of the last step
 
 
 class ErrorGains(NamedTuple):
-    """Standard deviation of the velocity error per standard deviation of a position error [1/s].
+    """Standard deviation of the velocity error, divided by that of a position error [1/s].
 
-    rounding: for a white error of the measured position. misfit: for the error of the predicted
-    position that a white error of the acceleration causes.
+    rounding: the position error is a white error of the measurement. misfit: the position error is
+    an error of the prediction, which a white error of the acceleration causes.
     """
 
     rounding: float

@@ -27,10 +27,11 @@ from frictool.lmi.switched_observer_gains import ObserverMode
 
 @dataclass(frozen=True)
 class ModeConstants:
-    """Constants that all modes share: T [s], J [kg m^2 | kg], viscous [N m s/rad | N s/m].
+    """Constants that all modes share, SI.
 
-    stuck_speed: factor h of the estimated speed in each sample of mode 0. weights: weights of the
-    errors of position, speed and alpha, the diagonal of C-bar.
+    viscous: coefficient of the viscous friction. stuck_speed: factor h of the estimated speed in
+    each sample of mode 0. weights: weights of the errors of position, speed and wear alpha, the
+    diagonal of C-bar.
     """
 
     wear: Literal["multiplicative", "additive"]

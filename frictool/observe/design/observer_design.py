@@ -36,7 +36,7 @@ def design_observer(
     settings : SwitchedObserverSettings, optional
         settings of a multiplicative or additive observer; None: the defaults
     bandwidth_rad_s : float, optional
-        bandwidth [rad/s] of a tracking observer; None: sqrt(delta_a/step) (tracking.py)
+        bandwidth [rad/s] of a tracking observer; None: the default of `tracking.bandwidth_of`
     drive_noise : float, optional
         standard deviation of the measured drive [A or V], tracking only
     inertia : float, optional

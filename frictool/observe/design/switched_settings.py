@@ -24,7 +24,7 @@ class SwitchedObserverSettings:
 
     - intervals: number of position intervals of each direction, if friction varies with position
     - switch_speed: Sigma, speed below which the axis is treated as stuck [rad/s | m/s]
-    - weights: weights of the errors of position, speed and alpha, the diagonal of C-bar
+    - weights: weights of the errors of position, speed and wear alpha
     - decay: lambda; each sample multiplies the error by at most this factor
     - inertia: inertia that replaces the model's [kg m2 | kg]
     - transitions: `neighbours`: from an interval, a switch leads to the next interval in the
@@ -62,7 +62,8 @@ def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
     """Return the decay factor lambda per sample.
 
     Without a setting, lambda follows from a fixed time constant for periods up to DECAY_PERIOD. For
-    longer periods lambda is fixed, because a smaller lambda makes gamma larger.
+    longer periods lambda is fixed, because a smaller lambda makes the bound gamma of the error
+    larger.
     """
     return (
         settings.decay

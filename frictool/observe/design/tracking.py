@@ -45,7 +45,7 @@ def design_tracking(
     of the measured drive [A | V]. cell: dead zone of the innovation, in encoder steps. inertia: J
     [kg m2 | kg]; None: the model's.
 
-    Raises UnsuitableSetting if the bandwidth is above 1/T.
+    Raises UnsuitableSetting if the bandwidth is above 1/period.
     """
     bench = model.bench
     believed = model.parameters.inertia.value if inertia is None else inertia

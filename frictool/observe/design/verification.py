@@ -44,12 +44,13 @@ ROUNDING = 1e-6  # relative tolerance of gain and decay in the simulation
 class ObserverVerification:
     """Results of the verification.
 
-    gamma: bound of the gain |z|/|Delta| from the disturbance to the weighted error, proved for the
-    stored gains. radii: spectral radius of A_i - L_i C_i by mode. switching_radius: largest
-    spectral radius of the product of the matrices of two modes that may alternate. simulated_gain:
-    largest |z|/|Delta| in simulation. rest: largest growth factor of e' P e (e: error) from the
-    start of a rest of any length to the first sample after the rest. turn: largest growth factor at
-    a switch between moving modes that is not allowed.
+    gamma: bound of |z|/|Delta| with the model error Delta and the weighted error z of the observer,
+    proved for the stored gains. radii: spectral radius of the error's matrix A_i - L_i C_i by mode.
+    switching_radius: largest spectral radius of the product of these matrices of two modes that may
+    alternate. simulated_gain: largest |z|/|Delta| in simulation. rest: largest growth factor of the
+    Lyapunov function e' P e of the error e from the start of a rest of any length to the first
+    sample after the rest. turn: largest growth factor of this function at a switch between moving
+    modes that is not allowed.
     """
 
     gamma: float
@@ -61,9 +62,9 @@ class ObserverVerification:
 
 
 def motion_samples(growth: float, decay: float) -> float | None:
-    """Return the number of samples in which e' P e (e: error) falls by the factor `growth`.
+    """Return the number of samples in which the error's Lyapunov function falls by `growth`.
 
-    None if there is no decay.
+    decay: factor of the error per sample. None if there is no decay.
     """
     return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 

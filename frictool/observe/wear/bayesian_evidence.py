@@ -28,7 +28,8 @@ NEGLIGIBLE = 1e-3  # least weight of a component of a mixture
 def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tuple[Vector, Vector]:
     """Return the posterior mean (p,) and covariance (p, p).
 
-    gram, right: G = C' C and b = C' effort. mean, belief: mean and covariance P of the prior.
+    gram, right: C' C and C' effort with the matrix C of the data rows. mean, belief: mean and
+    covariance of the prior.
     """
     spread: Vector = np.linalg.solve(np.eye(mean.size) + belief @ gram, belief).astype(np.float64)
     return mean + spread @ (right - gram @ mean), spread

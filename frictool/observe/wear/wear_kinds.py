@@ -12,13 +12,14 @@ Here dry_d,z and level_d are coefficients of weak_form_layout.py for the directi
 the zone z; w, w_d and w_z are factors of wear, and a is an added friction. parameter_restriction.py
 and filter_bank.py define the prior of the other parameters (docs/theory/wear_kinds.md). Each
 dry_d,z has the additional standard deviation ROUGH, the usual accuracy of a model's
-position-dependent friction. With a common factor for the actuator's constant, a wrong constant does
-not look like wear.
+position-dependent friction. The prior also contains a common factor of all coefficients, the error
+of the actuator's constant. Therefore a wrong constant does not look like wear.
 
 The evidence of a kind (bayesian_evidence.py) is the probability density of the data, integrated
 over the parameters. A kind of wear is reported if its log evidence exceeds that of `none` by
-CERTAIN. Of the kinds within ALIKE of the best, the first in KINDS is reported. Intervals include
-ROUGH, but not the error of the actuator's constant (constant_error.py).
+CERTAIN. If the log evidence of several kinds is within ALIKE of the largest, the first of them in
+KINDS is reported. Intervals include the deviation ROUGH, but not the error of the actuator's
+constant (constant_error.py).
 
 The weights of moves decay within MEMORY moves. If the last moves (at most RECENT) have more
 evidence with separate friction levels than with the levels of the earlier moves, the earlier moves
