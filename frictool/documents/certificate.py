@@ -1,7 +1,7 @@
 """Certificate of a controller: the bounds that `frictool verify` proves again.
 
 A certificate contains the parameter intervals, the weights of the norm and the value of each bound.
-The proof needs nothing else and no search (verify/zero_exclusion.py). A certificate contains no
+The proof needs no other data and no search (verify/zero_exclusion.py). A certificate contains no
 digest, because the proof depends on the coefficients alone.
 """
 

@@ -111,8 +111,8 @@ class Design(
     - `pole_bound_rad_s`: Largest magnitude of the controller's poles.
     - `integrator`: True for a controller with an integrator. A method that solves matrix
       inequalities moves the slow pole of the reduced controller to 0.
-    - `relax`: `auto` relaxes the weights on disturbance and effort only as far as gamma = 1
-      requires; `synth --plot` draws this trade-off.
+    - `relax`: `auto` relaxes the weights on disturbance and effort only as far as the bound gamma =
+      1 of the norm requires; `synth --plot` draws this trade-off.
     - `prefilter`: Low-pass filter of the position reference.
     - `profile`: Profile with bounded jerk from the present position to the reference, in place of a
       prefilter.
@@ -123,8 +123,8 @@ class Design(
     - `pid`: Gains that the design provides.
     - `form`: Realisation of the difference equation on the target: matrices or second-order
       sections.
-    - `recentring`: The inequalities are solved at this multiple of the smallest gamma. Near the
-      smallest gamma itself, the Lyapunov matrices X and Y become very large.
+    - `recentring`: The inequalities are solved at this multiple of the smallest bound gamma of the
+      norm. Near the smallest gamma itself, the Lyapunov matrices X and Y become very large.
     - `ease`: The controller is computed at this multiple of the gamma of `recentring`. A larger
       multiple gives lower gains and more margin.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is

@@ -42,8 +42,8 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `index`: Number of the mode: 1 to n forward and -1 to -n backward in the order of the
       position; 0 is stuck.
     - `direction`: Direction of the motion; 0: stuck.
-    - `gains`: Observer gains: a row for position [1], velocity [1/s] and alpha [per rad | m], a
-      column for each measured signal.
+    - `gains`: Observer gains: a row for position [1], velocity [1/s] and wear alpha [per rad | m],
+      a column for each measured signal.
     - `spectral_radius`: Largest magnitude of the mode's error poles with the stored gains.
     - `over`: [low, high] position of the mode [rad | m]; beyond the travel, the first and the last
       mode apply.

@@ -61,9 +61,10 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return (F, share): the breakaway at x is F after a long rest, share F just after a stop.
+    """Return (F, share): the breakaway at x is F after a long rest, share times F after a stop.
 
-    F is in N m | N. share F is at least the Coulomb friction. The axis must have friction laws.
+    F is in N m | N; share times F is at least the Coulomb friction. The axis must have friction
+    laws.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0

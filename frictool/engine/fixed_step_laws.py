@@ -1,13 +1,13 @@
 """Laws with a fixed time step: hybrid A, B, C, and banded laws (thesis 3.28-3.39, 2.32, 2.35).
 
 The step T_e is a parameter of these laws, not a tolerance: thesis (3.11) limits T_e by the capture
-velocity. Each step is a midpoint rule; its mode is determined at its start and stays constant. x'
-and the drive's derivative term use the velocity that the law reports (Karnopp's v_m is 0 in the
-band).
+velocity. Each step uses the midpoint rule; its mode is determined at its start and stays constant.
+The rate of the position and the drive's derivative term use the velocity that the law reports
+(Karnopp's v_m is 0 in the band).
 
-The extensions (friction/law_extension.py) are the same as in the exact engine; F_c and F_s are
-constant in each step. A pure delay of the film is a whole number of steps. A film does not affect
-the banded laws, because their friction in slip has no Stribeck effect.
+The extensions (friction/law_extension.py) are the same as in the exact engine; Coulomb friction and
+breakaway are constant in each step. A pure delay of the film is a whole number of steps. A film
+does not affect the banded laws, because their friction in slip has no Stribeck effect.
 """
 
 from __future__ import annotations
@@ -156,6 +156,7 @@ def run_hybrid(
 ) -> tuple[int, float, int]:
     """Simulate state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1].
 
+    x is the position, v the velocity, q the integral of the position error, and z the law's state.
     step [s]: length of a step. ends (s,), drives (s, 10): ends and drives of the segments; each
     step uses the drive in the middle of the step. times (n,): ascending. samples (n, 5): filled
     with the values at the step's start that is nearest to each time. events (m, 4): filled. laws:

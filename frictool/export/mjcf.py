@@ -10,6 +10,9 @@
              friction = sigma_0 z + sigma_1 dz/dt; the joint has the viscous friction
     cogging  effort = A sin(N x + phase)
 
+J is the inertia and x the position of the joint. friction/lugre.py and friction/stribeck.py define
+the symbols of LuGre. A is the amplitude of the effort ripple, N its angular wave number.
+
 MuJoCo regularises `frictionloss`: below breakaway the joint creeps in proportion to the effort. The
 file has the stiffest regularisation that MuJoCo allows at its time step.
 """

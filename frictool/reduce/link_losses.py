@@ -2,10 +2,10 @@
 
 The loss of a link is the transmitted effort times drive_loss if the source drives, times back_loss
 if the load drives. At a steady speed, the link transmits the efforts of the loads and frictions
-behind it, so that the loss becomes part of their curves C_+ and C_- (thesis (2.15)). The effort
-that accelerates a mass m behind the link has the same losses. The reflected mass is therefore s m,
-with 1 - back_loss <= s <= 1 + drive_loss for any load. The model's inertia is the value for s = 1,
-with an interval for all values of s.
+behind it. The loss therefore becomes part of their curves C_+ and C_-, the efforts that move the
+block forward and backward (thesis (2.15)). The effort that accelerates a mass m behind the link has
+the same losses. The reflected mass is therefore s m, with 1 - back_loss <= s <= 1 + drive_loss for
+any load. The model's inertia is the value for s = 1, with an interval for all values of s.
 
 A link with 1 - back_loss < 0 is irreversible; an example is a thread whose friction coefficient
 exceeds the tangent of its angle. No load moves such a link, and the source must push to lower a

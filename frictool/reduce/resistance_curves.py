@@ -1,4 +1,4 @@
-"""Load and Coulomb friction of a block as one curve per direction, C_+(x) and C_-(x).
+"""Load and Coulomb friction of a block as one curve for each direction of motion.
 
 Two elements of a mechanism represent the pair of curves: a spring with the mean of both, and a cam
 of angle 0 with half the difference as friction. Speed-dependent friction remains a separate

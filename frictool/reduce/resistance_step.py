@@ -1,9 +1,9 @@
 """Springs, cams and friction of each block as one curve C_r(theta, sign), thesis (2.28)-(2.29).
 
-The step also checks at all positions if the block is irreversible, which means C_+ >= 0 >= C_-
-(thesis (2.27)): friction holds the load. If so, the load becomes part of the friction, with a
-separate level for each direction. The behaviour at rest does not change, because the axis sticks
-between the same two efforts.
+C_+ and C_- are the efforts that move a block forward and backward. The step also checks at all
+positions if the block is irreversible, which means C_+ >= 0 >= C_- (thesis (2.27)): friction holds
+the load. If so, the load becomes part of the friction, with a separate level for each direction.
+The behaviour at rest does not change, because the axis sticks between the same two efforts.
 """
 
 from __future__ import annotations

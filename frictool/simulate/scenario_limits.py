@@ -37,8 +37,8 @@ def check_steps(
 def check_length(samples: float, runs: int, key: str, name: str, width: float = 1.0) -> None:
     """Raise DocumentError if the samples of all runs do not fit into memory.
 
-    samples: number of samples of a run. key, name: key that sets it, in the document `name`. width:
-    size of a logged sample divided by the size of a sample of one axis.
+    samples: number of samples of a run. key: key of the document `name` that determines this
+    number. width: size of a logged sample divided by the size of a sample of one axis.
     """
     if samples * runs * width > MAX_SAMPLES:
         problem = f"requests {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"

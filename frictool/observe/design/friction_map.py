@@ -17,8 +17,8 @@ def friction_map(model: Model) -> FrictionMap:
     """Return the friction in slip by direction and position (thesis 4.41, 4.44).
 
     In each direction, the Coulomb level multiplies the normalised position polynomial. The viscous
-    coefficient is the mean of both directions at low speeds. `left_out` names effects that the map
-    does not have: Stribeck curve, knees of the viscous friction, time at rest, loads.
+    coefficient is the mean of both directions at low speeds. The map does not include the Stribeck
+    curve, knees of the viscous friction, the time at rest, and loads (`left_out`).
     """
     today, laws = model.parameters, model.laws
     opposite = laws.backward if laws is not None else None

@@ -2,15 +2,15 @@
 
     slip     direction (wear q F(x, |v|) + added) + g viscous v    F: dry friction (2.34), (4.41)
     in gap   direction wear q F_gap                                backlash (4.45)
-    rest     effort - offset - load(x)                             at most the worn breakaway
+    rest     effort - offset - load(x)                             at most breakaway times wear
 
 g and q are the factors of viscous and dry friction at the temperature of the sample, `added` is
 additive wear, and F_gap the friction inside the gap (backlash); the numbers are equations of the
-thesis. In slip, the friction is the model's law times the wear; at rest, the
-friction balances the effort. The axis is treated as at rest if the interval of its velocity
-contains 0. Because the axis may still move then, the interval of the friction includes the effort
-that stops the axis within one count. The position inside the backlash follows from the measured
-position by a play operator, for three widths of the backlash: nominal, least and largest.
+thesis. In slip, the friction is the model's law times the wear; at rest, the friction balances the
+effort. The axis is treated as at rest if the interval of its velocity contains 0. Because the axis
+may still move then, the interval of the friction includes the effort that stops a motion within one
+count. The position inside the backlash follows from the measured position by a play operator, for
+three widths of the backlash: nominal, least and largest.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     effort = C theta + errors           prior theta ~ N(mean, P), errors ~ N(0, 1)
 
 C is the matrix of the data rows. Let G = C' C, b = C' effort, M = (P^-1 + G)^-1 = (I + P G)^-1 P,
-and let `best` be the least-squares fit, G best = b. P may be singular (parameters tied together).
+and let `best` be the least-squares fit, G best = b. P is singular if parameters are tied together.
 Then
 
     theta given the rows ~ N(mean + M (b - G mean), M)
