@@ -79,7 +79,7 @@ Exit codes: 0 pass; 1 fail or undecided, or the lower confidence bound of the pa
 
 @dataclass(frozen=True)
 class CampaignOptions:
-    """Options of `frictool campaign`: what is played, and which files are written."""
+    """Options of `frictool campaign`: trials to simulate, and files to write."""
 
     request: CampaignRequest
     worst: Path | None

@@ -113,7 +113,7 @@ def header_of(
 ) -> dict[str, Any]:
     """Return the values that identify a campaign.
 
-    `count`: number of draws, included if `method` gives other draws for another number.
+    `count`: number of draws. It is included only if the draws of `method` depend on this number.
     """
     from frictool import __version__
     from frictool.documents.provenance import digest

@@ -112,8 +112,8 @@ def rest_piece(
 ) -> tuple[float, float]:
     """Return the duration [s] of a rest, and the direction of a breakaway at its end, or 0.
 
-    refused: direction in which the body has just stopped at the instant of its breakaway; in this
-    direction the threshold is slightly higher.
+    refused: direction of a slip that has just ended at the instant at which it began; 0 if there is
+    none. In this direction the threshold is slightly higher.
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)

@@ -4,10 +4,11 @@
     F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t)   3.4.2.3
     F                    = F_law(film velocity) + sigma_v (v - film velocity) + knee force(v)
 
-Before a driver calls a kernel of the law, it writes the present F_c and F_s into the parameter
-array p; the kernels remain the same. The driver adds the knee force of the speed regimes
-(friction/speed_regimes.py) and computes the velocity of the film between the surfaces
-(friction/lubricant_film.py).
+F_c is the Coulomb friction, F_s the breakaway, x the position, t the time at rest, v the velocity,
+and sigma_v the viscous coefficient. Before a driver calls a kernel of the law, the driver writes
+the present F_c and F_s into the parameter array p; the kernels remain the same. The driver adds the
+knee force of the speed regimes (friction/speed_regimes.py) and computes the velocity of the film
+between the surfaces (friction/lubricant_film.py).
 """
 
 from __future__ import annotations

@@ -2,10 +2,11 @@
 
     F = sum_i w_i F_s clip(delta_i/(d_i z_max), -1, 1)
 
-The deflection delta_i follows the body and stops at +-d_i z_max (annex A, [9]). The parameter array
-p of a law ends with [d_1 .. d_N, w_1 .. w_N]: yield displacements d in units of z_max and slip
-forces w in units of F_s; the sum of all w is 1. The bank is Masing's hysteresis with a piecewise
-linear virgin curve.
+F_s is the breakaway and z_max the largest presliding displacement. The deflection delta_i of
+element i follows the body and stops at +-d_i z_max (annex A, [9]). The parameter array p of a law
+ends with [d_1 .. d_N, w_1 .. w_N]: yield displacements d in units of z_max and slip forces w in
+units of F_s; the sum of all w is 1. The bank is Masing's hysteresis with a piecewise linear virgin
+curve.
 """
 
 from __future__ import annotations

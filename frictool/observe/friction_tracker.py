@@ -42,7 +42,10 @@ WIDTH, LOOSE = 0.2, 0.4
 
 
 class FrictionTracker:
-    """Estimator of friction along a log, block by block; `confidence`: of the intervals."""
+    """Estimator of friction along a log, block by block.
+
+    confidence: confidence level of the intervals.
+    """
 
     def __init__(self, model: Model, confidence: float = 0.95) -> None:
         self._axes = np.stack(

@@ -83,8 +83,9 @@ class AxisLaws(NamedTuple):
     """Additional friction laws and end stops of an axis, SI; the default has none.
 
     backward: friction backward; None if it equals the friction forward. fresh: breakaway just after
-    a stop divided by the breakaway after a long rest. rise_time: tau of the module; if 0, the
-    breakaway does not depend on the time at rest. stribeck_velocity: 0 without Stribeck effect.
+    a stop divided by the breakaway after a long rest. rise_time: rise time tau of the breakaway
+    [s]; if 0, the breakaway does not depend on the time at rest. stribeck_velocity: 0 without
+    Stribeck effect.
     """
 
     backward: AxisFrictionLevels | None = None

@@ -62,8 +62,8 @@ def refusal(found: AutomaticDesign) -> str:
 def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """Return lines with the details if no design was found.
 
-    The lines contain the numbers of candidates, the bound of the drive, and each requirement that
-    can be relaxed, with the value to which it must be relaxed.
+    The lines contain the numbers of candidates, the bound of the drive, and requirements with
+    relaxed values. It suffices to relax one of these requirements.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent

@@ -39,8 +39,9 @@ class ChangeDetector:
     def seen(self, step: Vector, weight: Vector) -> Vector:
         """Return the standard deviations (k, n) of a step that explains a detected change, else 0.
 
-        step, weight: (k, n), h'S^-1 e and h'S^-1 h of the module docstring. The sums of a filter
-        restart when the filter reports a change.
+        step, weight: (k, n), numerator and denominator of the maximum-likelihood step, h'S^-1 e and
+        h'S^-1 h in the module docstring. The sums of a filter restart when the filter reports a
+        change.
         """
         self._steps = MEMORIES * self._steps + step[..., None]
         self._weights = MEMORIES * self._weights + weight[..., None]
