@@ -52,17 +52,19 @@ def temperature_words(owner: str, text: str) -> str:
     return f"{owner} is simulated at {text}"
 
 
-def reference_words(law: FrictionOverTemperature) -> str:
+def reference_words(law: FrictionOverTemperature, vertices: bool = False) -> str:
     """Return a text on the reference temperature and the friction at other temperatures.
 
     The text contains the range of the friction over the temperatures of the model's logs.
+    `vertices`: True to state that the vertices of the model hold at the reference only.
     """
     low, high = law.over.low, law.over.high
     viscous, dry = temperature_factors(law, np.linspace(low, high, POINTS))
+    only = ", and the vertices hold at this temperature only" if vertices else ""
     return (
-        f"the friction at {law.reference.value:.4g} degC is used; from {low:.4g} to {high:.4g} "
-        f"degC viscous friction is {viscous.min():.3g} to {viscous.max():.3g} and dry friction "
-        f"{dry.min():.3g} to {dry.max():.3g} times that"
+        f"the friction at {law.reference.value:.4g} degC is used{only}; from {low:.4g} to "
+        f"{high:.4g} degC viscous friction is {viscous.min():.3g} to {viscous.max():.3g} and dry "
+        f"friction {dry.min():.3g} to {dry.max():.3g} times that"
     )
 
 

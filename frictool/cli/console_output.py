@@ -43,13 +43,17 @@ def note(text: str) -> None:
     click.echo(printable(text), err=True)
 
 
-def note_temperature(path: Path, model: Model) -> None:
-    """Warn that a command uses the friction at one temperature, if the model has others."""
+def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
+    """Warn that a command uses the friction at one temperature, if the model has others.
+
+    vertices: True if the command designs a controller for the vertices of the model.
+    """
     from frictool.adapters.temperature_factors import reference_words
 
     law = None if model.laws is None else model.laws.temperature
     if law is not None:
-        note(f"warning: {path}: {reference_words(law)}; let the ranges of the bench include it")
+        text = reference_words(law, vertices)
+        note(f"warning: {path}: {text}; let the ranges of the bench include it")
 
 
 def note_changes(path: Path, controller: Controller) -> None:

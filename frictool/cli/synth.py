@@ -132,7 +132,7 @@ def command(
     from frictool.errors import FrictoolError
 
     model_document, spec_document = load(model, Model), load(spec, Spec)
-    note_temperature(model, model_document)
+    note_temperature(model, model_document, vertices=True)
     design_document = None if design is None else load(design, Design)
     named: dict[Path, Any] = {model: model_document, spec: spec_document}
     same_axis(named if design is None else {**named, design: design_document})

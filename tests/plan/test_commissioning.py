@@ -11,12 +11,15 @@ import numpy as np
 import pytest
 from msgspec import structs
 
+from frictool.adapters.temperature_factors import reference_words
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
+from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify.excite.bench_limits import limits_of
 from frictool.identify.from_logs import identify
+from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log
 from frictool.plan import rehearsed_test
 from frictool.plan.commissioning import PlanStep, next_step
@@ -193,3 +196,41 @@ def test_commands_from_an_empty_bench_to_enough(tmp_path: Path) -> None:
     assert text.code == 0
     assert "next: breakaway: slow ramps" in text.stdout
     assert "-o FILE writes the test" in text.stdout
+
+
+def warmed(log: Log, ends: tuple[float, float]) -> Log:
+    """Return the log with a temperature [degC] that changes linearly between `ends`."""
+    stream = log.main
+    warm = np.linspace(*ends, stream.time.size)
+    units = {**stream.units, "temperature": "degC"}
+    signals = {**stream.signals, "temperature": warm}
+    return replace(log, streams=(replace(stream, signals=signals, units=units),))
+
+
+def test_a_plan_says_at_which_temperature_its_vertices_hold(
+    logs: tuple[Log, Log], tmp_path: Path
+) -> None:
+    """Without a temperature in the logs nothing is said; `plan` and `synth` say the same."""
+    bench, spec, model = (tmp_path / name for name in ("bench.yaml", "spec.yaml", "model.yaml"))
+    bench.write_text(to_yaml(BELT))
+    spec.write_text(SPEC)
+    said = []
+    for name, ends in (("plain", None), ("warm", (20.0, 35.0))):
+        paths = []
+        for number, log in enumerate(logs):
+            path = tmp_path / f"{name}{number}.mcap"
+            with path.open("wb") as stream:
+                write_mcap(log if ends is None else warmed(log, ends), stream)
+            paths.append(path)
+        result = run("plan", bench, "--spec", spec, *paths, "--model", model)
+        assert result.code == 0, result.stderr
+        said.append(result.stderr)
+    assert "degC" not in said[0]
+    law = load(model, Model).laws
+    assert law is not None
+    assert law.temperature is not None
+    words = reference_words(law.temperature, vertices=True)
+    assert f"the friction at {law.temperature.reference.value:.4g} degC is used, and the" in words
+    assert f"warning: {bench}: {words}; let the ranges of the bench include it" in said[1]
+    designed = run("synth", model, "--spec", spec, "--vertices-only", "-o", tmp_path / "c.yaml")
+    assert f"warning: {model}: {words}; let the ranges" in designed.stderr
