@@ -50,13 +50,14 @@ class SwitchedParameters:
     """Parameters of the switched observer, in SI.
 
     inertia [kg m2 | kg], switch_speed Sigma [rad/s | m/s]. forward, backward: cells in order of
-    position; the first and the last also apply beyond the travel. stuck: (L1, L2) of mode 0. kept:
-    factor a of omega in mode 0. additive: True if wear is an increase of friction, False if it is a
-    factor. curves (forward, backward): if `additive`, coefficients of the friction f as a
-    polynomial of the position, lowest power first, used instead of the cells' friction. travel:
-    (low, high) position, beyond which the polynomials keep their values. viscous: viscous friction
-    [N m s/rad | N s/m], 0 in the thesis. offset [N m | N]: constant effort against a positive
-    drive, 0 in the thesis. top_speed: bound of the estimated speed. wear: (alpha_min, alpha_max).
+    position; the first and the last also apply beyond the travel. stuck: gains (L1, L2) of mode 0.
+    kept: factor of the estimated speed in mode 0. additive: True if wear is an increase of
+    friction, False if it is a factor. curves (forward, backward): if `additive`, coefficients of
+    the friction f as a polynomial of the position, lowest power first, used instead of the cells'
+    friction. travel: (low, high) position, beyond which the polynomials keep their values. viscous:
+    viscous friction [N m s/rad | N s/m], 0 in the thesis. offset [N m | N]: constant effort against
+    a positive drive, 0 in the thesis. top_speed: bound of the estimated speed. wear: (alpha_min,
+    alpha_max).
     """
 
     period: float

@@ -280,7 +280,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Feedforward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Effort that moves the modelled axis along its reference, added to the drive.
 
-    The reference of the loop is delayed by the samples that the drive needs to act.
+    The reference of the loop is delayed by the number of samples after which the drive acts.
 
     - `inertia`: Inertia [kg m^2 | kg].
     - `viscous`: Viscous friction [N m s/rad | N s/m].

@@ -53,8 +53,8 @@ class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     - `number`: Number format of the controller.
     - `plants`: Plants, by the names of the scenario's variants.
     - `starts`: Ends of the encoder count that contains the scenario's start [rad | m].
-    - `runs`: Number of intervals of starts in which all encoder readings agree, summed over the
-      plants.
+    - `runs`: Number of intervals of starts, summed over the plants. All starts in an interval give
+      the same encoder readings.
     - `open_share`: Largest share of a plant's starts for which the proof claims nothing.
     - `requirements`: Requirements in the order of the specification.
     - `model`, `controller`, `scenario`, `spec`: Documents of the step test.

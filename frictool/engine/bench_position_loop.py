@@ -3,11 +3,11 @@
     error = reference - position        integral' = I error
     effort = P error + integral + D d/dt (r reference - position)
 
-The controller is sampled once per period; rates are backward differences. With r = 1 the derivative
-acts on the error, with r = 0 on the position alone. A cascade of a position gain k_p and a speed
-gain k_v has P = k_v k_p, D = k_v, r = 0. The effort acts without delay and is held for a period;
-the drive may have a lag. The encoder's quantisation is treated as noise of the log, so that the
-simulation is a smooth function of the axis's parameters.
+P, I and D are gains. The controller is sampled once per period; rates are backward differences.
+With r = 1 the derivative acts on the error, with r = 0 on the position alone. A cascade of a
+position gain k_p and a speed gain k_v has P = k_v k_p, D = k_v, r = 0. The effort acts without
+delay and is held for a period; the drive may have a lag. The encoder's quantisation is treated as
+noise of the log, so that the simulation is a smooth function of the axis's parameters.
 """
 
 from __future__ import annotations

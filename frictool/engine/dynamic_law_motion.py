@@ -2,9 +2,10 @@
 
     m v' = u(t, x, v, q) - load(x) - F(z, z', v)      x' = v      q' = x - r      z' = rate(z, v)
 
-`run_dynamic` simulates a run of a mass without load; engine/dynamic_law_axis.py uses the steps of
-this module for an axis in a sampled loop. The kernels of the law are called by their addresses, so
-that the steps are compiled once for all laws.
+x is the position, v the velocity, r the position reference, u the effort (engine/drive.py), and F
+the friction. `run_dynamic` simulates a run of a mass without load; engine/dynamic_law_axis.py uses
+the steps of this module for an axis in a sampled loop. The kernels of the law are called by their
+addresses, so that the steps are compiled once for all laws.
 
 These laws are reference models for the exact engine. They have no modes: during stick v is small,
 but not zero. The integrator is an implicit Rosenbrock method (engine/rosenbrock.py) with error

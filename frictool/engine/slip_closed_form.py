@@ -6,8 +6,9 @@ viscous/inertia:
 
     w' = -decay w + settled + transient e^{-rate t}
 
-settled     acceleration at w = 0 by the final drive minus Coulomb friction
-transient   initial acceleration by the drive's deviation from its final value; 0 without lag
+settled     acceleration at w = 0 that the final drive minus the Coulomb friction causes
+transient   initial acceleration that the drive's deviation from its final value causes; 0 without
+            a lag
 
 A phase is the tuple (w0, settled, transient, decay, rate) in SI. Its acceleration has at most one
 zero, so that the speed is monotone on at most two intervals. The first stop, or any other level, is

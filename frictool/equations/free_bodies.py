@@ -117,7 +117,7 @@ def rest_condition(
 
     The sum of the tree's efforts without dry friction must be within the limits of the dry
     frictions and lossy links. At rest the factor p of a lossy link may have any value between its
-    values in both directions of power. efforts, dry: all efforts and the dry frictions on each
+    values for the two directions of power. efforts, dry: all efforts and the dry frictions on each
     block. bears: largest dry friction on each block at rest.
     """
     threads = {

@@ -3,9 +3,10 @@
     mode 0   z' = v, m v' = u - Preisach(z) - k2 v
     mode 1 and the switching conditions C_{0->1}, C_{1->0} are those of version B
 
-The state is [z, memory of friction/reversal_memory.py]. (3.37) prints no damping; the stuck body
-would then ring, since small loops hardly dissipate. k2 is that of version B (3.35). Slip saturates
-the operator and deletes all reversals from its memory.
+friction/hybrid_b.py defines the symbols; Preisach(z) is the force of the operator
+(friction/preisach.py). The state is [z, memory of friction/reversal_memory.py]. (3.37) prints no
+damping; the stuck body would then ring, since small loops hardly dissipate. k2 is that of version B
+(3.35). Slip saturates the operator and deletes all reversals from its memory.
 """
 
 from __future__ import annotations

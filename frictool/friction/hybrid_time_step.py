@@ -6,7 +6,7 @@ The inequalities, each with its equation or section in the thesis:
     (3.10)  Sigma < delta_x p0         a capture moves the body by less than one encoder step
     (3.11)  m Sigma > u_max T_e        no integration step jumps over the capture
     (3.31)  T_0 >= T_e_min             the body stays at rest for at least one integration step
-    3.2     Sigma > 3 v_s              (3.2) compares u with F_c: g(v) must have fallen to F_c
+    3.2     Sigma > 3 v_s              at the speed Sigma, the Stribeck effect has decayed
 
 The classes of this module define the symbols.
 """
@@ -44,7 +44,7 @@ class HybridSettings:
     convergence_rate: p0, rate at which the velocity of a stuck body decays. capture_velocity:
     Sigma, speed below which a slipping body may be captured. step, shortest_step: longest and
     shortest integration step T_e, T_e_min. hold_time: T_0, shortest time at rest before a breakaway
-    against the direction of v.
+    against the direction of the velocity.
     """
 
     convergence_rate: float  # p0 [1/s]

@@ -1,14 +1,14 @@
 """Friction with different viscous coefficients in speed regimes, as a scheduled parameter.
 
-The friction of annex (30)-(32) is piecewise linear and continuous in |v|. Its slope is s_0 below
-the first knee speed v_1 and s_k above knee k, as in figure 4.10. Regime k has the tangent
+The friction of annex (30)-(32) is piecewise linear and continuous in |v|, and equal to the Coulomb
+friction F_c at v = 0. Its slope is s_0 below the first knee speed v_1 and s_k above knee k, as in
+figure 4.10. Regime k has the tangent
 
     F_c(k) + s_k |v|      with F_c(k) = F_c - sum over the knees i <= k of (s_i - s_(i-1)) v_i
 
-With one knee at the speed v_lim and s_0 = 0, this is annex (31): F_c(rho) = F_c - s v_lim rho,
-s(rho) = s rho, rho in {0, 1}.
-The polytope contains every rho in [0, 1]. F_c(k) may be negative: it is the intercept of a tangent,
-not a friction (5.4.2).
+With one knee at the speed v_lim, s_0 = 0 and s_1 = s, this is annex (31): F_c(rho) = F_c - s v_lim
+rho, s(rho) = s rho, rho in {0, 1}. The polytope contains every rho in [0, 1]. F_c(k) may be
+negative: it is the intercept of a tangent, not a friction (5.4.2).
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ class RegimeLevels:
 def tangents(levels: RegimeLevels, *, viscous: bool, coulomb: bool) -> tuple[RegimeTangent, ...]:
     """Return the tangents of every regime, at both ends of the scheduled intervals.
 
-    viscous: True if the slopes are scheduled. coulomb: True if F_c is scheduled. The slopes of all
-    regimes are low together or high together. A parameter that is not scheduled is at the upper end
-    of its interval; the polytope between the regimes contains the plants with its lower values, as
-    the annex states after (32).
+    viscous: True if the slopes are scheduled. coulomb: True if the Coulomb friction is scheduled.
+    The slopes of all regimes are low together or high together. A parameter that is not scheduled
+    is at the upper end of its interval; the polytope between the regimes contains the plants with
+    its lower values, as the annex states after (32).
     """
     lows, highs = zip(*levels.viscous, strict=True)
     slopes = (lows, highs) if viscous else (highs,)

@@ -1,7 +1,7 @@
 """Simulation of a test of `frictool excite`; the log has the channels of a bench.
 
-    reference      followed by the bench's position loop (engine/bench_position_loop.py)
-    ramps          end and reverse by the rules in the test (figure 4.6)
+    reference      the bench's position loop follows it (engine/bench_position_loop.py)
+    ramps          they end and reverse by the rules in the test (figure 4.6)
 
 Position is the encoder's reading; the drive is measured with noise. The encoder's zero has a random
 offset of less than one count. This offset and the noise are drawn from PCG64 seeded with `seed`.

@@ -3,9 +3,10 @@
     effort = P (reference - position) + D d/dt (reference - position) + feedforward
     feedforward = inertia a + viscous v + coulomb sign(v) + offset
 
-inertia, viscous, coulomb and offset are values of the bench; v and a are the velocity and the
-acceleration of the reference. The speed loop has the bandwidth 0.5/delay, the position loop 0.3
-times that bandwidth. One count per sample changes the drive by at most a quarter of its limit.
+P and D are gains; inertia, viscous, coulomb and offset are values of the bench; v and a are the
+velocity and the acceleration of the reference. The speed loop has the bandwidth 0.5/delay, the
+position loop 0.3 times that bandwidth. One count per sample changes the drive by at most a quarter
+of its limit.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ reference  r                               constant; a part of duration d has ro
 ramp_to    r0 + (r1 - r0)(j + 1)/n         j = 0 .. n - 1: reaches r1 at its last sample
 sine       centre + A sin(2 pi f j T + phase)
 hold_s     r0                              r0: last sample of the previous part, or `start`
+
+A is the amplitude and f the frequency of the sine; a part begins at j = 0.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ class PassRate:
 
     `low`, `high` and `at_least` are None if all vertices were simulated, because the vertices are
     not random draws. For a random subset of the vertices, these numbers are bounds of the share of
-    all 2^d vertices that pass.
+    all vertices that pass.
     """
 
     count: int

@@ -12,8 +12,8 @@
 
 clock_offset.py estimates one offset of two whole records, with its confidence interval.
 
-With an offset of x s, the second clock shows t + x when the first shows t. With a drift of d s/s,
-the second clock gains d s per second.
+With an offset of b seconds, the second clock shows t + b when the first shows t. With a drift of d,
+the second clock gains d seconds per second.
 """
 
 from __future__ import annotations

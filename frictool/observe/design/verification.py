@@ -1,16 +1,17 @@
 """Verification of a switched observer from its stored gains, before the document is written.
 
 The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (thesis 6.5):
-Delta is the model error, and z the weighted error (lmi/switched_observer_gains.py). For every
-sequence of allowed switches, the inequalities guarantee two properties. With Delta = 0, each sample
-multiplies e' P_i e by at most lambda^2. From zero error, |z| <= gamma |Delta|.
+Delta is the model error, and z the weighted error (lmi/switched_observer_gains.py). P_i is the
+Lyapunov matrix of mode i, lambda the decay factor. For every sequence of allowed switches, the
+inequalities guarantee two properties. With Delta = 0, each sample multiplies e' P_i e by at most
+lambda^2. From zero error, |z| <= gamma |Delta|.
 
 The verification simulates the recursion, independently of the inequalities, with every allowed
 switch, every pair of modes that may alternate, and random allowed sequences. The disturbances are
 white noise, a constant, and the worst disturbance, which follows from iterations of the recursion
 and the adjoint recursion.
 
-A rest needs a separate bound, because the observer's error of alpha stays constant at rest
+A rest needs a separate bound, because the error of the wear alpha stays constant at rest
 (eigenvalue 1). The verification computes the largest growth of e' P e in two cases: from the start
 of a rest of any length to the first sample after the rest, and at a switch between two moving modes
 that is not allowed. The report states how long a motion must last until e' P e has decayed by the

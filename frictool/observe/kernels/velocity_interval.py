@@ -43,7 +43,7 @@ class VelocityIntervalConstants(NamedTuple):
     unsure: relative uncertainty of the inertia. friction: uncertainty of the dry friction divided
     by the inertia [rad/s2 | m/s2]. step: encoder step [rad | m]. cell: dead zone of the observer
     [rad | m]. bandwidth: observer's bandwidth [rad/s]. period: sample period [s]. rounding, misfit:
-    `ErrorGains` [1/s].
+    fields of `ErrorGains` [1/s].
     """
 
     unsure: float

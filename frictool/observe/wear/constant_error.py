@@ -3,7 +3,7 @@
 The logged effort is the constant times the drive. An error of the constant therefore scales all
 estimates by the same factor:
 
-    estimate = true (constant of the bench)/(constant of the unit)
+    estimate = (true value) (constant of the bench)/(constant of the unit)
 
 The formula applies to wear, inertia, viscous friction and added friction. The error is not visible
 in a log of the actuator; the bench's range bounds it. The error cancels in a ratio to the wear of
