@@ -14,8 +14,8 @@ Section 5.1 of the thesis argues against friction compensation; here the compens
 baseline. The model needs the sign of v near v = 0, which a coarse encoder cannot provide. If the
 model has too much friction, the axis moves without a command. At rest the observer integrates the
 effort, so that the axis breaks away, overshoots and hunts. docs/theory/clutch.md compares this
-compensation with the laws that use friction. L should be below the bandwidth of the measured speed,
-and v_s above the speed of one encoder count per sample.
+compensation with control laws that use the friction to stop the axis. L should be below the
+bandwidth of the measured speed, and v_s above the speed of one encoder count per sample.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ the sample; the record contains the value after the jump.
 A load that depends on position (plant/position_load.py) is part of the integrated equations. At
 rest neither position nor load changes, so that the position of an axis at rest is exactly constant.
 The limit of a winding (plant/axis.py) is updated PARTS times per period, with the speed at the
-beginning of each part. Disturbances, drifts and faults are given by one row per sample
+beginning of each part. Each sample has one row of disturbances, drifts and faults
 (engine/disturbances_and_faults.py). A speed sensor, if the controller uses one, measures the true
 speed at the sample.
 """

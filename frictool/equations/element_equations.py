@@ -23,7 +23,7 @@ SIGNS = {"low": r"\geq", "high": r"\leq"}  # relation of the effort of each end 
 class ElementEquations:
     """Equations of one element.
 
-    efforts: (block, effort in the block's positive direction). curves: statements of the points of
+    efforts: (block, effort in the block's positive direction). curves: texts with the points of the
     curves. modes: conditions, such as contact or a limit of the drive. dry: for each friction that
     can stick: the block, the friction's effort (also in `efforts`), and its largest magnitude at
     rest.

@@ -85,7 +85,7 @@ def distance_to_guard(
     open joint, stop  distance to the nearer flank or stop
     compliant flank   force of a pressed flank, or distance of an open one expressed as a force
 
-    rates (y,): y'.
+    rates (y,): rates of the state y.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     if index < n:

@@ -1,4 +1,4 @@
-"""Matrices of a mode (thesis 6.18, 6.25), with the states position, speed and alpha.
+"""Matrices of a mode (thesis 6.18, 6.25), with the states position, speed and wear alpha.
 
     moving in direction s   A = [1 T 0; 0 1 - T viscous/J -s T c/J; 0 0 1]
                             B = [0; T/J; 0]   Q = [0; T d/J; 0]   C = [1 0 0]
@@ -8,10 +8,10 @@
     multiplicative   friction alpha f, so that c = f_m(i) and d = Delta_f(i)       (thesis 6.13)
     additive         friction f + alpha, so that c = 1 and d = 1                   (thesis 6.20)
 
-T is the period, J the inertia, f_m(i) and Delta_f(i) the mean and the deviation of the friction in
-interval i. Each sample in mode 0 (stuck) multiplies the estimated speed by h, which is 0 or 1. The
-model is discretised by Euler's method. docs/theory/observers.md lists the entries that differ from
-the thesis.
+T is the period, J the inertia, f the friction without wear, f_m(i) and Delta_f(i) the mean and the
+deviation of f in interval i. Each sample in mode 0 (stuck) multiplies the estimated speed by h,
+which is 0 or 1. The model is discretised by Euler's method. docs/theory/observers.md lists the
+entries that differ from the thesis.
 """
 
 from __future__ import annotations
