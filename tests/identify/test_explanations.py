@@ -33,6 +33,7 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.identify.text_view import explanation_line, explanation_place
 from frictool.logs.channels.bench_match import match_bench
 from frictool.typing import Vector
+from studies.violations.families import draw_violation
 from studies.violations.machine import draw_machine, generator_of
 from studies.violations.recording import record as record_machine
 from tests.support.linear_axis import linear_bench
@@ -235,6 +236,31 @@ def test_through_a_coarse_encoder_the_position_is_no_load_in_place_of_the_accele
         inertia = fit.parameters["inertia"]
         held += inertia.low <= recording.truth["inertia"] <= inertia.high
     assert held >= len(moves) - 1
+
+
+@pytest.mark.parametrize("gravity", [0.0, 0.2])
+def test_a_belt_that_rings_in_every_step_is_no_load(tmp_path: Path, gravity: float) -> None:
+    """Steps begin at the same positions, so that the ringing repeats over the position.
+
+    Gravity of a fifth of Coulomb friction is found beside the ringing.
+    """
+    machine = draw_violation("f0d033de5dc11f86b7642d99be7c5e6a166c3d3f", "belt", 33)
+    size = gravity * machine.physics.coulomb
+    physics = machine.physics._replace(gravity=size, gravity_phase=0.3)
+    recording = record_machine(replace(machine, physics=physics), "ringing")
+    path = tmp_path / "bench.yaml"
+    path.write_text(recording.bench)
+    bench = load_document(path, Bench)
+    fit = run("auto", [record_of(match_bench(recording.log, bench), bench)], bench, USUAL)
+    if not gravity:
+        assert not claims(fit)
+        return
+    assert claims(fit) == {"gravity"}
+    assert fit.laws is not None
+    assert fit.laws.load is not None
+    found = fit.laws.load.gravity
+    assert found is not None
+    assert math.hypot(found.sine.value, found.cosine.value) == pytest.approx(size, rel=0.25)
 
 
 def test_the_joint_test_keeps_its_level() -> None:

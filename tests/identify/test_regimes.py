@@ -83,3 +83,12 @@ def test_the_interval_of_a_knee_covers() -> None:
         assert len(found.knees) == 1
         hits += abs(found.knees[0] - 260.0) <= found.solution.half_width(0.95)[-1]
     assert 51 <= hits <= 60  # binomial at 95 %, once in a thousand
+
+
+@pytest.mark.parametrize(("stroke", "error"), [(58, -5e-3), (59, 5e-3), (59, -5e-3)])
+def test_one_wrong_stroke_is_no_knee(stroke: int, error: float) -> None:
+    """A transient of one of the fastest strokes pays for the two parameters of a knee."""
+    straight = means(lambda v: 0.1 + 2e-4 * v, 1e-4, 4)
+    effort = straight.effort.copy()
+    effort[stroke] += error
+    assert not fit_pieces(replace(straight, effort=effort)).knees

@@ -11,10 +11,13 @@
 A fit to one half of the strokes predicts the other half. The best hypothesis is used if the squared
 prediction errors decrease significantly and noticeably, and if the parameters of the hypothesis
 differ from 0 in the joint test over clusters (`joint_test`). A load is not used if an effect
-predicts the strokes equally well. Friction that changes along the log is explained by the measured
-temperature, if it passes these tests. A hypothesis is removed again if the errors no longer
-decrease; harmonics of a ripple stay. Significant hypotheses that are not used are reported as left
-in the residual. docs/theory/identify.md states the levels and limits of the tests.
+predicts the strokes equally well, or if it does not explain the effort with windows of twice the
+length: a longer window changes effort and load alike, but removes the ringing of a compliance,
+which repeats over the position if every stroke begins at the same one. Friction that changes along
+the log is explained by the measured temperature, if it passes these tests. A hypothesis is removed
+again if the errors no longer decrease; harmonics of a ripple stay. Significant hypotheses that are
+not used are reported as left in the residual. docs/theory/identify.md states the levels and limits
+of the tests.
 """
 
 from __future__ import annotations
@@ -41,6 +44,7 @@ from frictool.identify.fit_result import SLIDING, Explanation, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.term_selection import (
+    WORTH,
     beyond_chance,
     clearly_better,
     halved,
@@ -78,6 +82,7 @@ MOST_LEFT = 3  # hypotheses reported as left in the residual
 # less than this share
 NOTICEABLE = 0.95
 ECCENTRICITY = "eccentricity"
+SMOOTHER = 2.0  # factor on the smoothing windows of the second test of a load
 EQUAL = 1.1  # largest ratio of the squares of two hypotheses that predict equally well
 
 
@@ -211,6 +216,14 @@ class ExplanationSearch:
         response = acceleration_response(record, self.windows[0])
         return measurement_noise(record) * float(np.linalg.norm(response))
 
+    def shortest_period(self, rows: ReducedRows) -> float:
+        """Return the shortest period of a ripple that the windows keep, rad | m."""
+        speed = float(np.quantile(np.abs(rows.samples.velocity), 0.25))
+        return max(
+            max(speed * window * record.period, 4.0 * record.resolution)
+            for window, record in zip(self.windows, self.records, strict=True)
+        )
+
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
@@ -221,14 +234,11 @@ class ExplanationSearch:
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if position is None or len(waves) == MOST_HARMONICS:
             return None
-        speed = float(np.quantile(np.abs(rows.samples.velocity), 0.25))
-        shortest = max(
-            max(speed * window * record.period, 4.0 * record.resolution)
-            for window, record in zip(self.windows, self.records, strict=True)
-        )
         half = halved(np.unique(rows.samples.stroke, return_inverse=True)[1])
         excluded = (*waves, *((1.0,) if self.rotary else ()))
-        peak = highest_peak(position, rows.residual(used), half, shortest, excluded)
+        peak = highest_peak(
+            position, rows.residual(used), half, self.shortest_period(rows), excluded
+        )
         if peak is None:
             return None
         if self.rotary:
@@ -325,10 +335,11 @@ def search_explanations(
     best = rows.squares(used)
     trials = _trials(search, rows, waves, used)
     while bench.load is None and best is not None and trials:
-        usable = [one for one in trials if _spans_a_turn(one)]
-        if not usable:
+        usable = sorted(filter(_spans_a_turn, trials), key=lambda one: one.sum)
+        first = next((one for one in usable if _lasting(search, one, used, waves)), None)
+        if first is None:
             break
-        trial = min(usable, key=lambda one: one.sum)
+        trial = first
         if trial.hypothesis.term == WARMING:
             cause = next((one for one in usable if one.hypothesis.term == TEMPERATURE), None)
             if cause is not None and _supported(cause, best, used, settings):
@@ -360,6 +371,33 @@ def search_explanations(
     out += _left(search, rows, waves, used, settings)
     structure = Structure(tuple(one.term for one in used), waves)
     return (structure.load(search.rotary) if used else None), tuple(out)
+
+
+def _lasting(
+    search: ExplanationSearch, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
+) -> bool:
+    """Return whether a load explains the effort with longer smoothing windows, too.
+
+    The prediction error must decrease as much as with the first windows, and the parameters must
+    differ from 0. The paired test over strokes, which few strokes pass by chance, is not repeated.
+    The result is True for an effect, for a ripple that the longer windows smooth away, and if the
+    windows cannot be longer.
+    """
+    one = trial.hypothesis
+    smoother = search.smoother(SMOOTHER)
+    if not one.is_load or smoother.windows == search.windows:
+        return True
+    try:
+        rows = smoother.rows(waves if trial.wave is None else (*waves, trial.wave))
+    except UnusableLogs:
+        return True
+    short = trial.wave is not None and 2.0 * np.pi / trial.wave < smoother.shortest_period(rows)
+    simpler = rows.squares(used)
+    squares = rows.squares([*used, one])
+    if short or simpler is None or squares is None:
+        return True
+    smaller = bool(np.sum(squares) < WORTH**2 * np.sum(simpler))
+    return smaller and rows.probability(one, used) < trial.level
 
 
 def _spans_a_turn(trial: Trial) -> bool:

@@ -10,6 +10,10 @@ addition, all knees are optimised in turn. Schwarz's criterion (BIC), with the i
 as data, decides when to stop; a knee costs two parameters, its speed and its slope. With n strokes
 and p parameters, the penalty p log n is multiplied by n/(n - p - 2) (McQuarrie, 1999).
 
+The criterion assumes equal independent errors of all strokes, so that one stroke with a large error
+(a transient of a soft belt, for example) can pay for a knee. The change of slope at each knee must
+therefore differ from 0 in the jackknife, too, which needs no such assumption.
+
 The search for knees has an additional regressor, the mean acceleration, because an error of the
 bench's inertia can also look like a knee. The intervals of all parameters come from a jackknife;
 for a knee, the derivative with respect to its speed is one more regressor.
@@ -24,7 +28,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from frictool.identify.regression.regression import LeastSquaresSolution, solve
+from frictool.identify.regression.regression import (
+    LeastSquaresSolution,
+    SingularRegressors,
+    solve,
+)
 from frictool.typing import Matrix, Vector
 
 MOST_KNEES = 2
@@ -85,13 +93,17 @@ class PiecewiseFriction:
     residual: Vector
 
 
-def fit_pieces(means: StrokeMeans, most: int = MOST_KNEES) -> PiecewiseFriction:
+def fit_pieces(
+    means: StrokeMeans, most: int = MOST_KNEES, confidence: float = 0.95
+) -> PiecewiseFriction:
     """Return the piecewise friction with the knees that the rows support, at most `most`.
+
+    `confidence` is that of the intervals of the changes of slope, which must not contain 0.
 
     Raises SingularRegressors if the rows do not determine a single piece.
     """
     knees: tuple[float, ...] = ()
-    best: tuple[float, ...] = ()
+    chosen = [knees]
     least = _criterion(means, knees)
     for _ in range(most):
         placed = _with_one_more(means, knees)
@@ -99,9 +111,10 @@ def fit_pieces(means: StrokeMeans, most: int = MOST_KNEES) -> PiecewiseFriction:
             break
         knees = placed
         value = _criterion(means, placed)
-        if value < least - EVIDENCE * (len(knees) - len(best)):
-            best, least = knees, value
-    return _solved(means, best)
+        if value < least - EVIDENCE * (len(knees) - len(chosen[-1])):
+            chosen.append(placed)
+            least = value
+    return _solved(means, next(one for one in chosen[::-1] if _bends(means, one, confidence)))
 
 
 def design(means: StrokeMeans, knees: tuple[float, ...]) -> Matrix:
@@ -132,6 +145,23 @@ def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
         count * np.log((_squares(means, knees) + floor) / count)
         + parameters * np.log(count) * count / free
     )
+
+
+def _bends(means: StrokeMeans, knees: tuple[float, ...], confidence: float) -> bool:
+    """Return whether the slope changes at every knee, in a jackknife over the clusters."""
+    if not knees:
+        return True
+    bends = [means.piece(knee, np.inf) for knee in knees]
+    moved = [means.share_beyond(knee) for knee in knees]
+    columns = np.column_stack([*bends, *moved, means.piece(0.0, np.inf), means.columns])
+    if means.nuisance is not None:
+        columns = np.column_stack((columns, means.nuisance))
+    try:
+        solution = solve(columns, means.effort, means.weight, means.cluster)
+    except SingularRegressors:
+        return False
+    half = solution.half_width(confidence)[: len(knees)]
+    return bool(np.all(np.abs(solution.value[: len(knees)]) > half))
 
 
 def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float, ...] | None:

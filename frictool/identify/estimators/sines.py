@@ -268,7 +268,8 @@ def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[Piecewi
             means,
             effort=means.effort - inertia.value * rows.acceleration,
             nuisance=rows.acceleration[:, None],
-        )
+        ),
+        confidence=confidence,
     )
     half = pieces.solution.half_width(confidence)
     return pieces, np.hypot(half, _of_inertia(rows, pieces, inertia.interval, confidence))
