@@ -298,7 +298,7 @@ class Spring(
     tag_field="kind",
     tag="spring",
 ):
-    """Spring that pulls q_a - q_b (q_a against the ground) towards its free position.
+    """Spring between two blocks with coordinates q_a and q_b; at the end `ground`, q_b is 0.
 
     - `stiffness`: Stiffness of the spring. Write this key or `force`.
     - `force`: Effort as a function of q_a - q_b; a positive effort pulls q_a to lower values.

@@ -11,6 +11,7 @@ PID             all three gains (3.40)
 
 decaying        decaying e^(-decay_rate t): the lag of a drive, for dynamic laws only
 
+u is the effort, x the position, v the velocity, r the position reference, q the integral of x - r.
 Apart from the sine, u is linear in time and state. With a fixed sign of the friction, the motion
 therefore has a power series with recursive coefficients. Time t is measured from the start of the
 run, not of the segment.

@@ -2,13 +2,13 @@
 
     at rest    the breakaway threshold grows with the time at rest and as the film decays; since it
                never falls, an interval can be proved to contain no breakaway
-    in slip    Dormand-Prince with error control on speed and film, because F_c and F_s that vary
-               with position have no closed form
+    in slip    Dormand-Prince with error control on speed and film, because the motion has no
+               closed form if Coulomb friction and breakaway vary with position
 
 The film is the lagged velocity that determines the Stribeck effect. Within a piece of slip the
 derivatives are smooth, because four quantities are constant: the direction, the speed regime
 between two knees, the side of the Stribeck layer, and the time at rest before the slip. The time at
-rest determines F_s, the value of the Stribeck curve at v = 0.
+rest determines the breakaway, which is the value of the Stribeck curve at speed 0.
 """
 
 from __future__ import annotations

@@ -7,8 +7,9 @@ mode  name      motion
 1     SLIPPING  m v' = u - g(v) sign(v) - sigma_v v (Stribeck's law)
 ====  ========  ==========================================================================
 
-v is the velocity, u the effort, m the mass, g the curve of friction/stribeck.py, and sigma_v the
-viscous coefficient. friction/hybrid_time_step.py defines p0, Sigma and v_s.
+v is the velocity, u the effort, m the mass, F_c the Coulomb friction, F_s the breakaway, g the
+curve of friction/stribeck.py, and sigma_v the viscous coefficient. friction/hybrid_time_step.py
+defines p0, Sigma and v_s.
 
 C_{1->0} is (u < F_c and 0 < v < Sigma) or (u > -F_c and -Sigma < v < 0), (3.2), valid for Sigma > 3
 v_s. At v = 0 the body slips in the direction of the effort. If F_c or F_s differ by direction, the

@@ -57,9 +57,9 @@ class FrictionExtension:
     direction. forward, backward: position factor of each direction, as coefficients of
     `position_polynomial.normalised_coefficients`. travel: positions (low, high) of these
     polynomials [m | rad]. fresh: breakaway just after a stop divided by the breakaway after a long
-    rest, in (0, 1]. rise_time: tau of friction/rising_breakaway.py [s]. regimes: (knee, slope)
-    pairs of friction/speed_regimes.py. lag, delay: time constant and pure delay of the film
-    velocity [s]. boundary: speed below which no film forms [m/s | rad/s].
+    rest, in (0, 1]. rise_time: rise time of the breakaway [s], tau in friction/rising_breakaway.py.
+    regimes: (knee, slope) pairs of friction/speed_regimes.py. lag, delay: time constant and pure
+    delay of the film velocity [s]. boundary: speed below which no film forms [m/s | rad/s].
     """
 
     backward_values: Mapping[str, float] = field(default_factory=dict)

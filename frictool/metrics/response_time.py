@@ -25,7 +25,8 @@ def response_time_95(
 ) -> float:
     """Return the time [s] after which `position` stays in the 95 % zone around its final value.
 
-    `time` and `position` (n,) are the samples of the hold, which begins with the step. The half
+    `time` and `position` (n,) are the samples of the hold, which begins with the step of the
+    reference from `origin` to `target`. `resolution` is the step of the position signal. The half
     width of the zone is `zone_half_width`. The result is infinite if the position leaves the zone
     in the last tenth of the hold, or if its final value is more than half of the step off the
     target.

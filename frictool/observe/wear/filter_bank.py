@@ -12,8 +12,8 @@ EVIDENCE and decays within MEMORY moves.
 
 A and b are the Gram matrix C'C and C' effort of the move's rows C. The rows overlap, so that their
 errors are correlated. r is the variance of a row's residual, estimated from the moves, times
-`inflation`, the number of rows per independent row. Parameters are in units of their prior standard
-deviations.
+`inflation`, the number of overlapping rows that count as one independent row. Parameters are in
+units of their prior standard deviations.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ class FilterBank:
 
     With each move, the parameter `name` makes a random step with the standard deviation `walk`
     [SI]; the other parameters step only after a detected change. restrictions: one for each slope
-    in UNMODELLED, with equal matrices. variance: prior variance of a row's residual [(N m)^2 |
-    N^2]. states (k, n), spreads (k, n, n): means and covariances, relative to the prior mean, in
-    units of the prior standard deviations.
+    in UNMODELLED; they differ only in the prior. variance: prior variance of a row's residual [(N
+    m)^2 | N^2]. states (k, n), spreads (k, n, n): means and covariances, relative to the prior
+    mean, in units of the prior standard deviations.
     """
 
     def __init__(
