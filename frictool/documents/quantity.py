@@ -55,6 +55,22 @@ SI_UNITS: dict[str, tuple[str, str]] = {
     "length": ("m", "m"),
     "area": ("m^2", "m^2"),
 }
+# symbol -> powers of kg, m, s, A and K
+POWERS = {
+    "kg": (1, 0, 0, 0, 0),
+    "m": (0, 1, 0, 0, 0),
+    "s": (0, 0, 1, 0, 0),
+    "A": (0, 0, 0, 1, 0),
+    "K": (0, 0, 0, 0, 1),
+    "degC": (0, 0, 0, 0, 1),
+    "rad": (0, 0, 0, 0, 0),
+    "N": (1, 1, -2, 0, 0),
+    "V": (1, 2, -3, -1, 0),
+    "ohm": (1, 2, -3, -2, 0),
+    "H": (1, 2, -2, -2, 0),
+    "1": (0, 0, 0, 0, 0),
+}
+POWER = re.compile(r"([A-Za-z]+|1)(?:\^([0-9]))?")
 # the units of an angular motion name an angle: a frequency could count turns or radians
 ANGLE_NAME = re.compile(r"rad|deg|°|arc|rev|rpm|rps|turn|cycle|circle|gon", re.IGNORECASE)
 OTHER_UNITS = {"temperature": ", K or degF"}  # of dimensions whose SI unit has no multiples
@@ -289,6 +305,13 @@ def unit_scale(unit: str, dimension: str, axis: Axis) -> UnitScale:
     if unit == target:
         return UnitScale(1.0)
     others = OTHER_UNITS.get(dimension)
+    refusal = (
+        f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: "
+        f"{target}{others or ' and its multiples'}"
+    )
+    powers = _powers(unit)
+    if powers is not None and powers != _powers(target):
+        raise ValueError(refusal)
     units = unit_registry()
     errors = _pint().errors
     try:
@@ -297,10 +320,7 @@ def unit_scale(unit: str, dimension: str, axis: Axis) -> UnitScale:
             for number in (0.0, 1.0)
         )
     except errors.DimensionalityError:
-        raise ValueError(
-            f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: "
-            f"{target}{others or ' and its multiples'}"
-        ) from None
+        raise ValueError(refusal) from None
     except Exception:
         raise ValueError(
             f"unknown unit {unit!r}; for {_measured(dimension, axis)} write {target}"
@@ -314,6 +334,23 @@ def unit_scale(unit: str, dimension: str, axis: Axis) -> UnitScale:
     if not math.isfinite(one) or one <= zero:
         raise ValueError(f"unit {unit!r} has no positive finite factor to {target}; write {target}")
     return UnitScale(one - zero, zero)
+
+
+def _powers(unit: str) -> tuple[int, ...] | None:
+    """Return the powers of kg, m, s, A and K in a unit; None if it has a symbol beyond `POWERS`.
+
+    Such a unit needs pint, whose import takes several times longer than that of numpy.
+    """
+    total = [0] * len(POWERS["1"])
+    for index, part in enumerate(unit.split("/")):
+        for word in part.split():
+            match = POWER.fullmatch(word)
+            if match is None or match[1] not in POWERS:
+                return None
+            sign = -1 if index else 1
+            for at, power in enumerate(POWERS[match[1]]):
+                total[at] += sign * power * int(match[2] or 1)
+    return tuple(total)
 
 
 def _measured(dimension: str, axis: Axis) -> str:

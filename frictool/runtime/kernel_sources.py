@@ -27,6 +27,7 @@ LAZY = "frictool.runtime.lazy_exports"
 STORAGE = frozenset(  # modules that store machine code but generate none
     f"frictool.runtime.{name}"
     for name in (
+        "deferred_imports",
         "kernel_folders",
         "kernel_sources",
         "machine_code_store",

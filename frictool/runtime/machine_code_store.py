@@ -27,6 +27,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 from numba.core.dispatcher import Dispatcher
 
 from frictool.runtime import notifications
+from frictool.runtime.deferred_imports import defer_parts_of_numpy, import_array_functions
 from frictool.runtime.kernel_folders import prune_states, restricted_umask, writing
 from frictool.runtime.kernel_sources import INSTALLED, PACKAGE, Sources, State, UnknownSourcesError
 
@@ -35,6 +36,8 @@ try:
 except ImportError:  # Windows, on which two processes may compile the same kernel at once
     fcntl = None  # type: ignore[assignment]  # Windows has none
 
+defer_parts_of_numpy()
+import_array_functions()
 # lock file; one byte of it is locked for each kernel that is being compiled
 COMPILING = "compiling"
 PATIENCE_S = 300.0  # s, longest wait for another process that compiles the same kernel

@@ -1,0 +1,46 @@
+"""Parts of numpy and scipy that other packages import without need; here they are left for later.
+
+This module is imported before the first kernel is called.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+
+import numpy as np
+
+BLAS = "scipy.linalg.cython_blas"
+# parts of numpy that scipy.linalg looks at, but does not use
+UNUSED = ("f2py", "testing")
+
+
+def import_array_functions() -> None:
+    """Import numba's functions of arrays without scipy.linalg.
+
+    numba looks whether there is a BLAS for numpy.cov, which no kernel uses. For other functions of
+    linear algebra, numba imports the BLAS again.
+    """
+    hidden = BLAS not in sys.modules
+    if hidden:
+        sys.modules[BLAS] = None  # type: ignore[assignment]  # the import system then reports a missing module
+    try:
+        import numba.np.arraymath  # noqa: F401  # its functions are registered
+    finally:
+        if hidden:
+            del sys.modules[BLAS]
+
+
+def defer_parts_of_numpy() -> None:
+    """Let numpy load its unused parts when an attribute of them is read."""
+    for part in UNUSED:
+        name = f"numpy.{part}"
+        spec = importlib.util.find_spec(name) if name not in sys.modules else None
+        if spec is None or spec.loader is None:
+            continue
+        loader = importlib.util.LazyLoader(spec.loader)
+        spec.loader = loader
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        loader.exec_module(module)
+        setattr(np, part, module)
