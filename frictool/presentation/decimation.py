@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
 DRAWN_LEVELS = 1500  # smallest visible difference, relative to the height of a curve
@@ -30,12 +30,13 @@ def decimated_indices(*signals: Vector, columns: int = COLUMNS) -> NDArray[np.in
         return np.arange(count, dtype=np.intp)
     edges = np.linspace(0, count, columns + 1).astype(np.intp)
     kept = [edges[:-1], edges[1:] - 1]
-    for signal in signals:
-        pieces = [
-            (start + int(np.argmin(signal[start:stop])), start + int(np.argmax(signal[start:stop])))
-            for start, stop in _pairs(edges)
-        ]
-        kept.append(np.array(pieces, dtype=np.intp).ravel())
+    lengths = np.diff(edges)
+    for length in np.unique(lengths):
+        starts = edges[:-1][lengths == length]
+        column = starts[:, None] + np.arange(length)
+        for signal in signals:
+            values = signal[column]
+            kept += [starts + np.argmin(values, axis=1), starts + np.argmax(values, axis=1)]
     return np.unique(np.concatenate(kept))
 
 
@@ -48,28 +49,39 @@ def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -
     count = abscissa.size
     if count < 3:
         return np.arange(count, dtype=np.intp)
-    times, values = abscissa.tolist(), ordinate.tolist()
-    kept = [0]
+    times, values = (np.ascontiguousarray(one, dtype=np.float64) for one in (abscissa, ordinate))
+    return np.unique(_straightened(times, values, tolerance))
+
+
+@kernel
+def _straightened(times: Vector, values: Vector, tolerance: float) -> NDArray[np.intp]:
+    """Return the indices of `straightened_indices`; some occur twice."""
+    count = times.size
+    kept = np.empty(3 * count, dtype=np.intp)
+    kept[0] = 0
+    used = 1
     low, high = -math.inf, math.inf
     for k in range(1, count):
-        start = kept[-1]
+        start = kept[used - 1]
         step = times[k] - times[start]
         rise = values[k] - values[start]
-        if not (math.isfinite(rise) and step > 0.0):
-            kept += [k - 1] * (k - 1 > start) + [k]
+        if math.isfinite(rise) and step > 0.0 and not low <= rise / step <= high:
+            start = k - 1
+            kept[used] = start
+            used += 1
+            step = times[k] - times[start]
+            rise = values[k] - values[start]
             low, high = -math.inf, math.inf
+        if math.isfinite(rise) and step > 0.0:
+            low = max(low, (rise - tolerance) / step)
+            high = min(high, (rise + tolerance) / step)
             continue
-        if not low <= rise / step <= high:
-            kept.append(k - 1)
-            step = times[k] - times[k - 1]
-            rise = values[k] - values[k - 1]
-            low, high = -math.inf, math.inf
-            if not (math.isfinite(rise) and step > 0.0):
-                kept.append(k)
-                continue
-        low = max(low, (rise - tolerance) / step)
-        high = min(high, (rise + tolerance) / step)
-    return np.unique(np.array([*kept, count - 1], dtype=np.intp))
+        for index in (k - 1, k):
+            kept[used] = index
+            used += 1
+        low, high = -math.inf, math.inf
+    kept[used] = count - 1
+    return kept[: used + 1]
 
 
 def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
@@ -97,7 +109,3 @@ def decimated_path_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.int
     stride = np.floor(length * COLUMNS)
     kept = np.flatnonzero(np.diff(stride, prepend=-1.0) > 0)
     return np.union1d(kept, [length.size - 1]).astype(np.intp)
-
-
-def _pairs(edges: NDArray[np.intp]) -> list[tuple[int, int]]:
-    return [(int(a), int(b)) for a, b in itertools.pairwise(edges)]

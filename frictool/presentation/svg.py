@@ -108,7 +108,7 @@ def render(figure: Figure, label: str) -> str:
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
     # group ids repeat from figure to figure, and nothing refers to them
-    text = re.sub(r'(<g) id="[^"]*"', r"\1", text)
+    text = re.sub(r'(?<=<g) id="[^"]*"', "", text)
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     for size in ("width", "height"):
         text = re.sub(rf'<svg([^>]*?) {size}="[^"]*"', r"<svg\1", text, count=1)
@@ -127,6 +127,6 @@ def render_compact(figure: Figure, label: str) -> str:
     """
     return re.sub(
         r' d="[^"]*"',
-        lambda path: re.sub(r"\s*\nL ", "L", re.sub(r"(\.\d)\d+", r"\1", path.group())),
+        lambda path: re.sub(r"\s*\nL ", "L", re.sub(r"(?<=\.\d)\d+", "", path.group())),
         render(figure, label),
     )
