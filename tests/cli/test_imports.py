@@ -42,9 +42,11 @@ def test_commands_import_what_they_use(tmp_path: Path) -> None:
     ]  # fmt: skip
     identify = ["identify", *logs, "--bench", bench, "-o", tmp_path / "model.yaml"]
     again = ["ingest", raw / "ramp.csv", "--bench", bench, "-o", tmp_path / "again.mcap"]
-    commands = [["info", logs[1]], ["info", raw / "ramp.csv"], again, simulate, identify]
+    spec = ROOT / "configs" / "clutch" / "spec.yaml"
+    report = ["report", tmp_path / "run.mcap", "--spec", spec, "--bench", bench]
+    commands = [["info", logs[1]], ["info", raw / "ramp.csv"], again, simulate, report, identify]
     *light, identified = _imported(commands)
-    assert light == [set(), COMPILER, COMPILER, COMPILER]
+    assert light == [set(), COMPILER, COMPILER, COMPILER, COMPILER]
     assert identified <= COMPILER | {"scipy.linalg", "scipy.optimize", "scipy.special"}
 
 
