@@ -52,11 +52,12 @@ class HeldEffort:
     """Held effort of a record and its effect on the parameters.
 
     - hold: number of samples between two updates
-    - low, high: interval of the coefficient b
-    - logged, interpolated: inertia fitted to the effort as logged, and to the effort interpolated
-      between updates
-    - effect: largest change of a parameter between these two fits; for the inertia, relative to the
-      inertia; for other parameters, as an effort relative to the rms effort
+    - low, high: confidence interval of the coefficient b, the factor of y_held - y (module)
+    - logged, interpolated: inertia [kg m^2 | kg], fitted to the effort as logged, and fitted to the
+      effort interpolated between updates
+    - effect: largest relative change of a parameter between these two fits. The change of the
+      inertia is divided by the inertia. The change of another parameter is multiplied by the rms of
+      its regressor and divided by the rms effort.
     """
 
     hold: int
@@ -103,10 +104,10 @@ def slow_effort_warnings(
 
 
 def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
-    """Return the number of samples between updates of a held effort (n,), and the updates' indices.
+    """Return the number of samples between updates of an effort (n,), and the updates' indices.
 
-    An update is a sample whose value differs from the previous one. Return None if the effort is
-    not held between updates.
+    An update is a sample whose value differs from the previous one. Return None if the effort does
+    not stay constant between updates.
     """
     change = np.diff(effort)
     updates = np.flatnonzero(change) + 1
@@ -124,7 +125,8 @@ def held_effort(
 ) -> HeldEffort | None:
     """Return the effect of a record's held effort.
 
-    Return None if the effort is not held, or if the record does not determine the effect.
+    Return None if the effort does not stay constant between updates, or if the record does not
+    determine the effect.
     """
     record = record.part(slice(0, MOST_SAMPLES))
     hold = hold_of(record.effort)

@@ -1,17 +1,18 @@
 """H-infinity synthesis over a polytope with one Lyapunov matrix (theorem 5.3.1), by elimination.
 
-    minimise              smallest gamma and (R, S), the X and Y of (5.61), for all plants
-    controller            central controller of one plant; for a polytope of plants, the controller
-                          that is frozen at this plant
-    vertex_controllers    one controller per vertex in common coordinates; the inequalities
-                          cover their barycentric sums (5.64)
+    minimise              computes the smallest gamma that is possible for all plants together, and
+                          matrices R and S that all plants share (X and Y in (5.61))
+    controller            computes the central controller of one plant, with these R and S
+    vertex_controllers    computes one controller per vertex, all in the same state coordinates;
+                          the inequalities guarantee gamma for each barycentric sum of them (5.64)
 
 The plants are in continuous or discrete time. The solver's result is reliable only for a
 well-conditioned problem, whatever status the solver reports. Therefore the problem is solved
 several times. Each solution changes the coordinates and the scale of the next problem, so that R
-and S become nearly equal and diagonal, and gamma nearly one. Recentring follows: at a gamma
-somewhat above the optimum, first the smallest R and S are computed, then the R and S for which
-[R I; I S] is farthest from singular. The coefficients of the controller are then bounded.
+and S become nearly equal and diagonal, and gamma nearly one. Two further problems are solved at a gamma
+slightly above the optimum. The first minimises trace(R + S). The second limits this trace to
+TRACE_SLACK times its minimum and maximises b subject to [R bI; bI S] >= 0. [R I; I S] is then far
+from singular, which avoids very large coefficients of the controller.
 
 For one plant, two Riccati equations give gamma, R and S (riccati_synthesis.py). If R and S violate
 the inequalities, the solver is used.
@@ -175,9 +176,8 @@ def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.
 
     With `ease` > 1 the result is the central controller at `ease` times that gamma. The
     inequalities then guarantee only this larger norm. The controller is slower, and the norm of its
-    loop is often still below `lyapunov.gamma`, but this must be verified. A frozen controller must
-    always be verified. Raises NoSolutionError if (R, S) do not admit a controller to working
-    precision, ValueError if `ease` is below 1.
+    loop is often still below `lyapunov.gamma`, but this must be verified. Raises NoSolutionError if
+    (R, S) do not admit a controller to working precision, ValueError if `ease` is below 1.
     """
     if not ease >= 1.0:
         raise ValueError(f"ease is {ease:g}; it is a factor on gamma, 1 or more")
@@ -194,7 +194,7 @@ def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.
 def vertex_controllers(
     plants: Sequence[GeneralisedPlant], lyapunov: LyapunovPair, ease: float = 1.0
 ) -> tuple[Lti, ...]:
-    """Return a controller for each plant, in common coordinates.
+    """Return a controller for each plant, all in the same state coordinates.
 
     Any convex combination of the plants and the same combination of these controllers form a loop
     with a norm of at most `ease` times gamma (thesis 5.46, 5.64).

@@ -22,9 +22,10 @@ from frictool.errors import NoSolutionError
 
 @dataclass(frozen=True)
 class LoadDisturbance:
-    """Largest load terms, and the efforts that oppose the load [N m | N].
+    """Largest load terms, and the efforts that can hold the load [N m | N].
 
-    available: effort of the actuator at its limit. breakaway: smallest breakaway.
+    offset, gravity, ripple: largest absolute value of each load term. available: effort of the
+    actuator at its limit. breakaway: lower end of the breakaway's interval.
     """
 
     offset: float
@@ -79,5 +80,8 @@ def largest(estimate: Estimate) -> float:
 
 
 def amplitude(sine: Estimate, cosine: Estimate) -> float:
-    """Return the largest |s sin x + c cos x| for any x, s in `sine` and c in `cosine`."""
+    """Return the maximum of |s sin x + c cos x| over all x, and all s and c in the intervals.
+
+    s is in the interval of `sine`, c in that of `cosine`.
+    """
     return math.hypot(largest(sine), largest(cosine))

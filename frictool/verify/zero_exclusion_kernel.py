@@ -26,12 +26,12 @@ below; T in the table is the period) has these entries, divided by D and multipl
     u = N E Z^d X        i = (1 - e) N Q^(d + 1) X      (N Q^d X without lag)
 
 If the loop feeds back a speed, the matrix has one entry only: e of a position from the reference,
-the sensitivity. A measured speed with the numerator N_v adds, with the filter of the speed within
-A,
+the sensitivity. If the speed is measured, A contains the filter of the speed, and M G has one more
+term with the numerator N_v of the measured speed:
 
     2 p kappa N_v Q^(d + 1) V,    V = (h_1 E - 2 p a)/T
 
-to M G. If the position is free, the common factor 2 p is left out of all terms. No entry has a pole
+If the position is free, the common factor 2 p is left out of all terms. No entry has a pole
 or a cancellation at z = 1. Every quantity is a Taylor form (taylor_forms.py) in t, kappa and sigma
 over a cell.
 """
@@ -122,11 +122,12 @@ class KernelWorkspace(NamedTuple):
 
 
 class LoopTerms(NamedTuple):
-    """Taylor forms of the module's formulas in a cell: intervals of t, kappa and sigma.
+    """Taylor forms of the module's formulas in one cell, a box of t, kappa and sigma.
 
     two_p, big_q: 2 p, Q. hold: H. poles: 2 p H, or H if the position is free. lag: E. axis: B.
-    kept: K. moved: M G, with the measured speed. looped: M. entering: N E Z^d. driving:
-    (1 - e) N Q^(d + 1). over: 1/D. The other fields are named as in the module's formulas.
+    kept: K. moved: M G, plus the term of N_v if the speed is measured. looped: M. entering:
+    N E Z^d. driving: (1 - e) N Q^(d + 1), or N Q^d without lag. whole: D. over: 1/D. error, noise:
+    weights W2, W4. The other fields have the names of the module's formulas.
     """
 
     two_p: Form

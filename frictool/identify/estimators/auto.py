@@ -177,8 +177,8 @@ def _speeds(
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
     """Return the verdict on a parameter for the default precision.
 
-    If that precision cannot be reached, return the verdict for the relative half width of the
-    bench's interval, or for 1 if the bench has no interval.
+    If the logs cannot reach that precision, the verdict is for a coarser one: the relative half
+    width of the bench's interval, or 1 (100 %) if the bench has no interval.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))

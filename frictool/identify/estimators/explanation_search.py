@@ -195,8 +195,8 @@ class ExplanationSearch:
     def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:
         """Return the rows of `samples`, reduced to triangular matrices.
 
-        The base columns, which are in every fit, are the columns that the bench declares, without
-        the columns of parameters that are fixed in the samples.
+        Every fit contains the base columns: those of the sliding parameters and of the loads that
+        the bench declares. A parameter whose value `samples` fixes has no base column.
         """
         names = parameters_of(samples)[0]
         plain, _, cluster, stroke = reduced(

@@ -1,8 +1,9 @@
-"""Linear least squares by QR, with intervals for residuals correlated within clusters.
+"""Linear least squares by QR, with confidence intervals of the parameters.
 
-With filtered and quantised signals, residuals are correlated over a window and over a stroke, so
-that the usual covariance is too small by orders of magnitude. Here the covariance comes from a
-jackknife that leaves out one cluster (usually a stroke) at a time: CR3 of Bell and McCaffrey
+The intervals allow for residuals that are correlated within clusters of rows. Filtered and
+quantised signals cause such residuals: they are correlated over a smoothing window and over a
+stroke, and the usual covariance is too small by orders of magnitude. Here the covariance comes from
+a jackknife that leaves out one cluster (usually a stroke) at a time: CR3 of Bell and McCaffrey
 (2002). Student's quantile has the effective degrees of freedom of each parameter.
 """
 
