@@ -9,6 +9,8 @@ import msgspec
 from frictool.documents.metric_table import REQUIREMENTS, requirement_title
 from frictool.documents.proof import Proof, ProvedRequirement
 from frictool.documents.quantity import si_unit
+from frictool.verify.rest_proof import prove_rest
+from frictool.verify.rest_view import rest_lines
 
 STATES = {"proved": "PROVED", "refuted": "REFUTED", "undecided": "UNDECIDED"}
 
@@ -60,7 +62,20 @@ def lines(proof: Proof) -> list[str]:
     if proof.open_share:
         share = 100.0 * proof.open_share
         head += f"; nothing is proved for up to {share:.3g} % of the starts of a plant"
-    return [head, *(_requirement(one, unit) for one in proof.requirements)]
+    return [head, *(_requirement(one, unit) for one in proof.requirements), *_rest_in_band(proof)]
+
+
+def _rest_in_band(proof: Proof) -> list[str]:
+    """Return the lines on rest in the band for every plant of the box, proved again."""
+    controller, certificate = proof.controller, proof.controller.certificate
+    if certificate is None:
+        return []
+    rest = prove_rest(controller, certificate)
+    if rest is None or rest.verdict != "proved":
+        return []
+    again = msgspec.structs.replace(certificate, rest=rest, cycle=None)
+    figures = 2 if rest.speed > 0.0 else 1  # the lines after these are the checks of the proof
+    return rest_lines(controller, again)[:figures]
 
 
 def _plants(proof: Proof) -> str:

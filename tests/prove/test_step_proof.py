@@ -35,6 +35,7 @@ from frictool.prove.encoder_phases import LoopOfPlant, phase_runs
 from frictool.prove.proof_view import lines, verdict_of
 from frictool.prove.step_proof import ProofRequest, differences, loop_of, prove_step
 from frictool.simulate.axis_variants import variants_of
+from frictool.verify.rest_proof import prove_rest
 from studies.rigs.clutch_model import ROOT, clutch_model
 from tests.support.certified_controllers import certified
 from tests.support.simulated_mechanisms import one_axis
@@ -289,6 +290,23 @@ def test_the_drive_limit_proves_the_peak_for_the_box_or_for_no_plant_between() -
 
     assert (peak(50.0).state, peak(50.0).box) == ("proved", 50.0)
     assert peak(60.0).box is None
+
+
+def test_rest_in_the_band_is_stated_from_the_box_and_not_from_the_document() -> None:
+    proof = _proof()
+    stated = "rest: proved for every plant of the box"
+    assert any(line.startswith(stated) for line in lines(proof))
+    certificate = proof.controller.certificate
+    assert certificate is not None
+    # without friction nothing stops the axis, whatever the document claims
+    box = msgspec.structs.replace(certificate.box, coulomb=(0.0, 0.18))
+    claim = prove_rest(proof.controller, certificate)
+    assert claim is not None
+    assert claim.verdict == "proved"
+    slippery = msgspec.structs.replace(certificate, box=box, rest=claim)
+    controller = msgspec.structs.replace(proof.controller, certificate=slippery)
+    edited = msgspec.structs.replace(proof, controller=controller)
+    assert not any(line.startswith(stated) for line in lines(edited))
 
 
 def test_a_controller_without_bounds_of_its_states_has_no_bound_of_its_command() -> None:
