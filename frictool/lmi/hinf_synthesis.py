@@ -9,8 +9,8 @@
 The plants are in continuous or discrete time. The solver's result is reliable only for a
 well-conditioned problem, whatever status the solver reports. Therefore the problem is solved
 several times. Each solution changes the coordinates and the scale of the next problem, so that R
-and S become nearly equal and diagonal, and gamma nearly one. Two further problems are solved at a gamma
-slightly above the optimum. The first minimises trace(R + S). The second limits this trace to
+and S become nearly equal and diagonal, and gamma nearly one. Two further problems are solved at a
+gamma slightly above the optimum. The first minimises trace(R + S). The second limits this trace to
 TRACE_SLACK times its minimum and maximises b subject to [R bI; bI S] >= 0. [R I; I S] is then far
 from singular, which avoids very large coefficients of the controller.
 

@@ -31,9 +31,9 @@ term with the numerator N_v of the measured speed:
 
     2 p kappa N_v Q^(d + 1) V,    V = (h_1 E - 2 p a)/T
 
-If the position is free, the common factor 2 p is left out of all terms. No entry has a pole
-or a cancellation at z = 1. Every quantity is a Taylor form (taylor_forms.py) in t, kappa and sigma
-over a cell.
+If the position is free, the common factor 2 p is left out of all terms. No entry has a pole or a
+cancellation at z = 1. Every quantity is a Taylor form (taylor_forms.py) in t, kappa and sigma over
+a cell.
 """
 
 from __future__ import annotations
