@@ -19,6 +19,7 @@ from frictool.documents.controller import LinearController
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, inverse_tustin, parallel_sum
 from frictool.synth.balancing import balanced_form
+from frictool.synth.pole_zero_pairs import paired_sections, section_response
 from frictool.typing import ComplexVector, Matrix
 from frictool.verify.feedback_loops import running_form
 from frictool.verify.hinf_norm import spectral_radius
@@ -48,7 +49,7 @@ def stored_forms(k: Lti) -> LinearController:
     whole = kept if integrator is None else parallel_sum(integrator, kept)
     sections = _sections(whole, kept.a)
     angles = np.geomspace(1e-3, np.pi, 200)
-    _, from_sections = scipy.signal.sosfreqz(sections, worN=angles)
+    from_sections = section_response(sections, angles)
     weight = np.ones(len(angles)) if integrator is None else np.abs(np.exp(1j * angles) - 1.0)
     direct = whole.response(angles / whole.period)[:, 0, 0]
     if np.max(weight * np.abs(from_sections - direct)) > 1e-6 * np.max(weight * np.abs(direct)):
@@ -160,7 +161,7 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
     )
     if len(first) and not len(poles):
         return np.asarray(first * [gain, gain, gain, 1.0, 1.0, 1.0])
-    sections = np.asarray(scipy.signal.zpk2sos(zeros, poles, gain))
+    sections = paired_sections(zeros, poles, gain)
     for _ in range(
         len(poles) - len(zeros)
     ):  # each pole without a zero delays by one sample: shift a numerator with a free coefficient
