@@ -155,7 +155,7 @@ def _uniform(kind: Any) -> list[Any]:
 
 
 def kept(folder: Path) -> Iterator[list[Any]]:
-    """Yield the rows of the kernels in a toolchain's folder; callers of others come first."""
+    """Yield the rows of the kernels in a toolchain's folder; callers come before their callees."""
     sources = Sources(PACKAGE.parent, folder)
     rows = []
     for state in kernel_folders.states(folder):
@@ -175,7 +175,7 @@ def kept(folder: Path) -> Iterator[list[Any]]:
 
 
 def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:
-    """Yield one row for each signature of a function that Python can call or point to."""
+    """Yield one row for each signature that Python can call directly or by a function pointer."""
     kernel: Any = getattr(importlib.import_module(module), name, None)
     for signature, *_ in signatures if kernel is not None else ():
         is_pointer = hasattr(signature, "return_type")

@@ -78,7 +78,7 @@ def coast_down(
 
 
 def inertial_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> float:
-    """Return the rms residual of the equation without effort, relative to inertia rms(a)."""
+    """Return the rms of the measured minus the modelled effort, divided by inertia rms(a)."""
     left = sum(float(np.sum((one.effort - one.modelled_effort(values, laws)) ** 2)) for one in rows)
     size = sum(float(np.sum((values["inertia"] * one.acceleration) ** 2)) for one in rows)
     return float(np.sqrt(left / size))

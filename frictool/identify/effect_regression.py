@@ -61,7 +61,7 @@ class AcceptedEffects:
     - significance: p-value of the effect that was accepted last
     - shift: change of each sliding parameter if the model had these effects
     - held_out: sum of the squared prediction errors, relative to the sum without the effects
-    - scatter: half width by which each shift is uncertain; a missing parameter has 0
+    - scatter: parameter -> half width of the interval of its shift; 0 for a missing parameter
     """
 
     what: tuple[str, ...]

@@ -1,7 +1,7 @@
 """Second fit, with the refused parameters fixed at their values in the model.
 
-A model contains a value in the bench's range for each refused parameter. The first fit can have had
-another value of this parameter. The other parameters are therefore fitted again with the value of
+A model contains a value in the bench's range for each refused parameter. In the first fit, this
+parameter may have another value. The other parameters are therefore fitted again with the value of
 the model fixed, and its interval widens their intervals.
 """
 

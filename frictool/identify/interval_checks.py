@@ -110,8 +110,8 @@ def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> 
     Returns
     -------
     Interval | None
-        None if the bench has no range, if the interval does not narrow it, or if both do not
-        overlap.
+        None if the bench has no range, if the interval does not narrow this range, or if the two do
+        not overlap.
     """
     if known is None or known.low is None or known.high is None:
         return None
@@ -131,7 +131,7 @@ def contradicts(interval: Interval, known: Quantity | None) -> bool:
 
 
 def outside(interval: Interval, known: Quantity | None) -> str:
-    """Return the end of a refusal whose interval contradicts the bench's; empty for others."""
+    """Return the end of a refusal if the interval contradicts the bench's interval, else ""."""
     if known is None or interval.high < 0.0 or not contradicts(interval, known):
         return ""
     return (

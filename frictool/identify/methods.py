@@ -300,8 +300,8 @@ class IdentificationSettings:
     - threshold: least speed of a sample in the method `threshold`, rad/s | m/s
     - forgetting: weight of a squared residual that is one median stroke old, in ]0, 1]
     - pipeline: filters of inverse-dynamic and friction-force
-    - fixed: sliding parameter -> bench's interval at which a second fit fixes the parameter,
-      because the first fit did not identify it
+    - fixed: sliding parameter that the first fit did not identify -> bench's interval, at whose
+      value the second fit fixes the parameter
     """
 
     confidence: float = 0.95

@@ -49,7 +49,7 @@ class TemperatureSignal:
     """Temperature of a record, and the shape of friction over temperature.
 
     - values: temperature, (n,), degC
-    - reference: temperature at which the sliding parameters hold, degC
+    - reference: temperature for which the sliding parameters are valid, degC
     - viscous_rate, coulomb_rate: approximate relative change of both frictions per kelvin, 1/K
     - viscous_curvature: approximate coefficient of the square of `excess` in the exponent, 1/K^2;
       0 if the logs do not determine it
@@ -334,9 +334,10 @@ def _with_temperature(record: MotionRecord, log: Log) -> MotionRecord:
 
 
 def reference_temperature(measured: Sequence[Vector]) -> float:
-    """Return the measured temperature nearest to the mean of all, degC; one vector (n,) a record.
+    """Return the measured temperature nearest to the mean of all measured temperatures, degC.
 
-    Friction is determined best there. At the mean of a cold and a hot log it is not measured.
+    `measured` contains one vector (n,) for each record. The mean itself may lie between a cold and
+    a hot log, where friction was not measured.
     """
     values = np.concatenate(measured)
     return float(values[np.argmin(np.abs(values - np.mean(values)))])

@@ -75,7 +75,7 @@ def law_lines(model: Model) -> list[str]:
 
 
 def temperature_lines(law: FrictionOverTemperature) -> list[str]:
-    """Return the lines on the temperature at which friction holds, and on its change."""
+    """Return the lines on the reference temperature, and on friction over temperature."""
     low, high = law.over.low, law.over.high
     changes = {"viscous": law.viscous, "coulomb": law.coulomb}
     known = {name: one for name, one in changes.items() if one is not None}

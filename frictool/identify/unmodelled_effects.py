@@ -15,7 +15,7 @@ strokes (`regression`) does not include the resulting error. Six sources of this
 4. If the column of the delay is used, the shift by an exact delay and by an exact lag is computed.
 5. If a delay is not used but improves the prediction of unseen strokes, the parameters shift as by
    a delay that is known to half a sample before the fit: effort and position of a row may have been
-   read half a sample apart. A longer delay counts as the regression finds it.
+   read half a sample apart. If the regression gives a longer delay, its value is used.
 6. If an eccentric encoder is not used but improves that prediction, inertia and viscous friction
    shift as by an error of the encoder's local gain.
 

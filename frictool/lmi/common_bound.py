@@ -8,10 +8,10 @@ their hull (Boyd et al., 1994). In discrete time a Schur complement keeps A' P A
     [-P  A'P  0  C'; P A  -P  P B  0; 0  B'P  -gamma  D'; C  0  D  -gamma] < 0.
 
 The matrices of a sampled plant are not multi-affine in the parameters of the continuous plant. For
-sampled loops the bound therefore covers plants with sampled matrices interpolated between the
-matrices of the corners. The true plants between the corners are near them, but not covered. The
-solver's gamma is not used: for the computed P, the smallest gamma of each inequality is the largest
-eigenvalue of a matrix (Schur complement).
+sampled loops the bound is therefore valid for plants whose sampled matrices are interpolated
+between the matrices of the corners. It is not proved for the true plants between the corners,
+although they are close to the interpolated ones. The solver's gamma is not used: for the computed
+P, the smallest gamma of each inequality is the largest eigenvalue of a matrix (Schur complement).
 """
 
 from __future__ import annotations

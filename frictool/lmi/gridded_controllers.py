@@ -168,8 +168,8 @@ def certified_gamma(
 ) -> float:
     """Return the gamma that P(r) proves at r = `values` for one controller; inf if none.
 
-    The proof covers every corner of the rates. The controller must have the state coordinates of
-    the scheduled controllers. A barycentric sum of the scheduled controllers (5.64) is also
+    The proof is valid at every corner of the rates. The controller must have the state coordinates
+    of the scheduled controllers. A barycentric sum of the scheduled controllers (5.64) is also
     allowed; the synthesis alone guarantees nothing for this sum.
     """
     states = scipy.linalg.block_diag(solution.t, np.eye(controller.order))

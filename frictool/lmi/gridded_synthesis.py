@@ -6,9 +6,9 @@ single r gives an LTI problem.
 
 A grid proves nothing between its points. After each solution the inequalities are evaluated on a
 finer grid with an offset, and the points at which they fail join the grid. This is evidence, not a
-proof for every r. A controller frozen at one r is therefore verified by the norms of its closed
-loops. One r may have several plants (vertices of parameters on which X and Y do not depend); their
-convex hull is then covered.
+proof for every r. The controller of one r is therefore verified by the norms of its closed loops.
+One r may have several plants (vertices of parameters on which X and Y do not depend). The
+inequalities then hold for every plant in the convex hull of these plants.
 """
 
 from __future__ import annotations

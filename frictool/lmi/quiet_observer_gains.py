@@ -57,8 +57,8 @@ INSIDE, FASTER = (
 class QuietGains:
     """Gains with matrices P_i that prove two bounds.
 
-    gains: gains, P_i, and the bound gamma that they prove. noise_gain: smallest bound nu of the
-    noise that P_i prove.
+    gains: the gains L_i, the matrices P_i, and the bound gamma that P_i prove. noise_gain: the
+    smallest bound nu of |z|/|w| that P_i prove, for the noise w.
     """
 
     gains: SwitchedGains

@@ -86,7 +86,7 @@ def prove_step(
     DocumentError
         If the documents disagree.
     NoSolutionError
-        If the test, the model or the controller contains something that the proof does not cover.
+        If the test, the model or the controller contains something that the proof does not support.
     """
     check_agreement(rig_of(test.model.bench, test.model), test.controller, test.scenario, names)
     plants = variants_of(test.model, test.scenario, names.model)
@@ -119,7 +119,10 @@ def prove_step(
 
 @dataclass(frozen=True)
 class PlantOutcome:
-    """Result for one plant; open_share: share of the starts for which nothing is proved."""
+    """Result for one plant.
+
+    runs: number of runs. open_share: share of the starts for which nothing is proved.
+    """
 
     requirements: tuple[ProvedRequirement, ...]
     runs: int
@@ -162,7 +165,7 @@ def prove_again(proof: Proof, progress: Callable[[float], None] = lambda _: None
 
 
 def loop_of(test: ProofRequest, plant: AxisVariant) -> LoopOfPlant:
-    """Return the sampled loop of a plant; raise NoSolutionError if the proof does not cover it."""
+    """Return the sampled loop of a plant; raise NoSolutionError if no proof is possible for it."""
     _refuse_uncovered(test)
     axis = plant.axis.checked()
     controller, scenario = test.controller, test.scenario

@@ -1,4 +1,4 @@
-"""Parts of numpy and scipy that other packages import without need; here they are left for later.
+"""Deferred import of parts of numpy and scipy that other packages import without need.
 
 This module is imported before the first kernel is called.
 """
@@ -18,8 +18,8 @@ UNUSED = ("f2py", "testing")
 def import_array_functions() -> None:
     """Import numba's functions of arrays without scipy.linalg.
 
-    numba looks whether there is a BLAS for numpy.cov, which no kernel uses. For other functions of
-    linear algebra, numba imports the BLAS again.
+    For numpy.cov, which no kernel uses, numba tries to import scipy's BLAS. This function hides the
+    BLAS during that import. For other functions of linear algebra, numba imports the BLAS later.
     """
     hidden = BLAS not in sys.modules
     if hidden:

@@ -15,7 +15,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def lft_lpv(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the candidate frozen at the centre, with the controllers of the vertices.
+    """Return the candidate with the controller of the centre plant and those of the vertices.
 
     Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
     their gamma.

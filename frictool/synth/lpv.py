@@ -1,8 +1,8 @@
 """Method `lpv`: common Lyapunov matrices over the polytope's vertices (theorem 5.3.1).
 
-The controller is frozen at one plant (thesis 5.64-5.65). The inequalities guarantee nothing for a
-frozen controller at the other vertices. The sampled loop of the frozen controller is therefore
-rebuilt from the stored coefficients and verified at every vertex.
+The frozen controller is the controller of one plant of the polytope, the design's `frozen_at`
+(thesis 5.64-5.65). The inequalities guarantee nothing for this controller with another plant.
+Therefore its sampled loop is rebuilt from the stored coefficients and verified at every vertex.
 """
 
 from __future__ import annotations

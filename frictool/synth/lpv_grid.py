@@ -1,11 +1,11 @@
 """Method `lpv_grid`: Lyapunov matrices X and Y as polynomials of the scheduled parameters.
 
 The inequalities of thesis (5.62) are solved on a grid, and also checked between its points. Method
-`lpv` has one X and one Y, and therefore covers parameters that jump. Method `lpv_grid` assumes
-constant or slowly varying parameters and reaches a lower gamma. All plants on the grid are exact;
-no plant is linearised. Coulomb friction only scales an input: if Coulomb friction is scheduled, its
-largest value is used everywhere. The controller is frozen at one plant (thesis 5.3.4), and its loop
-is verified at every vertex.
+`lpv` has one X and one Y, and is therefore valid for parameters that jump. Method `lpv_grid`
+assumes constant or slowly varying parameters and reaches a lower gamma. All plants on the grid are
+exact; no plant is linearised. Coulomb friction only scales an input: if Coulomb friction is
+scheduled, its largest value is used everywhere. The frozen controller is the controller of one
+plant, the design's `frozen_at` (thesis 5.3.4). Its loop is verified at every vertex.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Method `minimax`: the constant controller of fixed order with the smallest worst norm.
 
 The inequalities of theorem 5.3.1 bound the norm with a scheduled controller only, and not with a
-controller frozen at one plant (thesis 5.3.4). This method varies the parameters of one constant
-controller (structured_controller.py), and minimises the largest norm of all vertices directly.
+constant controller (thesis 5.3.4). This method varies the parameters of one constant controller
+(structured_controller.py), and minimises the largest norm of all vertices directly.
 
 The problem is not convex. The search improves random controllers (from a seed) of the least order
 that can stabilise all vertices. Each best controller then gets a pole and an equal zero, and the

@@ -27,9 +27,10 @@ Interval = tuple[float, float]
 def differences(
     controller: Controller, facts: Mapping[str, float], ranges: Mapping[str, Interval]
 ) -> tuple[str, ...]:
-    """Return a phrase for each fact and parameter that the verification does not cover.
+    """Return a phrase for each fact and each parameter that contradicts the verification.
 
-    verify/rig_facts.py defines the facts; the parameters are in SI units.
+    A fact contradicts if it differs from that of the controller's bench (verify/rig_facts.py), a
+    parameter if its interval in `ranges` [SI] is not inside the verified interval.
     """
     return (*different_facts(controller.bench, facts), *parameters_outside(controller, ranges))
 

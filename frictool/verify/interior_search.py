@@ -92,7 +92,7 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices; that between them, with its plant.
+    """Return the largest sensitivity at the vertices, the largest between them, and its plant.
 
     Between the vertices, POINTS scattered plants are evaluated.
     """

@@ -189,7 +189,7 @@ def delays_checked(delay: int) -> tuple[int, ...]:
 
 
 def tolerates_rounding(rounded: stored.Rounded, claimed: float, required: float) -> bool:
-    """Return True if rounding raises the norm by at most 1 % and the margin is as required."""
+    """Return True if rounding raises the norm by at most 1 %, and the margin is sufficient."""
     return (
         rounded.gamma <= CLAIM * claimed
         and rounded.modulus_margin >= required

@@ -20,11 +20,11 @@ from frictool.verify.resonant_loop import ResonantCheck, resonant_check
 class ModelCheck:
     """Result of the check of a controller with a model.
 
-    beyond: a phrase for each parameter and fact of the rig that the controller's verification does
-    not cover. margin: smallest modulus margin of the `plants` corners, at the plant `plant`.
-    specified: required margin. resonant: margin with the model's resonances, None if the model has
-    none. outside_margins: names of the nonlinear parts of the model, which no margin takes into
-    account.
+    beyond: a phrase for each parameter or fact of the rig that contradicts the verification of the
+    controller (verify/certified_intervals.py). margin: smallest modulus margin of the `plants`
+    corners, at the plant `plant`. specified: required margin. resonant: margin with the model's
+    resonances, None if the model has none. outside_margins: names of the nonlinear parts of the
+    model, which no margin takes into account.
     """
 
     beyond: tuple[str, ...]
@@ -37,7 +37,7 @@ class ModelCheck:
 
     @property
     def holds(self) -> bool:
-        """Return True if the verification covers model and rig, and all margins are sufficient."""
+        """Return True if `beyond` is empty and all margins are at least the specified one."""
         margins = [self.margin, *([] if self.resonant is None else [self.resonant.modulus_margin])]
         return not self.beyond and min(margins) >= self.specified
 

@@ -55,9 +55,9 @@ class FigureDifference:
 class Verification(ResultView):
     """Result of `verify`.
 
-    model: check with a model; None without one. proved: bounds of the certificate. differences:
-    stored figures that differ from the computed ones. changed: blocks that were changed after the
-    verification. not_computed: stored figures that `verify` cannot compute, by key.
+    model: check with a model; None without one. proved: proved bounds of the certificate.
+    differences: stored figures that differ from the computed ones. changed: blocks that were
+    changed after the verification. not_computed: key -> stored figure that `verify` cannot compute.
     """
 
     controller: Controller
@@ -74,7 +74,7 @@ class Verification(ResultView):
 
     @property
     def holds(self) -> bool:
-        """Return True if a bound is proved, nothing was altered, and a given model is covered."""
+        """Return True if a bound is proved, nothing was altered, and the model's check passes."""
         return bool(self.proved) and self.unaltered and (self.model is None or self.model.holds)
 
 
@@ -128,9 +128,9 @@ def recheck(controller: Controller) -> None:
     Raises
     ------
     NoSolutionError
-        If the document's intervals do not contain the bench's intervals, no vertex is at some
-        combination of their ends, a loop is unstable or has less than the specified margin, or a
-        margin in `verified` differs from the margin that the coefficients give.
+        If the document's intervals do not contain the bench's intervals, a corner of the
+        certificate's intervals is not a vertex, a loop is unstable or has less than the specified
+        margin, or a margin in `verified` differs from the margin that the coefficients give.
     """
     check_document(controller, margins=True)
     check_box(controller)

@@ -17,7 +17,7 @@ by n pi/2. The sensitivity is the norm of a loop without weights.
 
 The proof uses no solver, no grid and no stored figure besides g. All coefficients are computed from
 the stored ones in integers, and all rounding errors of the kernel are bounded (taylor_forms.py).
-The theorem does not cover parameters that vary with time.
+The theorem is not valid for parameters that vary with time.
 """
 
 from __future__ import annotations

@@ -10,14 +10,14 @@
 
 A fit to one half of the strokes predicts the other half. The best hypothesis is used if the squared
 prediction errors decrease significantly and noticeably, and if the parameters of the hypothesis
-differ from 0 in the joint test over clusters (`joint_test`). A load is not used if an effect
-predicts the strokes equally well, or if it does not explain the effort with windows of twice the
-length: a longer window changes effort and load alike, but removes the ringing of a compliance,
-which repeats over the position if every stroke begins at the same one. Friction that changes along
-the log is explained by the measured temperature, if it passes these tests. A hypothesis is removed
-again if the errors no longer decrease; harmonics of a ripple stay. Significant hypotheses that are
-not used are reported as left in the residual. docs/theory/identify.md states the levels and limits
-of the tests.
+differ from 0 in the joint test over clusters (`joint_test`). A load is not used in two cases: an
+effect predicts the strokes equally well, or the load does not explain the effort with windows of
+twice the length. A longer window changes effort and load alike, but removes the ringing of a
+compliance. If every stroke begins at the same position, this ringing looks like a load over the
+position. If the measured temperature passes these tests, it explains friction that changes along
+the log. A hypothesis is removed again if the errors no longer decrease; harmonics of a ripple stay.
+Significant hypotheses that are not used are reported as left in the residual.
+docs/theory/identify.md states the levels and limits of the tests.
 """
 
 from __future__ import annotations

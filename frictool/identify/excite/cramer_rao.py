@@ -122,7 +122,7 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
 
 
 def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
-    """Return inertia, viscous, Coulomb and offset (4,) of `values` (p,); 0 for no offset."""
+    """Return inertia, viscous, Coulomb and offset (4,) of `values` (p,); a missing offset is 0."""
     return np.asarray([*values[:3], values[3] if axis.loads.offset else 0.0])
 
 

@@ -8,8 +8,8 @@ The equation is used in the weak form (`weak`). Inside the backlash only the fri
 (brush) acts. The width is searched, with [advance < width] smoothed over a count.
 
 The delay is a linear parameter. Its estimation is repeated, with the effort shifted by the previous
-delay, until the remaining delay is 0. Only rows outside the backlash are used, the bench's or the
-estimated one, whichever is wider, because brush friction inside the backlash looks like a delay.
+delay, until the remaining delay is 0. Rows inside the backlash are not used, because brush friction
+looks like a delay. The backlash is here the wider of the bench's and the estimated one.
 
 Schwarz's criterion (BIC) decides whether there is a backlash. The intervals come from a jackknife
 over strokes; the position of a reversal is known to within a count.

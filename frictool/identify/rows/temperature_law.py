@@ -74,7 +74,7 @@ def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> Sl
 
 
 def with_reference(laws: Laws | None, records: Sequence[MotionRecord]) -> Laws | None:
-    """Return the laws with the temperature at which friction holds, if the records have one."""
+    """Return the laws with the temperature for which friction is valid, if the records have one."""
     law = temperatures(records)
     if law is None or (laws is not None and laws.temperature is not None):
         return laws
