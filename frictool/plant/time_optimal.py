@@ -24,10 +24,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
+from frictool.plant.sign_change import sign_change
+
 ZONE = 0.05  # half width of the zone of the response time, relative to the step
 NEARLY_EQUAL = 1e-4  # difference of two exponents below which a derivative replaces a quotient
 SAMPLE_ROUNDING = 1e-9  # tolerance of a time, as a share of the sample period
-ROOT = 1e-13  # relative tolerance of a time
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,7 @@ def shortest_time(axis: DrivenAxis, zone: StepZone) -> float:
 
     if farthest(end.time) <= 0.0:
         return end.time
-    switch = _root(farthest, driven[0].start.time, end.time)
+    switch = sign_change(farthest, driven[0].start.time, end.time)
     return _passage(axis, _braked(axis, _point_at(axis, driven, switch)), zone.arrival)
 
 
@@ -207,7 +208,7 @@ def _until(
     longest = scale
     while after(longest) < 0.0:
         longest *= 2.0
-    span = _root(after, 0.0, longest)
+    span = sign_change(after, 0.0, longest)
     end = _Point(start.time + span, _advanced(axis, start.state, command, span))
     return _Part(start, command, end)
 
@@ -230,32 +231,7 @@ def _passage(axis: DrivenAxis, parts: list[_Part], position: float) -> float:
 
     if ahead(start.time) >= 0.0:
         return start.time
-    return _root(ahead, start.time, end.time)
-
-
-def _root(value: Callable[[float], float], low: float, high: float) -> float:
-    """Return where `value` changes its sign: below 0 at `low`, not below 0 at `high` (Ridders).
-
-    An import of scipy.optimize would take longer than the command that needs this root.
-    """
-    below, above = value(low), value(high)
-    if above <= 0.0:
-        return high
-    root = math.inf
-    while True:
-        middle = 0.5 * (low + high)
-        at = value(middle)
-        if at == 0.0 or not low < middle < high:
-            return middle
-        before, root = root, middle - (middle - low) * at / math.sqrt(at**2 - below * above)
-        beyond = value(root)
-        if beyond == 0.0 or abs(root - before) <= ROOT * abs(root):
-            return root
-        for place, found in ((middle, at), (root, beyond)):
-            if found < 0.0 and place > low:
-                low, below = place, found
-            elif found > 0.0 and place < high:
-                high, above = place, found
+    return sign_change(ahead, start.time, end.time)
 
 
 def _ahead(position: float, state: _State) -> float:
