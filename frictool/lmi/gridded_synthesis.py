@@ -71,11 +71,12 @@ class GridSchedule:
 
 @dataclass(frozen=True)
 class GriddedSolution:
-    """Coefficients of X(r) and Y(r) in their bases, for plants in the variable `frame`.
+    """Coefficients of X(r) and Y(r) in their bases.
 
-    The states are x = t x_balanced. optimum: smallest gamma of the inequalities. X and Y solve the
-    inequalities at `gamma` >= `optimum`. motions: corners of the rates (steps in discrete time) in
-    the frame's unit of time. points: final grid. checked: number of points at which the
+    The plants are functions of the complex variable that `frame` defines. Their states are
+    x = t x_balanced. optimum: smallest gamma of the inequalities. X and Y solve the inequalities at
+    `gamma` >= `optimum`. motions: corners of the rates (steps in discrete time) in the unit of time
+    of `frame`. points: values of r at the final grid points. checked: number of points at which the
     inequalities were evaluated, including the finer grid.
     """
 

@@ -77,9 +77,9 @@ TRACE_SLACK = 1.5  # limit of trace(R + S) in the recentring, relative to the sm
 class LyapunovPair:
     """Lyapunov blocks R and S in the state coordinates x = t x_balanced.
 
-    R and S solve the inequalities at `gamma` for the plants in the variable `frame`. Without a pole
-    region, they also solve the inequalities of the plants in s or z. `optimum` is the smallest
-    gamma.
+    R and S solve the inequalities at `gamma` for the plants as functions of the complex variable
+    that `frame` defines. Without a pole region, they also solve the inequalities of the plants in s
+    or z. `optimum` is the smallest gamma.
     """
 
     r: Matrix

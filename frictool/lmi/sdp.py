@@ -41,8 +41,8 @@ class AffineConstraint:
 class SdpSolution:
     """Decision vector `x` that a solver returned.
 
-    holds: True if x satisfies the constraints in a check without the solver. status: text of the
-    solver, for information.
+    holds: True if x satisfies the constraints in a check without the solver. status: status that
+    the solver reports, as text.
     """
 
     x: Vector

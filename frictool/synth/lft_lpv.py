@@ -1,9 +1,9 @@
 """Method `lft_lpv`: a polytope of the scheduled parameters, an uncertainty channel for the others.
 
 Each vertex of the polytope has a separate channel, annex (28)-(32). As in the annex, the friction
-regimes are scheduled if the design does not name other parameters. The target runs one controller,
-frozen at the middle of the vertices: the two vertex controllers of the annex agree at frequencies
-below 1/T_s (annex 5.2).
+regimes are scheduled if the design does not name other parameters. The target runs one controller:
+that of the plant in the middle of the vertices. In annex 5.2, the two vertex controllers agree at
+low frequencies.
 """
 
 from __future__ import annotations

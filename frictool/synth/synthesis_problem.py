@@ -196,8 +196,9 @@ class ControllerCandidate:
 
     controller: sampled at the bench's period. designed: the original in the design's domain. gamma:
     bound of the norm that the method guarantees for its plants, None if it has none. optimum:
-    smallest bound of the search. scheduled: one controller at the bench's period for each vertex of
-    `over`, with common state coordinates (thesis 5.64).
+    smallest gamma of the inequalities, or smallest worst norm of method `minimax`; else None.
+    scheduled: one controller at the bench's period for each vertex of `over`, with common state
+    coordinates (thesis 5.64).
     """
 
     controller: Lti

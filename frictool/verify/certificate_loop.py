@@ -1,6 +1,7 @@
-"""Closed loop of a certificate: that of generalised_plant.py with the document's coefficients.
+"""Closed loop that a certificate bounds, with the stored coefficients of the controller.
 
-linear_axis.py defines the sampled axis; the computational delay is at the input of the axis.
+generalised_plant.py defines the loop, linear_axis.py the sampled axis. The computational delay is
+at the input of the axis.
 """
 
 from __future__ import annotations
@@ -55,8 +56,8 @@ class CertificateLoop:
 def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
     """Return the loops whose norms define a quantity; the quantity is the largest of these norms.
 
-    For the sensitivity these are the unweighted position loop, or the unweighted speed loop and the
-    outer loop with a proportional law.
+    For the norm this is `loop`. For the sensitivity these are unweighted loops: the position loop
+    or the speed loop and, with a proportional law, also the outer loop.
     """
     if of == "norm":
         return (loop,)

@@ -73,7 +73,8 @@ class KernelLoop(NamedTuple):
     `numerator` and `denominator` (2, m + 1) are N and A as polynomials of t in each chart, and
     `measured` is N_v, (2, 0) without a measured speed. If `free`, the factor 2 p of N is left out.
     `holds` (4, n + 1) are the polynomials of h_1, h_2, a and b in sigma - `middle`, `errors` (4,)
-    bounds of their errors. `lost` is 1 - e, `kept` is 1 + e. `delay` is in samples, `period` in s.
+    bounds of their errors. `lagged` is True for a drive with lag; `lost` is 1 - e, `kept` is 1 + e.
+    `speed` is True if the controlled quantity is the speed. `delay` is in samples, `period` in s.
     `error` and `noise` are W2 and W4 as gain, zero and pole of gain (q + zero p)/(q + pole p). The
     weights `disturbance` (on the friction), `drive` (on i), `command` (on u) and `eta` are numbers;
     a row or column with the weight 0 is left out of the matrix.
@@ -114,7 +115,10 @@ class KernelBox(NamedTuple):
 
 
 class KernelWorkspace(NamedTuple):
-    """Workspace of the kernel: parts of T (4, z, w), Gram matrix (w, w), polynomial."""
+    """Workspace of the kernel for a closed-loop matrix T with z rows and w columns.
+
+    parts: parts of T (4, z, w). gram: Gram matrix (w, w). polynomial: overwritten coefficients.
+    """
 
     parts: ComplexVector
     gram: ComplexVector

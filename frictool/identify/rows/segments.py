@@ -47,7 +47,9 @@ class RecordSegment:
         )
 
     def start(self) -> Vector:
-        """Return the initial state (7,): in motion if the encoder shows a speed, else at rest.
+        """Return the initial state (7,) of the axis (plant/axis.py).
+
+        The axis starts in motion if the encoder shows a speed, else at rest.
 
         A slow start is treated as a start from rest. The resulting error decays as fast as a speed
         of the axis.
