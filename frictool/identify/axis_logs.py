@@ -35,8 +35,8 @@ class AxisLogs:
     - rows: slipping samples of the sliding records
     - kinds: log name -> `sliding` or `ramp`
     - warnings: doubts about the logs
-    - unmeasured: reason why the effort or the position of a sliding record is no measurement; None
-      if both are measurements
+    - unmeasured: reason why the effort or the position of a sliding record is not a valid
+      measurement; None if both are valid
     - drive_off: True if the sliding records are motion with the drive off (`coast_down.py`)
     """
 

@@ -8,8 +8,8 @@ y at the last update:
     logged effort = inertia a + viscous v + coulomb sign(v) + offset + declared loads
                     + b (y_held - y)
 
-The coefficient b is 1 if the effort was read too rarely, and 0 if the logged effort is what acted
-on the axis.
+The coefficient b is 1 if the effort was read too rarely, and 0 if the logged effort really acted on
+the axis.
 """
 
 from __future__ import annotations

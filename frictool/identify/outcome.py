@@ -64,7 +64,7 @@ class Outcome:
         )
 
     def without(self, *names: str) -> Outcome:
-        """Return the outcome with the parameters `names` neither identified nor refused."""
+        """Return the outcome without the parameters `names`, identified or refused."""
         return Outcome(
             _without(self.identified, names),
             _without(self.refused, names),

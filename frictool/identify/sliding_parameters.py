@@ -83,8 +83,8 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    The intervals are not widened for motion with the drive off, which has no effort to search for
-    effects, and for a comparison method with a large force error (`fit_warnings` warns of it).
+    The intervals are not widened in two cases: motion with the drive off, which has no effort that
+    shows effects; and a comparison method with a large force error, of which `fit_warnings` warns.
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):

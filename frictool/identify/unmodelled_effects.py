@@ -9,20 +9,21 @@ strokes (`regression`) does not include the resulting error. Six sources of this
    speed, the encoder's noise in the acceleration also adds a variance. This noise is treated as the
    same in every stroke, because equal strokes reverse at the same counts.
 2. Hypotheses of `explanation_search` that improve the fit shift the parameters.
-3. Smoothing windows of twice the length shift the parameters. If the columns of the delay or of the
-   resonance are used, which are first-order approximations, the regression over the longest windows
-   does as well.
+3. Smoothing windows of twice the length shift the parameters. The columns of delay and resonance
+   are first-order approximations: if they are used, a regression over the longest windows also
+   shifts the parameters.
 4. If the column of the delay is used, the shift by an exact delay and by an exact lag is computed.
-5. If a delay is not used but improves the prediction of unseen strokes, the parameters shift as by
-   a delay that is known to half a sample before the fit: effort and position of a row may have been
-   read half a sample apart. If the regression gives a longer delay, its value is used.
+5. If a delay is not used but improves the prediction of unseen strokes, an unknown delay shifts the
+   parameters. Before the fit, the delay is known to +- half a sample, because effort and position
+   of a row may have been read half a sample apart. If the regression gives a longer delay, its
+   value is used.
 6. If an eccentric encoder is not used but improves that prediction, inertia and viscous friction
    shift as by an error of the encoder's local gain.
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, because effects that look alike may shift a
-parameter in opposite directions. The largest movement of all accepted effects counts. No end moves
-beyond the interval of the bench, unless the two intervals do not overlap.
+parameter in opposite directions. If several effects move an end, only the largest movement is
+applied. No end moves beyond the interval of the bench, unless the two intervals do not overlap.
 
 If the encoder is so coarse that noise attenuates the inertia, the interval of the inertia is not
 widened, and the effort of the inertia is treated as known.

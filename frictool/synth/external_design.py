@@ -89,7 +89,7 @@ def external_controller(
     Raises
     ------
     FrictoolError
-        If `system` is no such LTI system.
+        If `system` is not an LTI system of python-control or scipy.signal.
     NoSolutionError
         If a loop is unstable or misses the specified modulus margin.
     """

@@ -109,8 +109,8 @@ def to_control(system: Lti | Model | Controller) -> Any:
     Parameters
     ----------
     system : Lti, Model or Controller
-        A controller gives its sampled linear controller (eta to drive [A | V]), a model its axis in
-        continuous time (drive [A | V] to position [rad | m]).
+        A controller is converted to its sampled linear controller, from eta to the drive [A | V]. A
+        model is converted to its axis in continuous time, from the drive to the position [rad | m].
 
     Returns
     -------
@@ -145,8 +145,7 @@ def to_scipy(system: Lti | Model | Controller) -> Any:
     Parameters
     ----------
     system : Lti, Model or Controller
-        A controller gives its sampled linear controller, a model its axis in continuous time, as in
-        `to_control`.
+        A controller or a model is converted to the same system as in `to_control`.
 
     Returns
     -------

@@ -276,7 +276,7 @@ def measured_axis(
 ) -> DiagramBlock:
     """Return the sampled axis of linear_axis.py; outputs: speed and the measured signals.
 
-    A position that is not measured is no state.
+    The position is a state only if it is measured.
     """
     axis = linear_axis(rates, lag, period, resonance).system
     n = axis.order

@@ -117,9 +117,10 @@ def shifted(
     """Return c, t and r of the form of a polynomial on [middle - half, middle + half].
 
     The polynomial's coefficients (n + 1,), lowest power first, are real or imaginary, with a
-    relative error of at most U. Each coefficient about the middle takes at most 2 n + 1 roundings
-    per term (Higham 2002, section 5.1), so that their errors together stay below (2 n + 4) U times
-    the polynomial of the moduli at |middle| + half. `work` (n + 1,) is overwritten.
+    relative error of at most U. The polynomial is expanded about `middle`: each term of a new
+    coefficient has at most 2 n + 1 roundings (Higham 2002, section 5.1). The sum of the errors is
+    below (2 n + 4) U times the polynomial with the moduli of the coefficients at |middle| + half.
+    `work` (n + 1,) is overwritten.
     """
     n = len(coefficients) - 1
     for j in range(n + 1):

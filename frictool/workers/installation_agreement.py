@@ -1,4 +1,4 @@
-"""Facts on which results depend, and which must agree: sources and numerical libraries."""
+"""Comparison of two installations: sources, numerical libraries and processor."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "clarabel")
 
 @dataclass(frozen=True)
 class Installation:
-    """Facts on which results depend.
+    """Versions and processor, on which the results of an installation depend.
 
     versions: (name, version) of frictool, Python and the numerical libraries.
     processor: CPU for which code is compiled; the last digits of results may depend on the CPU.

@@ -72,8 +72,8 @@ class ConstantSpeedRuns:
     def design(self, velocity: float, exponent: float) -> Matrix:
         """Return the regressors (m, 4): Coulomb, Stribeck effect, viscous, offset.
 
-        The column of the Stribeck effect is missing if `velocity` is 0, that of the offset if all
-        runs have the same direction.
+        The column of the Stribeck effect is missing if `velocity` is 0. The column of the offset is
+        missing if all runs have the same direction.
         """
         offset = () if self.one_way else (np.ones(self.sign.size),)
         plain = (self.sign, self.sign * self.speed, *offset)

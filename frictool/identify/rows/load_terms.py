@@ -6,8 +6,8 @@
     ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth;
                 ripple_2 to ripple_6 are further harmonics with their own n
 
-Coulomb friction that differs by direction is no load term, because it cannot be separated from the
-offset.
+Coulomb friction that differs by direction is not a load term, because it cannot be separated from
+the offset.
 
 A term is added to the model only if it improves the prediction of unseen data
 (`structure_selection`, `term_selection`). If the bench declares its terms (`load.terms`), no other
