@@ -335,11 +335,12 @@ def search_explanations(
     best = rows.squares(used)
     trials = _trials(search, rows, waves, used)
     while bench.load is None and best is not None and trials:
-        usable = sorted(filter(_spans_a_turn, trials), key=lambda one: one.sum)
-        first = next((one for one in usable if _lasting(search, one, used, waves)), None)
-        if first is None:
+        usable = [one for one in trials if _spans_a_turn(one)]
+        if not usable:
             break
-        trial = first
+        trial = min(usable, key=lambda one: one.sum)
+        if not _lasting(search, trial, used, waves):
+            break  # effects would fit the ringing as well
         if trial.hypothesis.term == WARMING:
             cause = next((one for one in usable if one.hypothesis.term == TEMPERATURE), None)
             if cause is not None and _supported(cause, best, used, settings):
