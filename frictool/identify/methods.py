@@ -278,16 +278,23 @@ class PublishedFilters:
     """Filters of the published methods inverse-dynamic and friction-force.
 
     The defaults are the published values of inverse-dynamic (EMPS).
+
+    - cutoff_hz, filter_order: cut-off in Hz and order of the low-pass
+    - padding: number of padding samples at either end of the record
+    - skip: number of samples dropped at the start, while the filters settle
+    - decimate: one in this many samples is used
+    - decimate_order, decimate_ripple_db: order and ripple of the Chebyshev low-pass for decimation
+    - decimate_band: edge of its pass band, relative to the new Nyquist frequency
     """
 
     cutoff_hz: float = 100.0
     filter_order: int = 4
-    padding: int = 12  # samples, padding at either end of the record
-    skip: int = 49  # samples, dropped at the start while the filters settle
+    padding: int = 12
+    skip: int = 49
     decimate: int = 10
     decimate_order: int = 8
     decimate_ripple_db: float = 0.05
-    decimate_band: float = 0.8  # pass band edge relative to the new Nyquist frequency
+    decimate_band: float = 0.8
 
 
 @dataclass(frozen=True)

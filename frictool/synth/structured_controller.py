@@ -42,9 +42,9 @@ _LOWEST = float(np.log(SLOWEST))
 class StructuredController:
     """Structure of a controller; its methods take the array of parameters.
 
-    The symbols are those of the module docstring. order: at least 1. bound: largest modulus b of a
-    pole. around: scaling frequency w0 [rad/s]. gain: k [drive per rad | m]. period: T [s], 0 for
-    continuous time.
+    The symbols are those of the module docstring. order: at least 1. integrator: True for i = 1.
+    rolls_off: True for r = order - 1. bound: largest modulus b of a pole. around: scaling frequency
+    w0 [rad/s]. gain: k [drive per rad | m]. period: T [s], 0 for continuous time.
     """
 
     order: int

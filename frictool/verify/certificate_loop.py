@@ -32,7 +32,10 @@ class SpeedFeedback:
 
 @dataclass(frozen=True)
 class CertificateLoop:
-    """Data of a closed loop that are common to all plants; `period` and `lag` in s.
+    """Data of a closed loop that are common to all plants.
+
+    `controlled` is the quantity whose error is weighted. `delay` is in samples, the time constant
+    `lag` of the drive and the sample period `period` in s.
 
     `sections` replace the controller's matrices if the target runs sections. Each section is b0 b1
     b2 a0 a1 a2 with a0 = 1, as stored. `speed` is None if eta is the controller's only input.

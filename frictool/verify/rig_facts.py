@@ -25,8 +25,8 @@ ROUNDING = (
 class Fact(NamedTuple):
     """Label of a fact in messages, and unit of its number.
 
-    `unit`: a unit; or a dimension, for the dimension's SI unit on this kind of axis; or `drive`,
-    for A or V.
+    `unit` is a unit, the name of a dimension, or `drive`. A dimension stands for its SI unit on the
+    kind of axis, `drive` for A or V.
     """
 
     label: str

@@ -35,7 +35,12 @@ class RateTable:
 
 @dataclass(frozen=True)
 class BreakawayAtRate:
-    """Mean of the breakaways at one rate, an interval of this mean, and their number."""
+    """Breakaways at one rate of the ramp.
+
+    - rate: rate in the unit of the table
+    - mean: mean breakaway and its interval, N m | N
+    - count: number of breakaways
+    """
 
     rate: float
     mean: Interval

@@ -64,6 +64,7 @@ MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
 class PredictionScore:
     """Errors of a candidate method on unseen strokes.
 
+    - name, terms: name of the method, and load terms of its fit
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - force: relative force error
     - fit: function that fits the candidate to all logs

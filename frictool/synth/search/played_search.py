@@ -143,6 +143,8 @@ class CandidateSearch:
         `controller(design)` returns the controller to play; raises FrictoolError.
     verify : callable
         `verify(design)` raises FrictoolError if the controller is not accepted.
+
+    The other fields are the state of the search.
     """
 
     family: CandidateFamily
