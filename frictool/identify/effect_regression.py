@@ -197,9 +197,9 @@ class EffectRegression:
 
         The delay is known to +-`known` [s] before the fit. The regression with the column of the
         delay also determines the delay. The two intervals are combined with their inverse variances
-        as weights. A lag that the bench does not state may be longer than `known`: if the delay of
-        the regression is longer and improves the prediction of unseen strokes, only the regression
-        counts.
+        as weights. A lag that the bench does not state may be longer than `known`. If the delay of
+        the regression is longer than `known` and improves the prediction of unseen strokes, only
+        the regression is used.
 
         Each parameter changes in proportion to the delay, by the rate of the regression. `slopes`
         contains other rates, in units of the parameter per second.

@@ -1,4 +1,4 @@
-"""Identification of a model from logs and a bench in memory, as by `frictool identify`."""
+"""Identification of a model from logs and a bench in memory: `frictool identify` without files."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ MOST_SAMPLES = 200_000  # largest number of samples of a record that are examine
 
 @dataclass(frozen=True)
 class HeldEffort:
-    """Held effort of a record and its effect on the parameters.
+    """Effort of a record that stays constant between updates, and its effect on the parameters.
 
     - hold: number of samples between two updates
     - low, high: confidence interval of the coefficient b, the factor of y_held - y (module)
@@ -123,7 +123,7 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
 def held_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> HeldEffort | None:
-    """Return the effect of a record's held effort.
+    """Return the updates of a record's effort, and their effect on the parameters.
 
     Return None if the effort does not stay constant between updates, or if the record does not
     determine the effect.

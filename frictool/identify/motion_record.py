@@ -69,7 +69,7 @@ class TemperatureSignal:
 
 @dataclass(frozen=True, eq=False)
 class MotionRecord:
-    """Uniformly sampled motion and effort of one log; a record is equal to itself only.
+    """Uniformly sampled motion and effort of one log; records are compared by identity.
 
     - position: measured or integrated position, (n,), rad | m
     - effort: measured effort, (n,), N m | N

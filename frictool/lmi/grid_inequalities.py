@@ -192,11 +192,11 @@ class GridInequalities:
     def weights(self, block: int, values: Values) -> list[tuple[Vector, Vector]]:
         """Return pairs (w1, w2) of weights of the coefficients of X (block 0) or Y (block 1).
 
-        There is one pair for each distinct corner of the rates of r. The coefficients weighted by
-        w1 add up to the matrix that is multiplied by matrices of the plant; weighted by w2, to the
-        matrix v of the separate term e v e' (lmi/bounded_real.py). In continuous time, v is the
-        derivative of X, or minus the derivative of Y. In discrete time, w1 and w2 belong to the two
-        ends of a step.
+        There is one pair for each distinct corner of the rates of r. Let X_k be the coefficients.
+        The sum of w1_k X_k is the matrix that is multiplied by matrices of the plant. The sum of
+        w2_k X_k is the matrix v of the separate term e v e' (lmi/bounded_real.py). In continuous
+        time, v is the derivative of X, or minus the derivative of Y. In discrete time, w1 and w2
+        belong to the two ends of a step.
         """
         basis = self.bases[block]
         pairs = []

@@ -1,4 +1,4 @@
-"""Explicit controllers scheduled by r, independent of the rates of r, for constant X and Y(r).
+"""Explicit controllers that depend on r but not on its rates, for constant X and variable Y(r).
 
 With M = I and N(r) = I - Y(r) X in thesis (5.63), the map from the closed loop's inequality to
 (5.62) is constant. The rates of r then occur only as Y' in the second diagonal block of (5.62);

@@ -1,4 +1,4 @@
-"""Box of plants of a controller document, from the certificate or else from the vertices."""
+"""Parameter intervals of a controller document, from its certificate or else its vertices."""
 
 from __future__ import annotations
 

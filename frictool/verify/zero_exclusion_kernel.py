@@ -26,8 +26,8 @@ below; T in the table is the period) has these entries, divided by D and multipl
     u = N E Z^d X        i = (1 - e) N Q^(d + 1) X      (N Q^d X without lag)
 
 If the loop feeds back a speed, the matrix has one entry only: e of a position from the reference,
-the sensitivity. If the speed is measured, A contains the filter of the speed, and M G has one more
-term with the numerator N_v of the measured speed:
+the sensitivity. If the speed is measured, M G has one more term with the numerator N_v of the
+measured speed:
 
     2 p kappa N_v Q^(d + 1) V,    V = (h_1 E - 2 p a)/T
 

@@ -97,7 +97,7 @@ def allowed_fall(
     Returns
     -------
     StribeckVelocityRange
-        For each exponent, the range extends to the next rejected velocity of the grid. The value is
+        For each exponent, the range ends at the first rejected velocities of the grid. The value is
         an immediate fall if it is allowed, else the fall with the preferred exponent and the least
         misfit.
     """

@@ -1,8 +1,8 @@
 """Periodogram of a residual over the position, on a grid of wave numbers.
 
 The residuals r at the positions x are summed in bins of the position. An FFT of the bins gives the
-amplitude 2 |sum r exp(-i n x)|/m for each wave number n; m is the number of samples. The smaller of
-the amplitudes from two halves of the strokes counts, so that a peak has to occur in both.
+amplitude 2 |sum r exp(-i n x)|/m for each wave number n; m is the number of samples. Each half of
+the strokes gives an amplitude. The smaller one is used, so that a peak must occur in both halves.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Linear least squares with intervals for correlated residuals."""
+"""Linear least squares; the intervals of the parameters allow for correlated residuals."""

@@ -1,6 +1,6 @@
 """Scales of an actuator, by which a candidate's parameters are divided to be dimensionless.
 
-dead time     T (1 + delay) + lag     hold and speed difference add T/2 each
+dead time     T (1 + delay) + lag     T/2 of the hold, T/2 of the speed difference, delay, lag
 loop gain     K/J, largest and smallest
 braking       (K limit + F)/J         deceleration of the slowest plant
 time          response_time_95_s
@@ -35,7 +35,7 @@ class DesignScales:
     response, step : float
         Specified response time [s], and length of the longest step [rad | m].
     dead_time : float
-        Dead time of the loop without the speed filter [s]: delay and lag.
+        Dead time of the loop without the speed filter [s].
     gain : tuple of float
         Smallest and largest acceleration per unit of the drive, K/J.
     braking : float

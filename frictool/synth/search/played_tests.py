@@ -67,7 +67,7 @@ class PlayedTests:
     all plants. whole: the complete test, which decides. others: short steps with other plants and
     from other initial positions. places: short steps with the worst plants of the whole test, from
     many initial positions within one encoder count. A design must pass `others` and `places`
-    without the reserve. hard: plants with which the search begins.
+    without the reserve. hard: indices of the plants with which `screen` begins.
     """
 
     screen: CandidateJudge
