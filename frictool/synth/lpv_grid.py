@@ -135,13 +135,13 @@ def _refuse(problem: SynthesisProblem) -> None:
         ).at("design", "schedule")
     if design.poles is not None:
         raise FrictoolError(
-            "method lpv_grid: found poles; allowed: no pole region with this method; take lpv, or "
-            "raise weights.command"
+            "method lpv_grid: supports no pole region; remove `poles` and raise weights.command, "
+            "or use method lpv"
         ).at("design", "poles")
     if design.vertices != "exact":
         raise FrictoolError(
-            f"method lpv_grid: found vertices {design.vertices}; allowed: exact, the grid needs "
-            "no linearisation"
+            f"method lpv_grid: found vertices {design.vertices}; allowed: exact, because the grid "
+            "needs no linearisation"
         ).at("design", "vertices")
 
 

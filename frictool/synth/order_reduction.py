@@ -50,12 +50,11 @@ def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[
     integrators = 0 if integrator is None else 1
     if not rest.stable:
         raise NoSolutionError(
-            "order reduction: the controller is unstable; allowed: a stable one, apart from one "
-            "integrator"
+            "order reduction: the controller is unstable; allowed: one integrator and stable poles"
         )
     if order < integrators:
         raise NoSolutionError(
-            "order reduction: order: found 0; allowed: 1 or more, because the integrator is kept"
+            "order reduction: found order 0; allowed: 1 or more, because the integrator is kept"
         )
     balanced, hankel = balanced_form(rest)
     steps: list[ReducedController] = []

@@ -97,7 +97,7 @@ def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
         return None, k
     if near.sum() > 1:
         raise NoSolutionError(
-            f"the computed controller has {near.sum()} integrators; one is allowed: lower `order`"
+            f"the computed controller has {near.sum()} integrators; one is allowed; lower `order`"
         )
     slope, rest = split_pole(k, exact)
     if slope == 0.0:  # unreachable or unobservable

@@ -46,9 +46,9 @@ def check_forms(controller: Controller) -> None:
         apart = float(np.max(weight * np.abs(other - direct)) / np.max(weight * np.abs(direct)))
         if not apart <= AGREEMENT:
             raise NoSolutionError(
-                f"{controller.name}: not verified: linear.{name} is not linear.discrete, which "
-                f"was verified (they differ by {apart:.3g} of the "
-                "peak of their frequency responses); run frictool synth again"
+                f"{controller.name}: not verified: linear.{name} is not equal to "
+                f"linear.discrete (difference: {apart:.3g} of the peak of the frequency response); "
+                "run frictool synth again"
             )
     radius = limited_radius(linear, period)
     if radius >= 1.0:

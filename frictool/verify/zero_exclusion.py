@@ -98,8 +98,8 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
     for bound in certificate.bounds:
         if bound.of not in loop.quantities:
             raise NoSolutionError(
-                f"not proved: {bound.of} < {bound.below:.6g}: found a bound that this loop does "
-                f"not have; allowed: {', '.join(loop.quantities)}"
+                f"not proved: {bound.of} < {bound.below:.6g}: this loop has no {bound.of}; "
+                f"allowed: {', '.join(loop.quantities)}"
             )
         one = prove_bounds(quantity_loops(loop, bound.of), certificate.box, bound.below)
         if isinstance(one, OpenCell):
