@@ -5,6 +5,8 @@ Commands are imported on use, so that `frictool --help` costs little more than i
 
 from __future__ import annotations
 
+import atexit
+import gc
 import io
 import os
 import signal
@@ -23,6 +25,7 @@ from frictool.documents.example_values import examples_words
 from frictool.errors import EXIT_INPUT, FrictoolError
 from frictool.runtime import notifications
 
+GARBAGE = 50_000  # new objects after which garbage is collected
 # command -> (module, one line for --help), in the order of the pipeline
 COMMANDS: dict[str, tuple[str, str]] = {
     "init": ("frictool.cli.init", "Write commented documents for a new rig."),
@@ -202,11 +205,15 @@ def _warn_of_bench_values(path: str, reason: str) -> None:
 
 
 def _prepare() -> None:
-    """Prepare the process: one thread for linear algebra, and robust output streams.
+    """Prepare the process: one thread for linear algebra, robust streams, few garbage collections.
 
     Several threads would sum in another order and change the output. A closed stream is replaced. A
-    character outside the terminal's encoding is escaped instead of raising an error.
+    character outside the terminal's encoding is escaped instead of raising an error. Imported
+    packages have hundreds of thousands of objects, which a collection visits without use, most of
+    all the one at the end of the process.
     """
+    gc.set_threshold(GARBAGE, *gc.get_threshold()[1:])
+    atexit.register(gc.freeze)
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
