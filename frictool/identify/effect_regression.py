@@ -339,7 +339,7 @@ def effect_regression(
     confidence: float,
     smoother: float = 1.0,
 ) -> EffectRegression | None:
-    """Return the regression of the effort, or None if no row slips or nothing is free.
+    """Return the regression of the effort, or None if no row slips or no parameter is free.
 
     `smoother` is a factor on the smoothing windows.
     """

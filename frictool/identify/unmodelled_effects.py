@@ -17,8 +17,8 @@ strokes (`regression`) does not include the resulting error. Six sources of this
    parameters. Before the fit, the delay is known to +- half a sample, because effort and position
    of a row may have been read half a sample apart. If the regression gives a longer delay, its
    value is used.
-6. If an eccentric encoder is not used but improves that prediction, inertia and viscous friction
-   shift as by an error of the encoder's local gain.
+6. If an eccentric encoder is not used but improves that prediction, an error of the encoder's local
+   gain shifts inertia and viscous friction.
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, because effects that look alike may shift a

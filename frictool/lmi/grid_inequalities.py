@@ -149,7 +149,7 @@ class GridInequalities:
         return [*inequalities, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
-        """Return the inequalities for a given gamma, with [X bI; bI Y] >= 0 for [X I; I Y] > 0.
+        """Return the inequalities for a given gamma; [X bI; bI Y] >= 0 replaces [X I; I Y] > 0.
 
         b: factor of the identity; a larger b moves X Y away from the singular case X Y = I.
         The decision vector is (X/gamma, Y/gamma); if b is None, b/gamma is its last entry. The

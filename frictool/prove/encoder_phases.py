@@ -49,7 +49,7 @@ class LoopOfPlant:
     - reference: one value per sample, (n,), rad | m
     - delay: delay of the command in samples
     - encoder_step: encoder step, rad | m
-    - start: initial position, rad | m; the proof covers every initial position with the same
+    - start: initial position, rad | m; the proof is valid for every initial position with the same
       encoder count
     - travel: positions of the end stops, rad | m; a run that may reach an end stop is not proved
     """

@@ -47,7 +47,7 @@ NOT_LINEAR = (
 
 @dataclass(frozen=True)
 class SurroundingBlocks:
-    """Blocks around the linear part of a controller as stored, with derived values and notes."""
+    """Blocks around the linear controller in their stored form, with derived values and notes."""
 
     velocity: stored.Velocity
     position_law: stored.PositionLaw | None

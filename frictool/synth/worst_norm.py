@@ -24,9 +24,9 @@ from frictool.verify.hinf_norm import norm
 
 @dataclass(frozen=True)
 class OpenLoopResponses:
-    """Responses of one or several plants at k frequencies.
+    """Responses P11 to P22 of one or several plants at k frequencies.
 
-    p11 (k, z, w), p12 (k, z), p21 (k, w), p22 (k,).
+    p11 (k, z, w), p12 (k, z), p21 (k, w), p22 (k,), for z weighted outputs and w disturbances.
     """
 
     p11: ComplexVector

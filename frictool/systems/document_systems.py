@@ -67,7 +67,7 @@ def plant_system(
     Parameters
     ----------
     document : Model or Controller
-        A model gives its nominal parameters, a controller one of the vertices of its verification.
+        A model is used with its nominal parameters, a controller with the plant of one vertex.
     vertex : str, optional
         Name of the vertex; required for a controller, not allowed for a model.
     sampled : bool

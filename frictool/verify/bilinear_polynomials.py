@@ -67,7 +67,10 @@ def section_order(section: Sequence[float]) -> int:
 
 
 def on_circle(polynomial: Polynomial) -> Polynomial:
-    """Return the coefficients of p^j q^(m - j) of (q - p)^m times a polynomial of degree m in z."""
+    """Return the coefficients of p^j q^(m - j) of (q - p)^m f(z), with z = (q + p)/(q - p).
+
+    f is `polynomial`, of degree m.
+    """
     m = len(polynomial) - 1
     mapped = [Fraction(0)] * (m + 1)
     for power, value in enumerate(polynomial):

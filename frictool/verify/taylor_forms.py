@@ -8,7 +8,7 @@ c, t, k and s are complex doubles, r is a double. r contains the products of fir
 all rounding errors. With U = 2^-53, the error of a product of complex doubles is at most sqrt(5) U
 |x| |y| (Brent, Percival and Zimmermann, Math. Comp. 76, 2007), and the error of a sum is at most U
 times the sum. A radius r is the sum of nonnegative doubles, computed with fewer than 64 roundings
-and multiplied by UP; TINY covers underflow. A form with a NaN or an infinite radius proves nothing:
+and multiplied by UP; TINY bounds underflow. A form with a NaN or an infinite radius proves nothing:
 every comparison in a proof is false for it.
 """
 
@@ -176,8 +176,9 @@ def below_level(
 ) -> bool:
     """Return True only if T_0 + T_1 e_1 + T_2 e_2 + T_3 e_3 has a norm below `level`.
 
-    The roundings of T, T* T and the factorisation change level^2 - T* T by less than 2^-43 (trace +
-    level^2), which is subtracted first. The matrices have at most 16 rows and columns.
+    T is this sum, and T* its conjugate transpose. The roundings of T, T* T and the factorisation
+    change level^2 - T* T by less than 2^-43 (trace(T* T) + level^2), which is subtracted first. The
+    matrices have at most 16 rows and columns.
     """
     rows, columns = parts.shape[1], parts.shape[2]
     trace = 0.0

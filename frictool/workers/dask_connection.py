@@ -4,8 +4,10 @@
                 certificates missing         refused, other certificates, no answer,
                 or not for the key           or no scheduler
 
-The greeting precedes the creation of a client, because a refused greeting fails at once, with the
-reason. On TLS, see https://distributed.dask.org/en/latest/tls.html.
+The words below a step are its possible failures. The greeting precedes the creation of a client,
+because a refused greeting fails at once, with the reason.
+
+On TLS, see https://distributed.dask.org/en/latest/tls.html.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ as data, decides when to stop; a knee costs two parameters, its speed and its sl
 and p parameters, the penalty p log n is multiplied by n/(n - p - 2) (McQuarrie, 1999).
 
 The criterion assumes equal independent errors of all strokes, so that one stroke with a large error
-(a transient of a soft belt, for example) can pay for a knee. The change of slope at each knee must
+(a transient of a soft belt, for example) can justify a knee. The change of slope at each knee must
 therefore differ from 0 in the jackknife, too, which needs no such assumption.
 
 The search for knees has an additional regressor, the mean acceleration, because an error of the

@@ -1,4 +1,4 @@
-"""Survey of a log and of the methods that can use it, as by `frictool info`.
+"""Survey of a log and of the methods that can use it: the function of `frictool info`.
 
 file -> assemble() -> streams, each read twice -> logs/quality/survey.py
      -> StreamSurvey per stream -> facts -> text_view.py -> text

@@ -4,7 +4,7 @@
     spring      + stiffness x
     gravity     + gravity_sine sin(x) + gravity_cosine cos(x)      rotary: an unbalanced arm
     ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth;
-                ripple_2 to ripple_6 are further harmonics with their own n
+                ripple_2 to ripple_6 are further harmonics, each with another n
 
 Coulomb friction that differs by direction is not a load term, because it cannot be separated from
 the offset.

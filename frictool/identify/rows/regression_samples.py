@@ -50,8 +50,8 @@ class RegressionSamples:
     - stroke: ascending number of the stroke, (n,)
     - sign: direction s, filtered like the other signals, (n,)
     - counts: encoder counts per row, (n,)
-    - known_offset: offset of the bench, N m | N, which separates Coulomb friction and offset if the
-      motion has one direction only; None if the bench has none
+    - known_offset: offset of the bench, N m | N; None if the bench has none. Without it, motion in
+      one direction does not determine Coulomb friction.
     - loads: parameter -> column (n,), for the declared loads other than the offset
     - terms, most: `load.terms` and `load.most` of the bench
     - fixed: parameters whose effort was subtracted from `effort` (`with_fixed`)

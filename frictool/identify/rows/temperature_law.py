@@ -1,8 +1,8 @@
 """Friction over temperature from the fitted effect `temperature`.
 
 The regression gives the slope c of a friction F over temperature, at the reference; the document
-has the relative slope c/F. Its interval contains that of F: with the half widths c_h and F_h, the
-half width of c/F is sqrt(c_h^2 + (c F_h/F)^2)/F.
+has the relative slope c/F. The interval of c/F includes the uncertainty of F: with the half widths
+c_h of c and F_h of F, the half width of c/F is sqrt(c_h^2 + (c F_h/F)^2)/F.
 """
 
 from __future__ import annotations
