@@ -1,8 +1,8 @@
 """Second fit, with the refused parameters fixed at their values in the model.
 
 A model contains a value in the bench's range for each refused parameter. In the first fit, this
-parameter may have another value. The other parameters are therefore fitted again with the value of
-the model fixed, and its interval widens their intervals.
+parameter may have another value. The other parameters are therefore fitted again with this
+parameter fixed at the model's value, whose interval widens the intervals of the others.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def refit(
     fit: SlidingFit,
     fixed: Mapping[str, Interval],
 ) -> SlidingFit:
-    """Return a fit by the method and with the terms of `fit`, with the parameters `fixed` fixed.
+    """Return a fit by the method and with the terms of `fit`, at fixed values of `fixed`.
 
     A parameter that `auto` set to 0 stays 0. An inertia that `auto` took from another method is
     kept. Raises UnusableLogs if the method cannot use the records.

@@ -1,7 +1,7 @@
 """Model document of an identification.
 
-A parameter that is not identified has the bench's interval, narrowed by the logs where they can, or
-an assumed one. Its `source` states the origin.
+A parameter that is not identified has the bench's interval, which the logs may narrow, or an
+assumed interval. Its `source` states the origin.
 """
 
 from __future__ import annotations

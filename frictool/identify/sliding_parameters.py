@@ -50,9 +50,9 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     """Return the accepted parameters, and the fit with refused ones at the model's values.
 
     The fit with the model's values (`fixed_parameter_refit.py`) is used only if it explains the
-    effort and identifies all parameters that `fit` identifies. A value of the bench that
-    contradicts the log would otherwise refuse parameters that the log determines. The intervals
-    include effects that the model lacks; the WidenedFit names these effects.
+    effort and identifies all parameters that `fit` identifies. Otherwise a bench value that
+    contradicts the log could prevent the identification of parameters that the log determines. The
+    intervals include effects that the model lacks; the WidenedFit names these effects.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)

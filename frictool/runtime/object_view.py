@@ -1,7 +1,7 @@
 """Short text, HTML table and comparison of documents and results, for the Python prompt.
 
-ObjectView        __repr__ in one line, _repr_html_ as a table: of documents and results
-ResultView        the same, and __eq__ that compares arrays by their values: of results
+ObjectView        base class of documents: __repr__ in one line, _repr_html_ as a table
+ResultView        base class of results: also __eq__, which compares arrays by their values
 """
 
 from __future__ import annotations

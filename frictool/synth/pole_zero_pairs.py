@@ -1,8 +1,8 @@
 """Second-order sections from the poles and zeros of a discrete system, equal to those of scipy.
 
-The last section has the pole nearest to the unit circle and the zeros nearest to this pole; the
-next pole follows in the section before it. Large gains near a pole are thus compensated by zeros
-in the same section. The tests compare the sections with `scipy.signal.zpk2sos`; its import takes
+The last section has the pole nearest to the unit circle and the zeros nearest to this pole. The
+section before it has the next pole. Large gains near a pole are thus compensated by zeros in the
+same section. The tests compare the sections with `scipy.signal.zpk2sos`; its import takes
 0.7 s, a third of `synth --vertices-only`.
 """
 

@@ -67,7 +67,7 @@ def relax(
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Trade:
-    """Search relaxed weights, starting from the strictest weights `chosen`.
+    """Return relaxed weights and the record of their search, which starts from `chosen`.
 
     `level`: function that maps weights to gamma; it may raise NoSolutionError. There are at most
     BUDGET evaluations; `progress` is called with the largest feasible W1 at each W3. Raises

@@ -92,9 +92,10 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, the largest between them, and its plant.
+    """Return the largest sensitivity at the vertices, the largest between them, and a plant.
 
-    Between the vertices, POINTS scattered plants are evaluated.
+    Between the vertices, POINTS scattered plants are evaluated. The plant is the one of them with
+    the largest sensitivity.
     """
 
     def sensitivity(point: PlantPoint) -> float:

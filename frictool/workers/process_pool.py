@@ -80,7 +80,7 @@ class WorkerProcess:
     def hear(self) -> list[Any] | None:
         """Return the results of the task; None if the message is not about results.
 
-        Raises EOFError if the process has ended, and the error that the process has sent.
+        Raises EOFError if the process has ended. Raises the error that the process has sent.
         """
         try:
             kind, content = self.connection.recv()
