@@ -8,7 +8,7 @@
          [ B1' Y             -gamma I   D11'     ] N_Y < 0        [X I; I Y] > 0
          [ C1                D11        -gamma I ]
 
-The inequalities hold at every r of the grid and at every corner of the rates, with X' = sum r_j'
+The inequalities must hold at every r of the grid and every corner of the rates, with X' = sum r_j'
 dX/dr_j (Wu, 1995; Apkarian and Adams, 1998). (5.62) prints + for both derivatives. The sign of X'
 is minus, because X is a block of an inverse; with symmetric rates the conditions are the same. In
 discrete time the terms are A X(r) A' - X(r + step) and A' Y(r + step) A - Y(r).

@@ -4,8 +4,9 @@ A is the amplitude of the reference for which the drive is sized: the travel for
 the top speed for a speed loop. The friction w in [-1, 1] and a reference of 1 rad | rad/s are
 inputs of equal size. Quantities for a reference of amplitude A are therefore divided by A:
 
-    W2     z2 = 3/(M_mod t_95), twice that for the speed loop under a position law;
-           M_mod and e_stat from the specification (thesis 5.56, 5.57)
+    W2     bandwidth z2 = 3/(M_mod t_95), twice that for the speed loop under a position law;
+           M_mod, t_95: specified modulus margin and response time; e_stat: specified
+           static error, divided by the travel (thesis 5.56, 5.57)
     W1     1/A: full friction leaves an error of e_stat A, the static error of the
            specification. With W1 = 1, as in the thesis, the error is e_stat
     W3     A/(drive's limit): a reference of A does not saturate the drive (thesis 5.58)

@@ -117,7 +117,7 @@ def worst_norm(
 ) -> WorstPlant:
     """Return the plant with the largest norm among the points.
 
-    `plant` maps the rates of the axis to the generalised plant, sampled or not as the controller.
+    `plant` maps the rates of the axis to the generalised plant in the controller's time domain.
     """
     value, at = largest(norm(plant(point.rates).closed(controller))[0] for point in points)
     return WorstPlant(value, points[at])

@@ -1,4 +1,4 @@
-"""Scales of an actuator, by which a candidate's parameters are divided to be dimensionless.
+"""Scales of an actuator; a candidate's parameters are made dimensionless by these scales.
 
 dead time     T (1 + delay) + lag     T/2 of the hold, T/2 of the speed difference, delay, lag
 loop gain     K/J, largest and smallest
