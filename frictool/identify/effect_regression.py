@@ -76,7 +76,7 @@ class EffectRegression:
     """Rows of the model and of all hypotheses.
 
     - used: hypotheses that the model includes
-    - free: hypotheses that it does not include
+    - free: hypotheses that the model does not include
     - names: sliding parameters that are free in the model
     - noisy: True if noise of the acceleration hides effects that resemble it
     """

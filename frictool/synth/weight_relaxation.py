@@ -7,9 +7,9 @@ curve. Within a bracket the search assumes that gamma^2 minus its value at W1 = 
 a power of W1, which is nearly true; if that fails, the search bisects.
 
 W3 is lowered only as long as that raises W1. Among the points of the curve whose W1 is within 10 %
-of the largest, the point with the largest W3 is the result. At still lower W3, W1 falls again: the
-noise weight of one encoder count grows, until this noise alone reaches the limit of W2. Without a
-noise weight, the search ends at that W3.
+of the largest, the point with the largest W3 is the result. At still lower W3, W1 falls again,
+because the noise weight of one encoder count grows. The search ends at the W3 at which this noise
+alone reaches the limit of W2, also in a design without a noise weight.
 """
 
 from __future__ import annotations

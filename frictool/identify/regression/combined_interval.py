@@ -4,6 +4,9 @@ If one range +-r dominates, the half width is `confidence` times r. The distribu
 from its characteristic function (Gil-Pelaez):
 
     P(|X| < h) = 2/pi int_0^inf sin(h t)/t  e^(-deviation^2 t^2/2)  prod_k sinc(r_k t) dt
+
+h is the half width, `deviation` the standard deviation of the normal variable, +-r_k are the ranges
+of the uniform variables, and sinc(x) = sin(x)/x.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ def solve(
     """Return the `value` that minimises sum (weight (target - regressors @ value))^2 over n rows.
 
     - regressors: (n, p)
-    - target, weight, cluster: (n,)
+    - target, weight, cluster: target, weight and cluster number of each row, (n,)
 
     Raises SingularRegressors if the regressors do not determine the parameters.
     """
