@@ -235,7 +235,9 @@ def _nothing_physical(logs: AxisLogs, result: Identification) -> NothingIdentifi
         offset = result.identified["offset"].value
         refused["offset"] = f"the fit gives {offset:.4g} and neither inertia nor friction"
     exit_code = EXIT_NO if result.fit is None else EXIT_NO_SOLUTION
-    return NothingIdentified(replace(result, identified={}, refused=refused), exit_code)
+    return NothingIdentified(
+        replace(result, identified={}, narrowed={}, refused=refused), exit_code
+    )
 
 
 def _without_any(logs: AxisLogs, reason: str) -> NothingIdentified:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
@@ -12,6 +13,7 @@ from msgspec import to_builtins
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.identify.breakaway.breakaway import Breakaway
+from frictool.identify.fit_result import Interval
 from frictool.identify.identification import Identification
 from frictool.identify.model_document import unit_of
 
@@ -23,15 +25,8 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
         "method": result.method,
         "confidence": result.confidence,
         "logs": [{"name": Path(name).name, "kind": kind} for name, kind in result.kinds.items()],
-        "parameters": {
-            name: {
-                "value": interval.value,
-                "low": interval.low,
-                "high": interval.high,
-                "unit": unit_of(name, bench),
-            }
-            for name, interval in result.identified.items()
-        },
+        "parameters": _intervals_view(result.identified, bench),
+        "narrowed": _intervals_view(result.narrowed, bench),
         "force_error": fit.force_error if fit else None,
         "residual": fit.residual if fit else None,
         "held_out_residual": fit.held_out_residual if fit else None,
@@ -52,6 +47,19 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
         else to_builtins(model.presliding),
         "ramp": _ramp_view(ramp) if ramp else None,
         "breakaway_over_rate": None if result.over_rate is None else asdict(result.over_rate),
+    }
+
+
+def _intervals_view(intervals: Mapping[str, Interval], bench: Bench) -> dict[str, Any]:
+    """Return the intervals of parameters with their units."""
+    return {
+        name: {
+            "value": interval.value,
+            "low": interval.low,
+            "high": interval.high,
+            "unit": unit_of(name, bench),
+        }
+        for name, interval in intervals.items()
     }
 
 

@@ -51,9 +51,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
 
 def bench_model(refused: NothingIdentified, bench: Bench, provenance: Provenance) -> Model:
     """Return a model with the bench's values only, and the reason why nothing was identified."""
-    model = model_of(
-        replace(refused.result, identified={}, narrowed={}, laws=None, fit=None), bench, provenance
-    )
+    model = model_of(replace(refused.result, identified={}, laws=None, fit=None), bench, provenance)
     return with_fields(model, bench_values_only=str(refused))
 
 

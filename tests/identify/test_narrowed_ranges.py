@@ -99,6 +99,8 @@ def test_a_bench_far_from_the_axis_does_not_replace_what_the_log_bounds(tmp_path
     assert "reaches zero" in view["not_identified"]["inertia"]
     estimate = load(model, Model).parameters.inertia
     assert estimate.source == "log and bench"
+    shown = {name: getattr(estimate, name) for name in ("value", "low", "high", "unit")}
+    assert view["narrowed"] == {"inertia": pytest.approx(shown)}
     assert estimate.low == pytest.approx(low)
     assert low <= estimate.value < 0.1 * value
     assert estimate.high is not None
