@@ -27,17 +27,19 @@ from frictool.identify.breakaway.onset_detection import (
 from frictool.identify.breakaway.position_law import FOLLOWING, BreakawayPositions, PolynomialOrders
 from frictool.identify.breakaway.stribeck_velocity import (
     IMMEDIATE,
+    NO_FALL,
     StribeckFall,
     StribeckVelocityRange,
     allowed_fall,
 )
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.motion_record import MotionRecord
-from frictool.typing import Vector
+from frictool.typing import IntVector, Vector
 
 PRIOR = 12.0  # precision of a rest position that is uniform within its count, 1/count^2
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities
 ONSETS_COMPARED = 100
+SURELY = 1.0 + 1e-9  # factor beyond which a sum exceeds a limit in any order of its terms
 # largest number of computed onsets that are kept; one identification computes some 10 000
 KEPT = 20_000
 
@@ -127,23 +129,36 @@ class OnsetData:
         self,
         axis: Mapping[str, float],
         shape: Vector | None,
+        order: IntVector,
         fall: StribeckFall,
         most: float = math.inf,
     ) -> float:
         """Return the mean misfit (`efforts`) of the onsets, computed with the fall `fall`.
 
-        Return inf if this mean exceeds `most`.
+        Return inf if this mean exceeds `most`. The search for the excess uses the onsets in the
+        order `order`, and ends at the first sum that is large enough.
         """
+        onsets, factors = self._compared(shape)
+
+        def one(k: int) -> float:
+            found = efforts([onsets[k]], axis, self.resolution, 0.5, factors[k : k + 1], fall)
+            return float(found[2][0])
+
+        partial_sum = 0.0
+        for k in order.tolist():
+            partial_sum += one(k)
+            if partial_sum > most * len(onsets) * SURELY:
+                return math.inf
+        total = 0.0
+        for k in range(len(onsets)):
+            total += one(k)
+        return math.inf if total > most * len(onsets) else total / len(onsets)
+
+    def _compared(self, shape: Vector | None) -> tuple[list[BreakawayOnset], Vector]:
+        """Return the onsets in the comparison of Stribeck velocities, and their shape factors."""
         every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
         onsets = self.onsets[every]
-        factors = np.ones(len(onsets)) if shape is None else shape[every]
-        total = 0.0
-        for k, onset in enumerate(onsets):
-            one = efforts([onset], axis, self.resolution, 0.5, factors[k : k + 1], fall)
-            total += float(one[2][0])
-            if total > most * len(onsets):
-                return math.inf
-        return total / len(onsets)
+        return onsets, np.ones(len(onsets)) if shape is None else shape[every]
 
     def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
@@ -159,7 +174,13 @@ class OnsetData:
         ends = [end for end in ends if end["inertia"] > 0.0]
         rate = float(np.mean([onset.rate for onset in self.onsets]))
         scale = float(np.cbrt(self.resolution**2 * rate / nominal["inertia"]))
-        misfits = [partial(self.misfit, parameters, shape) for parameters in (nominal, *ends)]
+        # the onsets that contradict a slow fall most come first
+        onsets, factors = self._compared(shape)
+        slow = efforts(onsets, nominal, self.resolution, 0.5, factors, NO_FALL)[2]
+        misfits = [
+            partial(self.misfit, parameters, shape, np.argsort(-slow))
+            for parameters in (nominal, *ends)
+        ]
         return allowed_fall(misfits[0], misfits[1:], scale, confidence)
 
     def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
