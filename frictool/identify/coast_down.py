@@ -61,8 +61,8 @@ def coast_down(
     if misfit > LARGEST_MISFIT:
         raise UnusableLogs(
             f"while the drive was off, {100.0 * misfit:.3g} % of the deceleration is not explained "
-            f"by friction (allowed: at most {100.0 * LARGEST_MISFIT:g} %); if a load acts on the "
-            "axis, declare load.terms: [offset, spring] or [offset, gravity]"
+            f"by friction (allowed: {100.0 * LARGEST_MISFIT:g} %); if a load acts, declare "
+            "load.terms: [offset, spring] or [offset, gravity]"
         )
     shown = _ratios(ratios, inertia.value, bench)
     return replace(

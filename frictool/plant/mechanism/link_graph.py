@@ -178,8 +178,8 @@ def _redundant(
         raise ElementError(
             key,
             f"moves {second} {link.ratio:.6g} times as far as {first}, but the link {other} moves "
-            f"{second} {path[0][1]:.6g} times as far as {first}; make the ratios equal, or one of "
-            "the two links compliant",
+            f"{second} {path[0][1]:.6g} times as far; make the ratios equal, or one of the two "
+            "links compliant",
         )
     if abs(round_trip - 1.0) > CLOSED:
         raise ElementError(
