@@ -71,8 +71,8 @@ def test_text_latex_and_data(train: Path, tmp_path: Path) -> None:
             "  chain: {kind: belt, between: [motor, shaft], radius_a: {value: 1, unit: cm}, "
             "radius_b: {value: 3, unit: cm}}\n  rack:",
             (
-                "train.yaml:9: links.chain: moves shaft 0.333333 times as far as motor, and "
-                "reducer moves shaft -0.25 times as far",
+                "train.yaml:9: links.chain: moves shaft 0.333333 times as far as motor, but "
+                "the link reducer moves shaft -0.25 times as far",
             ),
         ),
         (

@@ -126,7 +126,7 @@ WRONG = [
            "radius_b: {value: 4, unit: cm}}\n",
      "links.belt",
      ["moves shaft 0.25 times as far as motor, but the link reducer moves shaft -0.25 times as "
-      "far as motor; make the ratios equal"]),
+      "far; make the ratios equal"]),
     (SHAFT, SHAFT.replace("kg m^2", "kg"), "blocks.shaft.inertia.unit",
      ["unit 'kg' does not measure rotary inertia; allowed: kg m^2"]),
     (GEAR, GEAR.replace("motor, shaft", "motor, shaft, cart"), "links.reducer.between",
