@@ -23,6 +23,7 @@ Term = Literal[
     "eccentricity",
     "stribeck",
     "friction_over_position",
+    "load_over_position",
     "inertial_friction",
     "delay",
     "resonance",

@@ -272,6 +272,8 @@ class EffectRegression:
             for rival in self.tested:
                 if one.needs_temperature and rival.term == WARMING:
                     continue  # a measured cause explains the change along the log
+                if one.is_load and rival.only_widens:
+                    continue  # its polynomials contain every load, with another offset
                 if self.rows.visible(rival, others) and self._as_good(
                     self.rows.squares([*others, rival]), least
                 ):
@@ -346,7 +348,7 @@ def effect_regression(
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:
         search = ExplanationSearch.of(records, structure, IdentificationSettings(confidence))
-        search = search.smoother(smoother)
+        search = replace(search.smoother(smoother), widens=True)
         waves = wave_numbers(fit.load) or search.declared_waves
         samples = search.samples(waves)
         fixed = dict(fit.fixed)

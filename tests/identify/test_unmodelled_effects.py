@@ -86,6 +86,27 @@ def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: B
     assert "coulomb" in warning
 
 
+def test_a_ripple_longer_than_the_strokes_widens_the_interval_of_the_inertia(bench: Bench) -> None:
+    """A spring and gravity do not have the curvature of this ripple."""
+    time = np.arange(6000) * PERIOD
+    position = 3.0 * np.sin(6.0 * time) + 0.3 * np.sin(15.0 * time)
+    velocity = 18.0 * np.cos(6.0 * time) + 4.5 * np.cos(15.0 * time)
+    acceleration = -108.0 * np.sin(6.0 * time) - 67.5 * np.sin(15.0 * time)
+    effort = INERTIA * acceleration + VISCOUS * velocity + COULOMB * np.sign(velocity) + OFFSET
+    effort += 0.1 * COULOMB * np.sin(2.0 * np.pi / 10.0 * position + 0.3)
+    effort += np.random.default_rng(5).normal(0.0, 3e-3, time.size)
+    record = make_record("log", time, position, effort, resolution=1e-5, lag=1.0)
+    fit, result = both(record, bench)
+    plain, wide = fit.parameters["inertia"], result.fit.parameters["inertia"]
+    assert not plain.low <= INERTIA <= plain.high
+    assert wide.low <= INERTIA <= wide.high
+    (warning,) = result.warnings(result.fit.parameters)
+    assert "a load over the position" in warning
+    declared = msgspec.structs.replace(bench, load=LoadTerms(("offset", "load_over_position")))
+    known = least_squares([record], declared, IdentificationSettings()).parameters["inertia"]
+    assert known.low <= INERTIA <= known.high
+
+
 def test_the_intervals_include_a_delay_that_is_too_small_to_be_found(bench: Bench) -> None:
     """The current is read 0.6 of a sample late; without this uncertainty 8 intervals hold."""
     time = np.arange(3000) * PERIOD

@@ -88,12 +88,16 @@ EQUAL = 1.1  # largest ratio of the squares of two hypotheses that predict equal
 
 @dataclass(frozen=True)
 class ExplanationSearch:
-    """Records of one axis, their bench, and the smoothing window of each record."""
+    """Records of one axis, their bench, and the smoothing window of each record.
+
+    - widens: True if `hypotheses` includes those that only widen intervals
+    """
 
     records: Sequence[MotionRecord]
     bench: Bench
     settings: IdentificationSettings
     windows: tuple[int, ...]
+    widens: bool = False
 
     @classmethod
     def of(
@@ -147,6 +151,7 @@ class ExplanationSearch:
             one
             for one in (*LOADS, *EFFECTS)
             if declared_term(one) not in named
+            and (self.widens or not one.only_widens)
             and not (one.term == GRAVITY and not self.rotary)
             and not (one.term == ECCENTRICITY and not self.rotary)
             and not (measured and one.needs_position)

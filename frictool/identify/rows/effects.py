@@ -14,6 +14,7 @@ is the direction of the motion, u the effort, h the temperature minus the refere
     eccentricity            (sin x)'', (cos x)'', (sin x)', (cos x)'    eccentric encoder
     stribeck                s exp(-(v / w)^2)                   w = 5, 10, 20 % of the top speed
     friction_over_position  s P_k(x), k = 1 to 3                over the record's travel
+    load_over_position      P_k(x), k = 1 to 3                  part of a ripple longer than that
     inertial_friction       s |a|                               friction under the inertial load
     delay                   -du/dt                              current read late, or current loop
     resonance               a''                                 one compliance, to first order
@@ -56,6 +57,7 @@ WHAT: dict[Term, str] = {
     "eccentricity": "an eccentric encoder",
     "stribeck": "friction that falls with speed",
     "friction_over_position": "friction over position",
+    "load_over_position": "a load over the position",
     "inertial_friction": "friction proportional to the inertial load",
     "delay": "a delay or lag between effort and position",
     "resonance": "a resonance",
@@ -106,6 +108,8 @@ class Hypothesis:
     - differentiates: True if the columns are derivatives of the smoothed position
     - needs_temperature: True if the columns depend on the temperature; the model document then has
       a law of the effect
+    - only_widens: True if the hypothesis widens intervals, but is not an explanation of the effort,
+      because more specific hypotheses explain the same effort
     """
 
     term: str
@@ -116,6 +120,7 @@ class Hypothesis:
     needs_position: bool = False
     differentiates: bool = False
     needs_temperature: bool = False
+    only_widens: bool = False
 
 
 @dataclass(frozen=True)
@@ -188,6 +193,10 @@ def _stribeck(motion: SmoothedMotion) -> tuple[Vector, ...]:
 def _friction_over_position(motion: SmoothedMotion) -> tuple[Vector, ...]:
     shapes = motion.shapes(motion.record.position, TRAVEL_ORDER)
     return tuple(motion.sign * one for one in shapes)
+
+
+def _load_over_position(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    return motion.shapes(motion.record.position, TRAVEL_ORDER)
 
 
 def _inertial_friction(motion: SmoothedMotion) -> tuple[Vector, ...]:
@@ -270,6 +279,15 @@ EFFECTS = (
         "friction_over_position]",
         columns=_friction_over_position,
         needs_position=True,
+    ),
+    Effect(
+        "load_over_position",
+        _numbered("load_over_position", TRAVEL_ORDER),
+        WHAT["load_over_position"],
+        "record strokes over the whole travel, or declare load.terms: [offset, load_over_position]",
+        columns=_load_over_position,
+        needs_position=True,
+        only_widens=True,
     ),
     Effect(
         "inertial_friction",
