@@ -186,7 +186,7 @@ def command(
     if as_json:
         print_json("excite/1", summary(sequence), output)
     else:
-        say(text(sequence, output), output)
+        say(text(sequence, output, document), output)
 
 
 def _check_options(kind: str, options: dict[str, Any]) -> None:

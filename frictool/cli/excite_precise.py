@@ -82,7 +82,7 @@ def write_precise(run: PreciseRun) -> None:
         print_json("excite/1", view | extra, run.output)
     else:
         for test, target in zip(tests, (run.output, ramps), strict=False):
-            say(text(test.sequence, target), run.output)
+            say(text(test.sequence, target, bench), run.output)
     missed = _missed(run.wanted, {k: v for one in tests for k, v in one.half_widths.items()}, bench)
     if missed:
         note(f"missed within {run.options['duration']:g} s: {', '.join(missed)}")

@@ -12,6 +12,18 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.identify.excite.excitation_sequence import ExcitationSequence
 
+# figures of a test: beginning of the name, or name, -> kind of unit
+PARAMETER_FIGURES = ("promised_", "least_deviation_")
+SPEED_FIGURES = ("speed_", "top_speed")
+DRIVE_FIGURES = {"rate": "/s", "step": "", "top": ""}
+FIGURES = {
+    "amplitude": "position",
+    "advance_on": "position",
+    "turn_low": "position",
+    "turn_high": "position",
+    "top_acceleration": "acceleration",
+}
+
 
 def bench_of(path: Path) -> Bench:
     """Return the bench at `path`; warn if `load.most` is missing although the bench has a load."""
@@ -63,14 +75,34 @@ def summary(sequence: ExcitationSequence) -> dict[str, Any]:
     }
 
 
-def text(sequence: ExcitationSequence, output: Path) -> str:
-    """Return a test as text."""
+def text(sequence: ExcitationSequence, output: Path, bench: Bench) -> str:
+    """Return a test as text, with the unit of each figure."""
     where = "stdout" if output == STDOUT else output.name
     lines = [
         f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.time.size} "
         f"samples, {', '.join(sequence.columns)}"
     ]
     lines += [
-        f"  {name.replace('_', ' '):<28}{value:.5g}" for name, value in sequence.figures.items()
+        f"  {name.removesuffix('_hz').replace('_', ' '):<28}{value:.5g} "
+        f"{unit_of_figure(name, bench)}".rstrip()
+        for name, value in sequence.figures.items()
     ]
     return "\n".join([*lines, f"to play it: {sequence.rule}"])
+
+
+def unit_of_figure(name: str, bench: Bench) -> str:
+    """Return the SI unit of a figure of a test; "" for a number without a unit."""
+    from frictool.documents.quantity import drive_dimension, si_unit
+    from frictool.identify.model_document import unit_of
+
+    for prefix in PARAMETER_FIGURES:
+        if name.startswith(prefix):
+            return unit_of(name.removeprefix(prefix), bench)
+    drive = si_unit(drive_dimension(bench.actuator.drive, constant=False), bench.axis)
+    if name.endswith("_hz"):
+        return "Hz"
+    if name in DRIVE_FIGURES:
+        return drive + DRIVE_FIGURES[name]
+    if name.startswith(SPEED_FIGURES):
+        return si_unit("velocity", bench.axis)
+    return si_unit(FIGURES[name], bench.axis) if name in FIGURES else ""

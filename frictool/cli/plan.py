@@ -14,6 +14,7 @@ from frictool.cli.output_files import check_targets, command_line, save_text
 from frictool.cli.progress import note_step
 
 if TYPE_CHECKING:
+    from frictool.documents.bench import Bench
     from frictool.plan.commissioning import PlanStep
 
 HELP = """\b
@@ -105,7 +106,7 @@ def command(
     if as_json:
         print_json("plan/1", view(step), output)
     else:
-        say(shown(step, output), output)
+        say(shown(step, output, document), output)
     if step.exit_code:
         click.get_current_context().exit(step.exit_code)
 
@@ -130,7 +131,7 @@ def view(step: PlanStep) -> dict[str, Any]:
     }
 
 
-def shown(step: PlanStep, output: Path | None) -> str:
+def shown(step: PlanStep, output: Path | None, bench: Bench) -> str:
     """Return a step of the plan as text; `output`: file of the next test."""
     lines = [
         f"{one.parameter:<18}{one.value:.5g} +-{one.half_width:.2g} {one.unit}"
@@ -139,7 +140,7 @@ def shown(step: PlanStep, output: Path | None) -> str:
     ]
     lines.append(f"{'enough' if step.enough else 'next'}: {step.name}: {step.why}")
     if step.test is not None:
-        lines.append(text(step.test.sequence, output or Path("the test")))
+        lines.append(text(step.test.sequence, output or Path("the test"), bench))
         if output is None:
             lines.append("-o FILE writes the test")
     return "\n".join(lines)

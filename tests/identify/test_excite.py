@@ -339,3 +339,18 @@ def test_a_picture_has_a_panel_of_every_column_over_one_time(names: tuple[str, .
     assert drawn == picture(ExcitationSequence("sine", 1e-3, columns, units, ""))
     assert drawn.count("<clipPath") == len(names)
     assert drawn.count("time, s") >= 1
+
+
+@pytest.mark.parametrize("kind", MAKERS)
+def test_the_text_of_a_test_states_the_unit_of_each_figure_that_has_one(
+    kind: str, tmp_path: Path
+) -> None:
+    """Metres on a carriage are radians on a shaft; only pure numbers are without a unit."""
+    pure = {"condition", "scale", "condition scaled", "harmonics"}
+    lines = run("excite", "--bench", CLUTCH, "--kind", kind, "-o", tmp_path / "test.csv").stdout
+    figures = [line[2:].rstrip() for line in lines.splitlines() if line.startswith("  ")]
+    assert figures
+    for line in figures:
+        name, rest = line[:28].strip(), line[28:].split(maxsplit=1)
+        assert (len(rest) == 2) == (name not in pure and "crest" not in name), line
+        assert len(rest) == 1 or not rest[1].startswith(("m", "kg/", "N s/m"))
