@@ -7,7 +7,7 @@ A vertex or a randomly drawn plant has one number for Coulomb friction and one f
               their maps over position, and the friction inside the backlash
     viscous   for the model: steepest slope over the speed regimes, mean of both directions. A plant
               with c times this number has c times every slope, and the same knees. If the model has
-              no viscous friction, the number is the slope at every speed
+              no viscous friction, the number of a plant is its slope at every speed
 
 A knee is a speed at which the slope changes. The friction map keeps its shape. A plant with the
 numbers of the model is the model.

@@ -82,10 +82,11 @@ def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]
 
 
 def relative(low: float, high: float, constant: Quantity) -> tuple[float, float]:
-    """Return an absolute interval for the nominal value of the actuator's constant.
+    """Return an absolute interval of a parameter for the nominal value of the actuator's constant.
 
-    The result contains every value in [low, high] times every ratio of the constant's nominal value
-    to the constant.
+    low, high: interval of the parameter in SI, which does not depend on the constant. The result
+    contains every value in [low, high] times every ratio of the constant's nominal value to the
+    constant.
     """
     ratios = [constant.value / end for end in constant.interval]
     products = [ratio * end for ratio in ratios for end in (low, high)]

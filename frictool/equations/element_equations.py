@@ -230,7 +230,10 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
 
 
 def source(name: str, element: Source, notation: Notation) -> ElementEquations:
-    """Return the equations of a source: constant times current or voltage, or an effort."""
+    """Return the equations of a source.
+
+    The effort of the source is its constant times the current or voltage, or an input.
+    """
     key = f"sources.{name}"
     block = element.on
     kind = notation.kinds[block]

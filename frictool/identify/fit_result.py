@@ -45,7 +45,7 @@ class Interval:
         return cls(float(value), float(max(value - half, least)), float(value + half))
 
     def estimate(self, dimension: str, axis: Axis, least: float = -math.inf) -> Estimate:
-        """Return the interval as an estimate of a document; its lower end is at least `least`."""
+        """Return the interval for a document; a lower end below `least` becomes `least`."""
         unit = si_unit(dimension, axis)
         return Estimate(self.value, max(self.low, least), self.high, unit, source="identified")
 

@@ -136,7 +136,7 @@ class ReportRequest:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Verdict(ResultView):
-    """Verdict on logs: requirements in the specification's order, and evidence with hold metrics.
+    """Verdict on logs: requirements in the specification's order, and the metrics of each log.
 
     `meets`: for each stream, True if its values meet every requirement. `remarks`: warnings.
     """

@@ -50,9 +50,11 @@ def interval(
 def draws_to_show(
     required: float, share: float, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> int | None:
-    """Return how many draws would show the pass rate `required` if the share `share` passes.
+    """Return the least number of draws that shows a pass rate of at least `required`.
 
-    Return None if `share` is not above `required`, or if more than 2^40 draws would be needed.
+    The lower bound of the pass rate is then at least `required`, if the share `share` of the draws
+    passes. Return None if `share` is not above `required`, or if more than 2^40 draws would be
+    needed.
     """
     if not share > required:
         return None

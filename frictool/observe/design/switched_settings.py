@@ -88,7 +88,7 @@ def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
         return settings.switch_speed
     if top is None:
         raise NoSolutionError(
-            "the switch speed is unknown: the bench has no mechanics.top_speed to take a fortieth "
-            f"of; give --switch-speed, such as 10{unit.replace(' ', '')}"
+            "the switch speed is unknown: by default it is mechanics.top_speed/40, but the bench "
+            f"has no mechanics.top_speed; give --switch-speed, such as 10{unit.replace(' ', '')}"
         )
     return SLOW * top.value
