@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
 DRAWN_LEVELS = 1500  # smallest visible difference, relative to the height of a curve
@@ -46,42 +43,13 @@ def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -
     Straight lines between the stored samples differ from the curve by at most `tolerance` (cone
     intersection). Samples that are not finite, and their neighbours, are kept.
     """
+    from frictool.presentation.cone_intersection import cone_indices  # loads numba
+
     count = abscissa.size
     if count < 3:
         return np.arange(count, dtype=np.intp)
     times, values = (np.ascontiguousarray(one, dtype=np.float64) for one in (abscissa, ordinate))
-    return np.unique(_straightened(times, values, tolerance))
-
-
-@kernel
-def _straightened(times: Vector, values: Vector, tolerance: float) -> NDArray[np.intp]:
-    """Return the indices of `straightened_indices`; some occur twice."""
-    count = times.size
-    kept = np.empty(3 * count, dtype=np.intp)
-    kept[0] = 0
-    used = 1
-    low, high = -math.inf, math.inf
-    for k in range(1, count):
-        start = kept[used - 1]
-        step = times[k] - times[start]
-        rise = values[k] - values[start]
-        if math.isfinite(rise) and step > 0.0 and not low <= rise / step <= high:
-            start = k - 1
-            kept[used] = start
-            used += 1
-            step = times[k] - times[start]
-            rise = values[k] - values[start]
-            low, high = -math.inf, math.inf
-        if math.isfinite(rise) and step > 0.0:
-            low = max(low, (rise - tolerance) / step)
-            high = min(high, (rise + tolerance) / step)
-            continue
-        for index in (k - 1, k):
-            kept[used] = index
-            used += 1
-        low, high = -math.inf, math.inf
-    kept[used] = count - 1
-    return kept[: used + 1]
+    return np.unique(cone_indices(times, values, tolerance))
 
 
 def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
