@@ -1,4 +1,4 @@
-"""Comparison of the stored realisations of one controller: state space, transform, sections."""
+"""Comparison of the stored forms of one controller: discrete, inverse Tustin, sections."""
 
 from __future__ import annotations
 
