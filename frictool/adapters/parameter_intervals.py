@@ -82,11 +82,10 @@ def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]
 
 
 def relative(low: float, high: float, constant: Quantity) -> tuple[float, float]:
-    """Return an absolute interval of a parameter for the nominal value of the actuator's constant.
+    """Return the interval of x times nominal/true actuator constant, for x in [low, high].
 
-    low, high: interval of the parameter in SI, which does not depend on the constant. The result
-    contains every value in [low, high] times every ratio of the constant's nominal value to the
-    constant.
+    The true constant is any value in the interval of `constant`. low, high: interval of a parameter
+    in SI. The result is the interval that logs would give with the nominal constant.
     """
     ratios = [constant.value / end for end in constant.interval]
     products = [ratio * end for ratio in ratios for end in (low, high)]

@@ -380,8 +380,9 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
 
     parameters: (14,), or (EXTENDED_SIZE,) with friction laws. A load (plant/position_load.py
     `with_load`) and a dynamic law (engine/dynamic_law_axis.py) add further values. A dynamic law
-    also adds its states at the end of `state`. The limit of the winding is computed for the speed
-    at the beginning of the call. Returns a status of engine/status_codes.py.
+    also adds its states at the end of `state`. A winding limits the current by supply voltage and
+    back-EMF; this limit is computed once, for the speed at the beginning of the call. Returns a
+    status of engine/status_codes.py.
     """
     return int(advance_axis(state, command, parameters, parameters, duration))
 
@@ -392,7 +393,8 @@ def advance_axis(
 ) -> int:
     """Advance `state` as `advance` does.
 
-    curved: `parameters`, or None if every slip has a closed form (axis_friction.py `is_straight`).
+    curved: `parameters` if a slip may have to be integrated in steps; None if every slip has a
+    closed form (axis_friction.py `is_straight`).
     """
     total = command * 0.0 + duration
     for index in range(ax.STATE_SIZE):

@@ -22,9 +22,10 @@ from frictool.identify.rows.load_terms import terms_of
 
 
 def fixed_parameters(fit: SlidingFit, outcome: Outcome, bench: Bench) -> dict[str, Interval]:
-    """Return the model's intervals of the parameters that were fitted and then refused.
+    """Return the interval in the model of each parameter that was fitted and then refused.
 
-    The interval is the bench's range, narrowed by the logs if their interval overlaps it.
+    It is the intersection of the bench's range and the logs' interval; if the two do not overlap,
+    it is the bench's range.
 
     An inertia that the encoder's resolution hides is not fixed: its column is noise and nearly
     orthogonal to the others. Parameters that the motion cannot separate are not fixed either.

@@ -108,7 +108,10 @@ def accept(
 
 
 def sliding_intervals(from_logs: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
-    """Return each sliding parameter: the logs' interval, else the bench's, else offset 0."""
+    """Return the interval of each sliding parameter: from the logs, else from the bench.
+
+    An offset that neither of them states is 0.
+    """
     return {name: from_logs.get(name) or bench_interval(bench, name) for name in SLIDING}
 
 

@@ -121,7 +121,7 @@ def prove_step(
 class PlantOutcome:
     """Result for one plant.
 
-    runs: number of runs. open_share: share of the starts for which nothing is proved.
+    runs: number of runs. open_share: share of the starts without a result, 0 to 1.
     """
 
     requirements: tuple[ProvedRequirement, ...]
@@ -270,12 +270,14 @@ def _judged(
 
 
 def _for_the_box(test: ProofRequest, peak: ProvedRequirement) -> ProvedRequirement:
-    """Return the outcome of the drive peak with its bound for every plant of the box.
+    """Return the outcome of the drive peak, with its bound for every plant of the parameter box.
 
-    A bound within the limit proves the requirement, also if the runs of the plant leave it open.
+    A bound within the limit proves the requirement, even if it is undecided for the runs of a
+    plant. A bound above the limit proves nothing. A refuted requirement stays refuted: its run is a
+    counterexample, whatever the bound says.
     """
     bound = command_bound(test.controller, test.number)
-    if bound > peak.limit:
+    if bound > peak.limit or peak.state == "refuted":
         return peak
     if peak.state == "proved":
         return msgspec.structs.replace(peak, box=bound)

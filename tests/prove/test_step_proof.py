@@ -33,7 +33,13 @@ from frictool.plant.position_load import PositionLoad
 from frictool.prove.command_bound import command_bound
 from frictool.prove.encoder_phases import LoopOfPlant, phase_runs
 from frictool.prove.proof_view import lines, verdict_of
-from frictool.prove.step_proof import ProofRequest, differences, loop_of, prove_step
+from frictool.prove.step_proof import (
+    ProofRequest,
+    _for_the_box,
+    differences,
+    loop_of,
+    prove_step,
+)
 from frictool.simulate.axis_variants import variants_of
 from frictool.verify.rest_proof import prove_rest
 from studies.rigs.clutch_model import ROOT, clutch_model
@@ -290,6 +296,14 @@ def test_the_drive_limit_proves_the_peak_for_the_box_or_for_no_plant_between() -
 
     assert (peak(50.0).state, peak(50.0).box) == ("proved", 50.0)
     assert peak(60.0).box is None
+
+
+def test_a_counterexample_is_never_replaced_by_the_bound_of_the_command() -> None:
+    test = _step_test(certified("fast"), 0.05)
+    found = ProvedRequirement("drive_peak", "refuted", 60.0, 61.0, start=5.0)
+    assert _for_the_box(test, found) == found
+    still_open = msgspec.structs.replace(found, state="undecided")
+    assert _for_the_box(test, still_open).state == "proved"
 
 
 def test_rest_in_the_band_is_stated_from_the_box_and_not_from_the_document() -> None:
