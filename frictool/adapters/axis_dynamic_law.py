@@ -34,8 +34,8 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
         return None
     if axis.backlash > 0.0:
         raise ValueError(
-            "a law of presliding has no backlash; describe motor and load as a mechanism, or "
-            "remove the key"
+            "a presliding law does not work with a backlash; describe motor and load as a "
+            "mechanism, or remove `presliding` from the model"
         )
     law = LAWS[document.law]
     coulomb = model.parameters.coulomb.value
@@ -93,9 +93,9 @@ def assumed_fall(model: Model) -> str:
     contact = getattr(document, document.law, None) or document
     speed = today.breakaway.value / math.sqrt(contact.stiffness.value * today.inertia.value)
     return (
-        f"presliding by {document.law} without stribeck_velocity: the friction falls from the "
-        f"breakaway within {speed:.3g} {'rad/s' if model.axis == 'rotary' else 'm/s'}, the speed "
-        "of the contact's own motion"
+        f"presliding by {document.law} without stribeck_velocity: the friction is assumed to fall "
+        f"to the Coulomb friction within {speed:.3g} "
+        f"{'rad/s' if model.axis == 'rotary' else 'm/s'}, the speed of the contact's oscillation"
     )
 
 

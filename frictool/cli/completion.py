@@ -63,7 +63,10 @@ def command(shell: str | None, output: Path | None, as_json: bool) -> None:
 
 
 def script(shell: str) -> str:
-    """Return the completion script of a shell; it calls frictool with the variable VARIABLE set."""
+    """Return the completion script of a shell.
+
+    The script calls frictool with the environment variable VARIABLE set.
+    """
     kind: Any = get_completion_class(shell)
     asking = kind(click.Command(PROGRAM), {}, PROGRAM, VARIABLE)
     # source() of click would start a bash to query its version

@@ -1,4 +1,4 @@
-"""Test of `frictool excite --for`: requested precisions, files, and promised half widths."""
+"""`frictool excite --for`: test with requested precisions, its files and promised half widths."""
 
 from __future__ import annotations
 

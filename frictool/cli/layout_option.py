@@ -1,4 +1,4 @@
-"""Option --layout: properties of a raw file without a bench that its content does not show."""
+"""Option --layout: properties of a raw file without a bench, which its content does not show."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ layout_option = click.option(
 
 @contextmanager
 def layout_advice() -> Iterator[None]:
-    """Change the message of a LogError that advises a key of the bench: advise the option."""
+    """Advise the option --layout in the message of a LogError that advises a key of the bench."""
     try:
         yield
     except LogError as error:

@@ -266,7 +266,7 @@ class Design(
             )
         if self.form == "sos" and limiter is not None:
             raise ValueError(
-                "`form: sos` cannot be combined with `limiter`, which freezes the state of the "
+                "`form: sos` cannot be combined with `limiter`, which holds the state of the "
                 "integrator; sections have no such state"
             )
 

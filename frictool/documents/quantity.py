@@ -291,7 +291,8 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
     """
     scale = unit_scale(unit, dimension, axis)
     if scale.zero != 0.0:
-        raise ValueError(f"unit {unit!r} has another zero; write {si_unit(dimension, axis)}")
+        wanted = si_unit(dimension, axis)
+        raise ValueError(f"the zero of unit {unit!r} is not that of {wanted}; write {wanted}")
     return scale.factor
 
 

@@ -10,8 +10,8 @@ If the breakaway grows with the time at rest, engine/drive_lag.py computes the t
 breakaway. If friction is nonlinear in speed or position, or a load depends on the position
 (plant/position_load.py), the slip is integrated in steps (engine/slip_integration.py); otherwise
 the slip has a closed form. A dynamic law, which neither sticks nor slips, is integrated by
-engine/dynamic_law_axis.py. `advance_axis` with `curved` None contains the closed form only, so that
-most axes wait for the compilation of no other integrator.
+engine/dynamic_law_axis.py. `advance_axis` with `curved` None contains the closed form only. That is
+enough for most axes, and the other integrators are then not compiled.
 
 The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the

@@ -3,8 +3,8 @@
     sample k:  position --[encoder: floor(x/step) step]--> y[k] --[controller]--> u[k]
     --[delay_samples]--> held until k+1
 
-The counter of an incremental encoder changes at its edges and reports the edge below the position,
-hence floor. The command of sample k acts from sample k + delay_samples on; until the first command
+The counter of an incremental encoder reports the edge below the position; the formula therefore has
+floor. The command of sample k acts from sample k + delay_samples on; until the first command
 acts, the command is zero. Both controller and axis limit the drive. A drive without lag jumps at
 the sample; the record contains the value after the jump.
 

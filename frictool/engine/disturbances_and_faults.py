@@ -17,7 +17,7 @@ col.  name             meaning
 7     SENSOR_GAIN      b of the drive's sensor; 1 without fault
 ====  ===============  =========================================================================
 
-The inner loop of the drive makes the measured drive equal to its command. A factor that is constant
+The inner loop of the drive makes the measured drive equal to the command. A factor that is constant
 over a run has the same effect as a changed parameter of the axis.
 """
 

@@ -4,9 +4,10 @@
     mode 1 and the switching conditions C_{0->1}, C_{1->0} are those of version B
 
 friction/hybrid_b.py defines the symbols; Preisach(z) is the force of the operator
-(friction/preisach.py). The state is [z, memory of friction/reversal_memory.py]. (3.37) prints no
-damping; the stuck body would then ring, since small loops hardly dissipate. k2 is that of version B
-(3.35). Slip saturates the operator and deletes all reversals from its memory.
+(friction/preisach.py). The state is [z, memory of friction/reversal_memory.py]. Equation (3.37) of
+the thesis has no damping term. Without damping the stuck body would oscillate, because small
+hysteresis loops dissipate little energy. The code therefore adds the term k2 v of version B (3.35).
+Slip saturates the operator and deletes all reversals from its memory.
 """
 
 from __future__ import annotations

@@ -182,7 +182,7 @@ class FrictionExtension:
             )
         if stores and by_direction:
             raise ValueError(
-                f"{law.name} stores force in its contacts: friction that differs by direction "
+                f"{law.name} stores energy in its contacts: friction that differs by direction "
                 "would release more energy than was stored"
             )
         if (self.lag > 0.0 or self.delay > 0.0 or self.boundary > 0.0) and (

@@ -147,8 +147,8 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker.
 
-    - bench: bench as YAML text, which keeps the bench verbatim for the model; pickling a `Bench`
-      would lose which of its fields were left out
+    - bench: bench as YAML text, because the model contains the bench verbatim; a pickled `Bench`
+      does not state which of its fields were left out
     - bench_input: entry of the bench in the model's provenance
     - patterns: patterns that read unit and date of a log from its file name
     """

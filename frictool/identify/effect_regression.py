@@ -235,7 +235,7 @@ class EffectRegression:
         )
 
     def encoder_gain(self, known: float) -> AcceptedEffects | None:
-        """Return the shift by an eccentric encoder whose local gain is known to 1 +- `known`.
+        """Return the parameters' shift by an eccentric encoder with a local gain of 1 +- `known`.
 
         Over less than a turn, the eccentricity mainly multiplies the position by a gain, which the
         log hardly determines. Each shift is therefore at most `known` times the parameter.

@@ -41,7 +41,7 @@ class Interval:
 
     @classmethod
     def around(cls, value: float, half: float, least: float = -math.inf) -> Interval:
-        """Return the interval `value` +- `half`; its lower end is at least `least`."""
+        """Return the interval `value` +- `half`; a lower end below `least` becomes `least`."""
         return cls(float(value), float(max(value - half, least)), float(value + half))
 
     def estimate(self, dimension: str, axis: Axis, least: float = -math.inf) -> Estimate:

@@ -52,9 +52,9 @@ def refit(
     fit: SlidingFit,
     fixed: Mapping[str, Interval],
 ) -> SlidingFit:
-    """Return a fit by the method and with the terms of `fit`, at fixed values of `fixed`.
+    """Return a fit with the method and load terms of `fit`.
 
-    A parameter that `auto` set to 0 stays 0. An inertia that `auto` took from another method is
+    The parameters in `fixed` are fixed at their values. A parameter that `auto` set to 0 stays 0. An inertia that `auto` took from another method is
     kept. Raises UnusableLogs if the method cannot use the records.
     """
     assert fit.method is not None

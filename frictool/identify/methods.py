@@ -35,8 +35,8 @@ class IdentificationMethod:
     - whole_curve: True if it fits a curve over speed without the inertia. The parameters of the
       curve are identified or refused together, never fixed, and not compared with REFERENCE
     - differentiates: True if it uses plain differences, which need a fine encoder and no gaps
-    - comparison: True if it serves only for comparison with published values. If the force error is
-      large, its intervals are not widened for effects that the model lacks
+    - comparison: True if it serves only for comparison with published values. The intervals of such
+      a method are not widened for effects that the model lacks if the force error is large
     - known_terms: name of a function that fits load terms that are already known, or None. Warnings
       use this function, because the method itself would search the terms again
     """
@@ -307,8 +307,8 @@ class IdentificationSettings:
     - threshold: least speed of a sample in the method `threshold`, rad/s | m/s
     - forgetting: weight of a squared residual that is one median stroke old, in ]0, 1]
     - pipeline: filters of inverse-dynamic and friction-force
-    - fixed: sliding parameter that the first fit did not identify -> bench's interval, at whose
-      value the second fit fixes the parameter
+    - fixed: sliding parameter that the first fit did not identify -> bench's interval; the second
+      fit fixes the parameter at the value of this interval
     """
 
     confidence: float = 0.95

@@ -41,8 +41,8 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
         was = stream.units.get(replay.channel)
         raise LogError(
             log.source,
-            f"has {replay.channel} in {was!r}; allowed as a reference: a channel in {unit}, the "
-            f"axis is {axis}",
+            f"has {replay.channel} in {was!r}; allowed as a reference: a channel in {unit}, "
+            f"because the axis is {axis}",
         )
     time = stream.time - stream.time[0]
     end = float(time[-1]) if replay.to_s is None else replay.to_s

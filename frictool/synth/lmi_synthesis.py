@@ -61,9 +61,8 @@ def slow_weight(problem: SynthesisProblem) -> str:
         return ""
     return (
         f"; W2 for a static error of {1.0 / weight.gain:.2g} has a pole at {weight.pole:.2g} "
-        f"rad/s, nearly an integrator at {problem.period:g} s, which no controller moves: try "
-        f"weights.static_error "
-        f"{EASY / share / weight.gain:.1g}"
+        f"rad/s, which is nearly an integrator at the sample period of {problem.period:g} s; no "
+        f"controller moves this pole: try weights.static_error {EASY / share / weight.gain:.1g}"
     )
 
 

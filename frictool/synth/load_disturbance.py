@@ -55,8 +55,9 @@ def disturbance(model: Model) -> LoadDisturbance:
             spring = load.stiffness
             unit = load.stiffness.unit
             raise NoSolutionError(
-                f"laws.load.stiffness is {spring.value:.4g} {unit}: the speed loop is designed for "
-                "an axis without a spring; remove the spring or, if it may be neglected, this key"
+                f"laws.load.stiffness is {spring.value:.4g} {unit}: the design needs an axis "
+                "without a spring; remove the spring from the axis or, if its effort is "
+                "negligible, delete this key"
             ).at("model", "laws.load.stiffness")
         gravity = 0.0 if load.gravity is None else amplitude(load.gravity.sine, load.gravity.cosine)
         ripple = sum(amplitude(one.sine, one.cosine) for one in load.ripples)

@@ -121,7 +121,7 @@ def test_nothing_usable_is_the_answer_no() -> None:
     still = make_record(
         "still", np.arange(3000) * 1e-3, np.zeros(3000), np.zeros(3000), TRUTH.encoder_step, 0.003
     )
-    with pytest.raises(NothingIdentified, match="no sample slips") as raised:
+    with pytest.raises(NothingIdentified, match="never moves by more than one") as raised:
         identify_records([still], [], clutch(), DEFAULT, IdentificationSettings())
     assert raised.value.exit_code == 1
     assert raised.value.result.identified == {}

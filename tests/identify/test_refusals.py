@@ -116,4 +116,4 @@ def test_no_excitation() -> None:
         TRUTH.encoder_step,
         0.003,
     )
-    assert "no sample slips" in reason([still])
+    assert "never moves by more than one encoder count" in reason([still])

@@ -204,7 +204,7 @@ def test_a_fall_without_a_stribeck_velocity_is_stated() -> None:
     [
         (
             msgspec.structs.replace(clutch_model(), presliding=presliding("lugre")),
-            "a law of presliding has no backlash",
+            "a presliding law does not work with a backlash",
         ),
         (
             msgspec.structs.replace(with_presliding("lugre"), laws=Laws(dwell=Dwell(0.95, 1.0))),

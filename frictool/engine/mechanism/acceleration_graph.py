@@ -140,7 +140,7 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
 
 @inset_kernel
 def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
-    """Return the distance from x to the next end of a linear piece of Lambda, towards `going`.
+    """Return the distance from x to the next end of a linear piece of Lambda.
 
     Lambda(x) is the effort that the tree needs for the acceleration x of its root. A piece ends
     where the force of a joint passes its kink, or the force of a flank passes 0.

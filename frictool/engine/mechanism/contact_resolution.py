@@ -93,8 +93,8 @@ def resolve(
     """Set all modes, t [s] after the command; return a status code.
 
     The modes of flanks that touch without relative speed, and of blocks that rest at a stop, must
-    already be set. out: guards of the present modes, and workspace. If a part jams, the last entry
-    of the row FOUND is the index in ORDER of the part's first block.
+    already be set. out: guards of the present modes, and workspace. If a self-locking link wedges,
+    the last entry of the row FOUND is the index in ORDER of the first block of the jammed part.
     """
     k, p, _ = machine
     y = state.y

@@ -4,10 +4,15 @@ The module also contains the inverse of g, and the ranges of both forces at rest
 
     g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
 
-Here s is the direction of motion of end a. With efficiencies (2.3), (2.20) the kink is 0, and c =
-±s drive_loss or ±s back_loss, depending on the direction of power. For the screw of the thesis,
-(2.12)-(2.13), (2.15), the kink is at thread lambda = thesis_screw u_a, and c = ±s thread; u_a is
-the effort of the sources on block a. If the load can drive the joint, g rises with ratio lambda.
+Here s is the direction of motion of end a, and `kink` the force lambda at which the slope of g
+changes. The parameters of the joint are ratio, drive_loss, back_loss, thread and thesis_screw.
+
+- Efficiency (2.3), (2.20): the kink is 0. c is ±s drive_loss if end a drives, and ±s back_loss if
+  end b drives.
+- Screw of the thesis (2.12)-(2.13), (2.15): the kink is thesis_screw u_a/thread, where u_a is the
+  effort of the sources on block a, and c is ±s thread.
+
+If the load can drive the joint, g rises with ratio lambda.
 """
 
 from __future__ import annotations

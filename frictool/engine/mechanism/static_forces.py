@@ -25,9 +25,10 @@ from frictool.typing import IntVector, Vector
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     """Fill NEED and NEED_HIGH with each member's force range; return False if a range is empty.
 
-    sided: True if the branch (+1 or -1) of a self-locking joint determines on which side of the
-    kink the joint is loaded. A joint with branch 0 must then be at its kink if `towards` is 0, else
-    loaded on the side on which it drives when the root moves in the direction `towards`.
+    sided: True if each self-locking joint must be loaded on the side of the kink that its branch
+    (+1 or -1) states. For branch 0 the side depends on `towards`. If `towards` is 0, the joint must
+    be at its kink. Otherwise it must be loaded on the side on which its driving end drives when the
+    root moves in the direction `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]
@@ -120,7 +121,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @inset_kernel
 def unload(tree: JointTree) -> bool:
-    """Set the branch of each self-locking joint to 0 if it is not loaded on its branch's side.
+    """Set the branch of each self-locking joint to 0 unless it is the joint's loaded side.
 
     The tree is at rest. Returns True if there are self-locking joints.
     """

@@ -4,7 +4,7 @@ The method is dynamic programming on Gauss's principle, as in Vereshchagin (1974
 it is the articulated-body recursion of articulated_body.py. Each subtree is described by one
 function: Lambda(x), the effort that it needs for the acceleration x of its root. If the root's
 acceleration is x, the child of a rigid joint accelerates with x times the ratio. A flank can only
-push: its child contributes max(0, Lambda_child(ratio x)) and separates if this is 0.
+push: the child behind it contributes max(0, Lambda_child(ratio x)), and separates if this is 0.
 
 In each step of the recursion, Lambda is a rising, piecewise linear graph. Its parts are m x,
 Coulomb friction at rest (a vertical piece at x = 0), and the losses of back-drivable links, which

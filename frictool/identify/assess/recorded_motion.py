@@ -35,7 +35,7 @@ def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInput
     """Return the inputs for records of sliding motion; raise UnusableLogs if nothing moves."""
     stroke_table = np.concatenate([_strokes(record) for record in records])
     if stroke_table.size == 0:
-        raise UnusableLogs("no sample slips: no motion exceeds one encoder count")
+        raise UnusableLogs("the axis never moves by more than one encoder count")
     strokes = _representatives(stroke_table)
     known = bench.mechanics
     fastest, slowest = time_constants(bench)

@@ -135,8 +135,8 @@ class OnsetData:
     ) -> float:
         """Return the mean misfit (`efforts`) of the onsets, computed with the fall `fall`.
 
-        Return inf if this mean exceeds `most`. The search for the excess uses the onsets in the
-        order `order`, and ends at the first sum that is large enough.
+        Return inf if this mean exceeds `most`. The misfits are first added in the order `order`, so
+        that a sum that is too large is often found before all onsets are evaluated.
         """
         onsets, factors = self._compared(shape)
 

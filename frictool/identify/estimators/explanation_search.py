@@ -116,7 +116,7 @@ class ExplanationSearch:
             if length > 0.0
         ]
         if not moving:
-            raise UnusableLogs("no sample slips: no motion exceeds one encoder count")
+            raise UnusableLogs("the axis never moves by more than one encoder count")
         used, windows = zip(*moving, strict=True)
         return cls(used, bench, settings, windows)
 
@@ -182,7 +182,7 @@ class ExplanationSearch:
             parts.append(slipping_rows(record, bench, window, smoothed(record, window), every))
         samples = joined(parts)
         if samples.velocity.size == 0:
-            raise UnusableLogs("no sample slips for longer than its smoothing window")
+            raise UnusableLogs("the axis never slips for a whole smoothing window")
         return samples
 
     def rows(self, waves: tuple[float, ...]) -> ReducedRows:

@@ -76,7 +76,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     deviation, window = weak_deviation(strokes, axis, sensing, settings.window)
     samples, parts = _windows(records, bench, window)
     if samples.velocity.size == 0:
-        raise UnusableLogs("no sample slips for a whole window of the weak form")
+        raise UnusableLogs("the axis never slips for a whole window of the weak form")
     structure = FrictionStructure()
     if parameters_of(samples) == (SLIDING, {}):
         structure = choose_structure(samples, parts, OVERLAP, settings.confidence)
@@ -101,8 +101,8 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if precision >= known:
         kept = {name: interval for name, interval in result.parameters.items() if name != "inertia"}
         reason = (
-            f"the weak form over {window} samples reaches {percent(precision)}, and the bench "
-            f"states it within {percent(known)}"
+            f"the weak form over {window} samples would determine it within {percent(precision)}, "
+            f"and the bench states it within {percent(known)}"
         )
         return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})
     return replace(

@@ -64,7 +64,7 @@ def differenced(records: list[MotionRecord], time_constant: float) -> tuple[Regr
     """
     parts = [_rows(record, time_constant) for record in records]
     if sum(part.velocity.size for part in parts) == 0:
-        raise UnusableLogs("no motion exceeds one encoder count")
+        raise UnusableLogs("the axis never moves by more than one encoder count")
     return joined(parts), max(3, memory_of(time_constant, records[0].period))
 
 

@@ -211,7 +211,7 @@ def slipping_window(records: list[MotionRecord], window: int | None) -> int:
     Raises UnusableLogs if nothing moves.
     """
     if all(stroke_samples(record) == 0.0 for record in records):
-        raise UnusableLogs("no sample slips: no motion exceeds one encoder count")
+        raise UnusableLogs("the axis never moves by more than one encoder count")
     return window or shortest_window(records, SMALLEST_SHARE)
 
 
@@ -231,8 +231,8 @@ def slipping(
         parts.append(slipping_rows(record, bench, used, smoothed(record, used)))
         windows.append(used)
     if sum(part.velocity.size for part in parts) == 0:
-        backlash = " beyond the backlash" if full_backlash(bench) else ""
-        raise UnusableLogs(f"no sample slips for longer than its smoothing window{backlash}")
+        backlash = " outside the backlash" if full_backlash(bench) else ""
+        raise UnusableLogs(f"the axis never slips{backlash} for a whole smoothing window")
     return joined(parts), max(windows)
 
 

@@ -231,7 +231,7 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
             error = unreadable[choice.column]
             text = _message(error)
             if "layout." not in text:  # the only remedy
-                text += "; complete or delete this row: the guess uses this column"
+                text += "; the guess needs this column: complete this row, or delete it"
             raise LogError(error.path, text, line=error.line)
     reasons = {name: _reason(error) for name, error in unreadable.items() if name not in used}
     columns = {channel: (choice.column, choice.unit) for channel, choice in chosen.items()}

@@ -143,5 +143,6 @@ def _refuse_others(lags: Vector, misfit: Vector, best: int, near: float) -> None
     if others:
         both = f"{lags[best]:.6g} s and {lags[others[0]]:.6g} s"
         raise ValueError(
-            f"offsets of {both} fit equally well; allow less than half a period of the motion"
+            f"offsets of {both} fit equally well; allow less than half a period of the motion "
+            "(clock_estimate.most)"
         )

@@ -51,10 +51,10 @@ def _encoder(observer: Observer, switched: Switched) -> str:
     step = observer.bench.encoder.resolution
     speed, wear = (max(abs(mode.gains[row][0]) for mode in switched.modes) * step for row in (1, 2))
     return (
-        f"the encoder is coarse: one count, {step:.4g} {position}, changes the estimated speed by "
-        f"up to {speed:.3g} {velocity} and alpha by up to {wear:.3g}{effort}; allowed: below "
-        f"{COARSE * sigma * observer.sample_period_s:.2g} {position}; else use --kind tracking, "
-        "and `observe run` for the wear"
+        f"the encoder is coarse: one count of {step:.4g} {position} changes the estimated speed by "
+        f"up to {speed:.3g} {velocity} and alpha by up to {wear:.3g}{effort}; use an encoder with "
+        f"counts below {COARSE * sigma * observer.sample_period_s:.2g} {position}, or use --kind "
+        "tracking, and `observe run` for the wear"
     )
 
 
