@@ -54,8 +54,9 @@ def refit(
 ) -> SlidingFit:
     """Return a fit with the method and load terms of `fit`.
 
-    The parameters in `fixed` are fixed at their values. A parameter that `auto` set to 0 stays 0. An inertia that `auto` took from another method is
-    kept. Raises UnusableLogs if the method cannot use the records.
+    The parameters in `fixed` are fixed at their values. A parameter that `auto` set to 0 stays 0.
+    An inertia that `auto` took from another method is kept. Raises UnusableLogs if the
+    method cannot use the records.
     """
     assert fit.method is not None
     fixed_settings = with_held(settings, fit, fixed)

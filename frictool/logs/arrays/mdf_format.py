@@ -94,7 +94,9 @@ def _open(path: Path) -> Sequence[LibraryTable]:
         ):  # asammdf may read the zeros after the end as a file without channels
             raise LogError(path, _unreadable(path))
         empty = [f"{name} ({what})" for table in opened for name, what in table.others.items()]
-        raise LogError(path, f"has no numeric channel that contains samples; found: {listed(empty)}")
+        raise LogError(
+            path, f"has no numeric channel that contains samples; found: {listed(empty)}"
+        )
     return [table for table in opened if table.names]
 
 
