@@ -32,19 +32,8 @@ BLOCKS = [
 # what a block begins with -> the document that it is a part of, and what of that document makes
 # room for it
 PARTS: dict[str, tuple[str, Path, tuple[str, ...]]] = {
-    "law": ("model", CLUTCH / "nonlinear.yaml", ("laws",)),
-    "resonances": ("model", CLUTCH / "nonlinear.yaml", ()),
-    "structure: speed_cascade": (
-        "design",
-        CLUTCH / "laws/pi_speed.yaml",
-        ("position_law", "velocity"),
-    ),
-    "structure: position": ("design", CLUTCH / "laws/linear.yaml", ()),
-    "profile": ("design", CLUTCH / "laws/linear.yaml", ("prefilter",)),
     "load": ("bench", CLUTCH / "bench.yaml", ()),
     "columns": ("bench", CLUTCH / "bench.yaml", ("columns",)),
-    "quadrature": ("bench", CLUTCH / "bench.yaml", ("columns",)),
-    "instruments": ("bench", ROOT / "configs/rack/bench.yaml", ("instruments",)),
     "reference": ("scenario", CLUTCH / "scenarios/steps.yaml", ("steps",)),
     "variants": ("scenario", CLUTCH / "scenarios/steps.yaml", ("variants",)),
     "spread": ("scenario", CLUTCH / "scenarios/steps.yaml", ()),
@@ -73,7 +62,7 @@ def test_a_whole_document_is_read(block: Block, tmp_path: Path) -> None:
 def test_a_part_of_a_document_is_read_within_one(block: Block, tmp_path: Path) -> None:
     told = yaml.load(block.text, Loader)
     first = next(iter(told))
-    name, base, room = PARTS[f"structure: {told['structure']}" if first == "structure" else first]
+    name, base, room = PARTS[first]
     document = {
         key: value for key, value in yaml.load(base.read_text(), Loader).items() if key not in room
     }
