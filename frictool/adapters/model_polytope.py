@@ -15,9 +15,9 @@ from frictool.plant.uncertainty_channel import UncertainPlant, with_channel
 def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polytope:
     """Return the polytope of plants over the intervals of the `scheduled` parameters.
 
-    The intervals are those of `intervals(model)`; the other parameters have their central values.
-    Raises FrictoolError if regimes are scheduled and the model has none. Raises ValueError if
-    `scheduled` is empty or contains a parameter twice.
+    `intervals(model)` gives the intervals; the other parameters have their central values. Raises
+    FrictoolError if regimes are scheduled and the model has none. Raises ValueError if `scheduled`
+    is empty or contains a parameter twice.
     """
     box = intervals(model)
     levels = regime_levels(model, box["coulomb"]) if "regime" in scheduled else None

@@ -21,7 +21,7 @@ def temperature_factors(law: FrictionOverTemperature, temperature: Vector) -> tu
 def factors_at(law: FrictionOverTemperature, temperature: float) -> dict[str, float]:
     """Return the factors of the parameters `viscous` and `coulomb` at a temperature [degC].
 
-    The factor of `coulomb` is that of all dry friction: Coulomb friction, breakaway, and the
+    The factor of `coulomb` applies to all dry friction: Coulomb friction, breakaway, and the
     friction inside the backlash.
     """
     viscous, dry = temperature_factors(law, np.array([temperature]))

@@ -54,7 +54,7 @@ def says_file(target: Path) -> bool:
 
 
 def is_page(target: Path) -> bool:
-    """Return True if the name is that of an HTML page."""
+    """Return True if the name has the ending of an HTML page."""
     return target.suffix.lower() in FORMATS["HTML"]
 
 

@@ -40,7 +40,7 @@ class LawRunner(Protocol):
         """Return the display name of the law."""
 
     def parameters(self, law: str) -> int:
-        """Return the number of the law's physical parameters, without those of the simulation."""
+        """Return the number of the law's parameters, without the parameters of the simulation."""
 
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int

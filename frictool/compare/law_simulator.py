@@ -62,8 +62,8 @@ def setting_violations(
 ) -> tuple[list[str], list[str]]:
     """Return two lists of lines: violated conditions of the hybrid laws among `laws`, and advice.
 
-    The conditions are those of friction/hybrid_time_step.py. Each line occurs once. Without a
-    bench, sample period and encoder step are chosen such that their conditions are not violated.
+    friction/hybrid_time_step.py lists the conditions. Each line occurs once. Without a bench,
+    sample period and encoder step are chosen such that their conditions are not violated.
     """
     period = setting.sample_period or 10.0 / setting.decay
     resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay

@@ -8,8 +8,8 @@ Terms whose coefficient is 0 are left out.
 
 An integrator is a state whose row of `a` equals the row of the identity matrix. It keeps its value
 while the drive is released (section 5.2.2 of the thesis). With `conditional` it also keeps its
-value at rest, and while the drive is limited and the input would move the drive further into its
-limit. At rest every other state is set to 0.
+value in two other cases: at rest, and while the drive is limited and the input would move the drive
+further into the limit. At rest every other state is set to 0.
 
 Property: the state obeys x+ = (a - l c) x + (b - l d) e + l (limited u) for any u. If a - l c is
 stable, sums of the absolute impulse responses from e and from the limited u bound every state.

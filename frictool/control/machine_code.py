@@ -55,8 +55,8 @@ class MachineCode(NamedTuple):
 class ProgramStructure(NamedTuple):
     """Operations and indices of a program, without its coefficients.
 
-    The columns are those of CompiledProgram. `inputs`: index of each input of PORTS, or -1.
-    `output`: index of the value that the code returns.
+    CompiledProgram explains the columns. `inputs`: index of each input of PORTS, or -1. `output`:
+    index of the value that the code returns.
     """
 
     code: tuple[tuple[int, ...], ...]

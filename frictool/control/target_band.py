@@ -8,10 +8,10 @@ code  mode   action
 2     REST   the drive is 0; the speed loop is open and reset
 ====  =====  ==================================================================
 
-The band is that of sections 5.2.2 and 5.2.3 of the thesis. A limit cycle cannot start while the
-drive is 0. The band acts if the position error satisfies |e| <= band and the prefilter has settled:
-the speed f' of the filtered reference satisfies |f'| < settled_speed. Without the second condition,
-the drive would be cut during a move whenever the axis follows the filtered reference closely. `cut`
+Sections 5.2.2 and 5.2.3 of the thesis describe the band. A limit cycle cannot start while the drive
+is 0. The band acts if the position error satisfies |e| <= band and the prefilter has settled: the
+speed f' of the filtered reference satisfies |f'| < settled_speed. Without the second condition, the
+drive would be cut during a move whenever the axis follows the filtered reference closely. `cut`
 enters REST immediately; `brake` first brings the measured speed below `rest_speed`. The mode is RUN
 again when the error leaves the band or the prefilter moves.
 

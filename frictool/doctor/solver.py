@@ -17,7 +17,7 @@ NEAR = 1e-5  # relative tolerance of the solution
 def check_solver() -> InstallationFinding:
     """Minimise the trace of P > 0 with A'P + P A + I <= 0, and compare P with the known solution.
 
-    The known solution is that of the Lyapunov equation A'P + P A + I = 0.
+    The known solution solves the Lyapunov equation A'P + P A + I = 0.
     """
     solution = solve(np.array([1.0, 0.0, 1.0]), [_decrease, _symmetric])
     p = _symmetric(solution.x[None])[0]

@@ -251,7 +251,7 @@ def si_unit(dimension: str, axis: Axis) -> str:
 
 
 def drive_dimension(drive: Literal["current", "voltage"], *, constant: bool) -> str:
-    """Return the dimension of the drive; with `constant`, that of the effort per drive unit."""
+    """Return the dimension of the drive or, with `constant`, of the effort per drive unit."""
     if constant:
         return "effort per ampere" if drive == "current" else "effort per volt"
     return drive

@@ -15,7 +15,7 @@ enough for most axes, and the other integrators are then not compiled.
 
 The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the
-effort. Parameters and state are those of plant/axis.py.
+effort. plant/axis.py defines the parameters and the state.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ def next_place(
 ) -> RampProgress:
     """Return the progress after a sample; `progress.row` equals `rows` at the end of the test.
 
-    The arguments are those of `play_ramps`.
+    `play_ramps` explains the arguments.
     """
     row = progress.row
     if measured > rules[2] if progress.segment > 0.0 else measured < rules[1]:

@@ -156,7 +156,7 @@ def begin_sample(
 ) -> tuple[float, bool]:
     """Fill the record's row (7,) of sample k; return the acting drive, and True if `p` has changed.
 
-    The arguments are those of `advance_sample`.
+    `advance_sample` explains the arguments.
     """
     slots = waiting.shape[0]
     waiting[k % slots] = command

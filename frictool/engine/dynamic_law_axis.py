@@ -93,7 +93,7 @@ def with_dynamic_law(axis: Vector, dynamic: AxisDynamicLaw) -> Vector:
 
 
 def with_contact(state: Vector, dynamic: AxisDynamicLaw) -> Vector:
-    """Return the state (7,) of an axis followed by that of a contact that never moved."""
+    """Return the state (7,) of an axis, followed by the state of a contact that never moved."""
     kernels = dynamic.law.kernels
     assert isinstance(kernels, DynamicKernels)
     return np.concatenate([state, [0.0], kernels.reset(dynamic.p)])
@@ -113,10 +113,11 @@ def _levels_start(p: Vector) -> int:
 
 @kernel
 def impose_on_law(axis: Vector, p: Vector, friction: float, viscous: float) -> None:
-    """Multiply the law's parameters in `p`, those of `axis` without drifts, by two factors.
+    """Set the law's parameters in `p` to the parameters in `axis`, multiplied by two factors.
 
     `friction` multiplies the parameters of dry friction, including the stiffness of the contact, so
-    that its largest deflection does not change; `viscous` those of viscous friction.
+    that its largest deflection does not change. `viscous` multiplies the parameters of viscous
+    friction.
     """
     if not has_dynamic_law(p):
         return
@@ -196,8 +197,8 @@ def _meet_stop(
 def move_under_law(state: Vector, command: float, p: Vector, duration: float) -> int:
     """Advance the state of an axis with a dynamic law, in place, by `duration` [s].
 
-    The arguments are those of `axis_motion.advance`, with a limited command. Returns a status of
-    engine/status_codes.py.
+    `axis_motion.advance` explains the arguments; here `command` is within the drive's limits.
+    Returns a status of engine/status_codes.py.
     """
     head = p[al.EXTENDED_SIZE : al.EXTENDED_SIZE + HEAD]
     count = int(head[PARAMETERS])

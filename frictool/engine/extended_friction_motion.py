@@ -243,7 +243,7 @@ def rest_piece(
 ) -> tuple[float, float]:
     """Return the duration [s] of a rest, and the direction of a breakaway at its end, or 0.
 
-    The parameters are those of `motion_pieces.rest_piece`.
+    `motion_pieces.rest_piece` explains the parameters.
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)

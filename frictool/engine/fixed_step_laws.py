@@ -274,7 +274,7 @@ def run_band(
 ) -> tuple[int, float, int]:
     """Simulate like `run_hybrid`, for a law in which velocities up to `band` are treated as rest.
 
-    The laws are those of thesis (2.32) and (2.35)-(2.36).
+    Thesis (2.32) and (2.35)-(2.36) define these laws.
     """
     steps = round((ends[-1] - start) / step)
     segment = 0

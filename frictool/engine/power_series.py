@@ -2,9 +2,9 @@
 
     m v' = u(t, x, v, q) - friction - viscous v        x' = v        q' = x - r
 
-The effort u is that of engine/drive.py. The system is linear with constant coefficients: its
-solution is a power series in which each coefficient follows from the one before. A piece ends where
-the truncated series is no longer exact to rounding; there is no step-size control.
+engine/drive.py defines the effort u. The system is linear with constant coefficients: its solution
+is a power series in which each coefficient follows from the one before. A piece ends where the
+truncated series is no longer exact to rounding; there is no step-size control.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ LOOSER = {
 class RealNumbers:
     """Writer of numbers in `kind`, the C type double or float.
 
-    The other fields are those of FixedNumbers.
+    FixedNumbers explains the other fields.
     """
 
     def __init__(self, kind: str) -> None:

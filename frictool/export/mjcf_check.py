@@ -42,7 +42,7 @@ class MjcfCheck:
     period : float
         Sample period [s].
     rms, largest : float
-        Position of MuJoCo minus that of the model, rad | m.
+        Position of MuJoCo minus position of the model, rad | m.
     measured_rms : dict of str to float
         Position of MuJoCo and of the model minus the measured position, rms, rad | m.
     rest_s : float

@@ -67,8 +67,8 @@ def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
     """Set the presliding z to +-z_max for a new mode (thesis 3.33); return a status code.
 
-    At the start of slip z gets the sign of the effort u, at the start of stick that of the velocity
-    v. If a body with v = 0 sticks, z is unchanged.
+    At the start of slip, z gets the sign of the effort u. At the start of stick, z gets the sign of
+    the velocity v; if v is 0, z does not change.
     """
     if mode == SLIPPING:
         z[0] = math.copysign(p[LIMIT], u)

@@ -161,7 +161,7 @@ class Law:
     ) -> Vector:
         """Return p from values that all laws share (`LawParameter.comparison_value`).
 
-        A parameter without a value has its default. `tail` and errors are those of `pack`.
+        A parameter without a value has its default. `pack` explains `tail` and the errors.
         """
         chosen = {}
         for parameter in self.parameters:

@@ -1,7 +1,6 @@
 """The Leuven law (thesis 2.49-2.51) with Masing's hysteresis as its force F_h.
 
-The equations are those of friction/leuven.py. The state is
-[z, memory of friction/reversal_memory.py].
+friction/leuven.py has the equations. The state is [z, memory of friction/reversal_memory.py].
 """
 
 from __future__ import annotations

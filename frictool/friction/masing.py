@@ -3,8 +3,8 @@
     rule I    F = f(z)                              no reversal in memory
     rule II   F = F_m + 2 f((z - z_m)/2)            after the reversal (z_m, F_m)
 
-f is the virgin curve, z the position, and F the force. The memory is that of
-friction/reversal_memory.py. An inner loop closes at its starting point.
+f is the virgin curve, z the position, and F the force. friction/reversal_memory.py defines the
+memory. An inner loop closes at its starting point.
 """
 
 from __future__ import annotations

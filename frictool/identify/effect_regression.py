@@ -1,7 +1,7 @@
 """Regression of the effort that tests effects which the model does not include.
 
-The rows are those of the search of explanations (`estimators/explanation_search.py`), with the
-columns of all hypotheses.
+The search of explanations (`estimators/explanation_search.py`) provides the rows, with the columns
+of all hypotheses.
 """
 
 from __future__ import annotations

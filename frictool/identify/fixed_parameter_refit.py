@@ -1,8 +1,9 @@
 """Second fit, with the refused parameters fixed at their values in the model.
 
 A model contains a value in the bench's range for each refused parameter. In the first fit, this
-parameter may have another value. The other parameters are therefore fitted again with this
-parameter fixed at the model's value, whose interval widens the intervals of the others.
+parameter may have another value. The other parameters are therefore fitted again, with this
+parameter fixed at the model's value. The interval of the fixed parameter widens the intervals of
+the others.
 """
 
 from __future__ import annotations

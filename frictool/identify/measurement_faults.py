@@ -1,4 +1,4 @@
-"""Detection of records whose logged effort or position is not that of the axis.
+"""Detection of records in which the logged effort or position is wrong.
 
 - saturated effort: flat tops below the actuator's limit, because the sensor saturates first. If
   noise hides the flat tops, the effort stays at a level although the motion needs more.

@@ -23,7 +23,8 @@ strokes (`regression`) does not include the resulting error. Six sources of this
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, because effects that look alike may shift a
 parameter in opposite directions. If several effects move an end, only the largest movement is
-applied. No end moves beyond the interval of the bench, unless the two intervals do not overlap.
+applied. If an interval overlaps the bench's interval, its ends do not move beyond the ends of the
+bench's interval.
 
 If the encoder is so coarse that noise attenuates the inertia, the interval of the inertia is not
 widened, and the effort of the inertia is treated as known.

@@ -164,7 +164,7 @@ class GeneralisedPlant:
     def closed(self, k: Lti) -> Lti:
         """Return the system from w to z with u = k y.
 
-        Its states are those of the plant, then those of k.
+        Its states are the states of the plant, then the states of k.
         """
         direct = self.b2 @ k.d
         a = np.block([[self.a + direct @ self.c2, self.b2 @ k.c], [k.b @ self.c2, k.a]])

@@ -43,7 +43,7 @@ def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[floa
 def smallest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
     """Return the smallest value, and the index of the first value that agrees with it.
 
-    `values` and `tolerance` are those of `largest`.
+    `largest` explains `values` and `tolerance`.
 
     Examples
     --------

@@ -50,30 +50,30 @@ class CoordinateFrame:
     block_axis: Axis
 
     def position(self, q: Quantity) -> Quantity:
-        """Convert a position from the block's coordinate to that of the frame."""
+        """Convert a position from the block's coordinate to the frame's coordinate."""
         offset = Quantity(
             q.value - self.offset, _less(q.low, self.offset), _less(q.high, self.offset)
         )
         return scaled(offset, 1.0 / self.ratio, self._unit("position"))
 
     def width(self, q: Quantity) -> Quantity:
-        """Convert a distance from the block's coordinate to that of the frame; it is unsigned."""
+        """Convert an unsigned distance from the block's coordinate to the frame's coordinate."""
         return scaled(q, 1.0 / abs(self.ratio), self._unit("position"))
 
     def effort(self, f: Quantity) -> Quantity:
-        """Convert an effort from the block's coordinate to that of the frame."""
+        """Convert an effort from the block's coordinate to the frame's coordinate."""
         return scaled(f, self.ratio, self._unit("effort"))
 
     def stiffness(self, k: Quantity) -> Quantity:
-        """Convert a stiffness from the block's coordinate to that of the frame."""
+        """Convert a stiffness from the block's coordinate to the frame's coordinate."""
         return scaled(k, self.ratio**2, self._unit("stiffness"))
 
     def damping(self, d: Quantity) -> Quantity:
-        """Convert a damping from the block's coordinate to that of the frame."""
+        """Convert a damping from the block's coordinate to the frame's coordinate."""
         return scaled(d, self.ratio**2, self._unit("viscous"))
 
     def inertia(self, m: Quantity) -> Quantity:
-        """Convert an inertia or mass from the block's coordinate to that of the frame."""
+        """Convert an inertia or mass from the block's coordinate to the frame's coordinate."""
         return scaled(m, self.ratio**2, self._unit("inertia"))
 
     def curve(self, curve: Curve, factor: float, unit: str | None = None) -> Curve:
@@ -97,7 +97,7 @@ class CoordinateFrame:
         ]
 
     def compliance(self, one: Compliance | None) -> Compliance | None:
-        """Convert stiffness and damping from the block's coordinate to that of the frame."""
+        """Convert stiffness and damping from the block's coordinate to the frame's coordinate."""
         return (
             None
             if one is None
@@ -124,7 +124,7 @@ class CoordinateFrame:
         )
 
     def cam(self, cam: Cam, on: str) -> Cam:
-        """Convert a cam from the block's coordinate to that of the frame.
+        """Convert a cam from the block's coordinate to the frame's coordinate.
 
         The force is multiplied by |ratio|, the slope angle by the sign of the ratio.
         """

@@ -16,7 +16,7 @@ from typing import TypedDict, Unpack
 class Receivers(TypedDict, total=False):
     """Functions that receive notifications, one for each kind.
 
-    Each has the name and the arguments of the function of this module that sends the notification.
+    Each receiver has the same name and arguments as the function below that sends the notification.
     """
 
     compiling: Callable[[], None]

@@ -19,7 +19,7 @@ current_true | voltage_true   true drive; a drive without lag jumps at the sampl
                               contains the value after the jump
 disturbance                   mean external effort over the sample, if there is any
 ..._factor                    factor on friction, viscous friction or constant if it drifts; the
-                              factors of friction include that of the temperature
+                              factors of friction include the factor of the temperature
 temperature                   temperature of the scenario, if it has one
 ============================  ====================================================================
 """

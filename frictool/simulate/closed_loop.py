@@ -135,7 +135,7 @@ class SimulatedRun(NamedTuple):
 class StepTest(Generic[V]):
     """Closed loop of one plant and one controller, prepared once for several scenarios.
 
-    The arguments are those of `simulate_closed_loop` and the fields of SimulationRequest.
+    `simulate_closed_loop` and SimulationRequest explain the arguments.
     """
 
     def __init__(

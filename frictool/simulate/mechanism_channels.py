@@ -152,7 +152,7 @@ class MechanismChannels:
 
 
 def held_blocks(variant: MechanismVariant) -> set[int]:
-    """Return the blocks that can stick, by their own friction or that of a rigidly linked block."""
+    """Return the blocks that can stick, by friction on them or on a rigidly linked block."""
     packed = variant.assembled.packed
     dry = set(packed.frictions.block.tolist()) | set(packed.pressings.block.tolist())
     dry |= set(

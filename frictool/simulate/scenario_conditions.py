@@ -1,6 +1,6 @@
 """Disturbances, drifts and sensor faults of a scenario as one row per sample.
 
-The columns are those of engine/disturbances_and_faults.py.
+engine/disturbances_and_faults.py defines the columns.
 
 Sample k begins at k T and lasts for T.
 

@@ -1,7 +1,7 @@
 """Parameter values under `given` of a scenario: check against the plant, conversion to SI.
 
-A scenario with `variants: given` simulates one plant, whose parameters have these values. Names and
-units of the parameters are those of `SimulatedPlant.ranges`.
+A scenario with `variants: given` simulates one plant, whose parameters have these values.
+`SimulatedPlant.ranges` gives names and units of the parameters.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Scheduled controller: interpolation between the controllers at the corners of the parameters.
 
-The weights of the corners are those of thesis (5.46), (5.64). If the plants are affine in the
-parameters (vertices: first_order, continuous time), the inequalities also hold for the interpolated
+Thesis (5.46), (5.64) define the weights of the corners. If the plants are affine in the parameters
+(vertices: first_order, continuous time), the inequalities also hold for the interpolated
 controller. With exact vertices or sampled plants, the inequalities hold only approximately. The
 interpolated controller is therefore verified as it runs on the target, at the corners and at plants
 between the corners.

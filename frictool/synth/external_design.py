@@ -1,6 +1,6 @@
 """Import of a controller from another tool, with verification.
 
-The checks are those of acceptance.py. No bound of the norm is required; the weights only define the
+acceptance.py describes the checks. No bound of the norm is required; the weights only define the
 stated norm.
 """
 

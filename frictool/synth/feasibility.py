@@ -8,10 +8,10 @@ static_error, the encoder shows it one count closer, and the step begins inside 
 Load, the voltage of the winding and resonances are neglected. For the rise time, the axis need not
 stop and the drive has no lag.
 
-Method `auto` simulates steps of a known length. The response is slower than that of the drive alone
-by the time constant of the speed loop on the plant with the smallest gain (`loop_allowance`). The
-loop has the dead time of delay, drive and speed filter, and the specified modulus margin on the
-plant with the largest gain.
+Method `auto` simulates steps of a known length. The response takes longer than with the drive
+alone, by the time constant of the speed loop with the plant of the smallest gain
+(`loop_allowance`). The loop has the dead time of delay, drive and speed filter, and the specified
+modulus margin on the plant with the largest gain.
 
 A specification does not state the length of its steps. The drive must be able to make the shortest
 step to which the specification can apply (else exit 4). The length of this step is 20 times

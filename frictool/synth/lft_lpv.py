@@ -1,9 +1,9 @@
 """Method `lft_lpv`: a polytope of the scheduled parameters, an uncertainty channel for the others.
 
 Each vertex of the polytope has a separate channel, annex (28)-(32). As in the annex, the friction
-regimes are scheduled if the design does not name other parameters. The target runs one controller:
-that of the plant in the middle of the vertices. In annex 5.2, the two vertex controllers agree at
-low frequencies.
+regimes are scheduled if the design does not name other parameters. The target runs the controller
+of the plant in the middle of the vertices. In annex 5.2, the two vertex controllers agree at low
+frequencies.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def lft_lpv(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the candidate with the controller of the centre plant and those of the vertices.
+    """Return the candidate with the controllers of the centre plant and of the vertices.
 
     Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
     their gamma.

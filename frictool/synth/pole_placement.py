@@ -62,7 +62,7 @@ class PlacementVariable:
     def system(self, above: Vector, below: Vector) -> Lti:
         """Return N(x)/(x D(x)) as a system; its first state is the integrator.
 
-        `above` has the coefficients of N and `below` those of the monic D, highest power first.
+        `above` and `below` are the coefficients of N and of the monic D, highest power first.
         """
         residue = above[-1] / below[-1]
         rest = chain(np.polysub(above, residue * below)[:-1], [below], 1.0)

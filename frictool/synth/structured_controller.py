@@ -42,7 +42,7 @@ _LOWEST = float(np.log(SLOWEST))
 class StructuredController:
     """Structure of a controller; its methods take the array of parameters.
 
-    The symbols are those of the module docstring. order: at least 1. integrator: True for i = 1.
+    The module docstring defines the symbols. order: at least 1. integrator: True for i = 1.
     rolls_off: True for r = order - 1. bound: largest modulus b of a pole. around: scaling frequency
     w0 [rad/s]. gain: k [drive per rad | m]. period: T [s], 0 for continuous time.
     """
@@ -71,7 +71,7 @@ class StructuredController:
         return self.free + self.numerator
 
     def limits(self) -> tuple[Vector, Vector]:
-        """Return the bounds of the parameters (size,); those of the numerator are infinite."""
+        """Return the bounds of the parameters (size,); the numerator's bounds are infinite."""
         low = np.full(self.size, -np.inf)
         high = np.zeros(self.size)
         low[: self.free] = _LOWEST

@@ -29,8 +29,9 @@ def differences(
 ) -> tuple[str, ...]:
     """Return a phrase for each fact and each parameter that contradicts the verification.
 
-    A fact contradicts if it differs from that of the controller's bench (verify/rig_facts.py), a
-    parameter if its interval in `ranges` [SI] is not inside the verified interval.
+    A fact (verify/rig_facts.py) contradicts the verification if it differs from the fact of the
+    controller's bench. A parameter contradicts the verification if its interval in `ranges` [SI] is
+    not inside the verified interval.
     """
     return (*different_facts(controller.bench, facts), *parameters_outside(controller, ranges))
 

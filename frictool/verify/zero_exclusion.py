@@ -116,7 +116,7 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
 def prove_bounds(loops: Sequence[CertificateLoop], box: Box, below: float) -> int | OpenCell:
     """Prove that the norms of all loops are below `below`; return the number of cells.
 
-    If a proof fails, the result and the errors are those of `prove_bound` for that loop.
+    If a proof fails, the function returns or raises the same as `prove_bound` for that loop.
     """
     cells = 0
     for loop in loops:

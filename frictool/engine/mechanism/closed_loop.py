@@ -3,9 +3,9 @@
     sample k:  sensor's block --[encoder]--> y[k] --[controller]--> u[k] --[delay_samples]-->
     controlled source, held until k + 1
 
-The loop is that of engine/closed_loop.py. A sample period is divided into parts with constant
-inputs (`MechanismInputs`). With a winding each part is divided again into PARTS, because the limit
-of the winding is computed for the speed at the beginning of a call. Drifts multiply numbers of the
+engine/closed_loop.py describes the loop. A sample period is divided into parts with constant inputs
+(`MechanismInputs`). With a winding each part is divided again into PARTS, because the limit of the
+winding is computed for the speed at the beginning of a call. Drifts multiply numbers of the
 mechanism from sample to sample (`DriftedNumbers`).
 """
 

@@ -98,9 +98,9 @@ def stages(
 ) -> float:
     """Compute slopes and powers of the stages first .. end - 1 of a step of length h.
 
-    t [s]: time after the command. Returns the fraction of the step at which one of the first
-    `watching` guards of the row WATCHED is first violated, 1 if none is, -1 if a law fails. The
-    implementation is called by its address, so that callers do not compile it.
+    t [s]: time after the command. Only the first `watching` guards of the row WATCHED are examined.
+    Returns the fraction of the step at which a guard is first violated: 1 if none is violated, -1
+    if a law fails. The implementation is called by its address, so that callers do not compile it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
     y, modes, workspace = state.y, state.modes, state.workspace

@@ -92,10 +92,10 @@ def rest_of(law: Law, p: Vector) -> Vector:
 def sizes_of(law: Law, p: Vector) -> Vector:
     """Return the scale (z,) of each inner state of a law, for error tolerances.
 
-    The scale is the change of the state at which the force would reach the Coulomb force p[0] if
-    the force grew linearly, with its slope for a contact that never moved. The scale is inf for
-    states that do not change at the start of motion, such as memory, and for all states of laws
-    that are not dynamic.
+    Assume that the force grows linearly, with its slope for a contact that never moved. The scale
+    is the change of the state at which the force then reaches the Coulomb force p[0]. The scale is
+    inf for states that do not change at the start of motion, such as memory, and for all states of
+    laws that are not dynamic.
     """
     z = rest_of(law, p)
     if not isinstance(law.kernels, DynamicKernels):

@@ -152,8 +152,8 @@ def misfit(
 ) -> tuple[float, float]:
     """Return the smallest weighted sum of squares for the onset `t0`, and the best start [rad | m].
 
-    The sum is that of (travel - start - `seen`)^2 of all changes, plus `timing`
-    (start - `expected`)^2. The start is the distance from the rest position to the first change.
+    The sum is `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change.
+    The start is the distance from the rest position to the first change.
 
     - time: times of the encoder's changes, (n,), s
     - seen: distance between the first and each change, (n,), rad | m

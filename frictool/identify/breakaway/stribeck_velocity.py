@@ -4,11 +4,11 @@ Friction falls from the breakaway to Coulomb friction with increasing speed (the
 slow fall, the encoder shows the motion later. The breakaway is then too high if an immediate fall
 is assumed.
 
-`allowed_fall` keeps each pair of Stribeck velocity and exponent whose misfit exceeds the least
-misfit of the preferred exponent by at most the chi-square quantile with one degree of freedom. The
-other exponents widen the interval only and do not change the value, because they can imitate
-friction that varies with position. The onsets together are treated as one, with their mean misfit,
-because a repetitive test repeats its timing errors.
+`allowed_fall` compares the misfit of each pair of Stribeck velocity and exponent with the least
+misfit of the preferred exponent. A pair is allowed if the difference is at most the chi-square
+quantile with one degree of freedom. The other exponents widen the interval only and do not change
+the value, because they can imitate friction that varies with position. All onsets together count as
+one observation with the mean misfit, because a repetitive test repeats its timing errors.
 """
 
 from __future__ import annotations

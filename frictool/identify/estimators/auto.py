@@ -4,8 +4,9 @@ Loads and disturbing effects are searched first (`explanation_search`). The foll
 supported ones together with the sliding parameters.
 
 1. If differentiated velocities are too inaccurate (`assess/identifiability.py`), the method is
-   sines. Least squares over smoothing windows are used instead if they agree with sines and their
-   intervals are at most half as wide, or if the strokes repeat too rarely for intervals of sines.
+   sines. Least squares over smoothing windows are used instead in two cases: they agree with sines
+   and have intervals of at most half the width, or the strokes repeat too rarely for intervals of
+   sines.
 2. If the intervals of `least_squares` and `power_balance` do not overlap, friction at low speed is
    not viscous + Coulomb, and `power_balance` is preferred.
 3. Otherwise `least_squares` is preferred.

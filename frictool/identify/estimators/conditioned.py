@@ -3,7 +3,7 @@
 M_2 is the part of the normal matrix that belongs to viscous and Coulomb friction. For V = sqrt(2)
 its condition number is 19, the least possible for a sine (thesis 4.29 to 4.33). All fits of
 frictool use QR on columns of unit length, which have the same condition number without the scaling.
-The values are therefore those of the power balance.
+The values therefore equal the values of the power balance.
 """
 
 from __future__ import annotations

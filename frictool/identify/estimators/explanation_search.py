@@ -200,8 +200,8 @@ class ExplanationSearch:
     def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:
         """Return the rows of `samples`, reduced to triangular matrices.
 
-        Every fit contains the base columns: those of the sliding parameters and of the loads that
-        the bench declares. A parameter whose value `samples` fixes has no base column.
+        Every fit contains the base columns: the columns of the sliding parameters and of the loads
+        that the bench declares. A parameter whose value `samples` fixes has no base column.
         """
         names = parameters_of(samples)[0]
         plain, _, cluster, stroke = reduced(

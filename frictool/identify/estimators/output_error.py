@@ -7,8 +7,8 @@ not show the uncertainty of a parameter. The interval is computed from errors of
 an observer follows the measured position, and the effort that it adds to the model is the effort
 error. This error is added to the simulation one cluster of strokes (`clusters`) at a time; the
 variance is the sum of the squared changes of the parameters. The effort errors are computed with
-the parameters of the regression, since those of the simulation would make the errors too small. In
-closed loop, the residuals themselves are errors of the effort.
+the parameters of the regression, since the parameters of the simulation would make the errors too
+small. In closed loop, the residuals themselves are errors of the effort.
 
 If the regression has a much narrower interval of the inertia, the inertia is fixed at the
 regression's value, and the simulation gives the other parameters.

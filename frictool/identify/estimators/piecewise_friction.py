@@ -98,7 +98,8 @@ def fit_pieces(
 ) -> PiecewiseFriction:
     """Return the piecewise friction with the knees that the rows support, at most `most`.
 
-    `confidence` is that of the intervals of the changes of slope, which must not contain 0.
+    A knee is used only if the interval of its change of slope, with the confidence `confidence`,
+    does not contain 0.
 
     Raises SingularRegressors if the rows do not determine a single piece.
     """

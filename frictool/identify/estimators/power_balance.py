@@ -3,7 +3,7 @@
     v u = inertia v a + viscous v^2 + coulomb |v| + offset v
 
 The weight reduces the influence of stick and the Stribeck effect without a mask. If a time constant
-is set, the method is that of the thesis: all samples, and differences through a first-order filter.
+is set, the method uses all samples, and differences through a first-order filter, as in the thesis.
 Otherwise the method uses smoothed signals and the slip mask.
 """
 

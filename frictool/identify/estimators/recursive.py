@@ -4,8 +4,8 @@ Thesis (4.16) updates a gain matrix instead, which rounding errors make indefini
 the duration of a median stroke, the weight of an earlier squared residual decreases by the factor
 `forgetting`, so that the end of the log has the largest weight.
 
-The last value and its interval are those of least squares with these weights (`fit`). `path`
-returns the values along the log, so that a drift is visible.
+Least squares with these weights (`fit`) give the same last value, and its interval. `path` returns
+the values along the log, so that a drift is visible.
 """
 
 from __future__ import annotations

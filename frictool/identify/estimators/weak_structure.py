@@ -1,9 +1,10 @@
 """Choice of position polynomials and speed knees for the weak form, by unseen strokes.
 
-- order: the smallest order whose prediction of unseen strokes is as good as that of the best order.
-  It is 0 unless the best order is significantly better than a constant and reduces the held-out
+- order: the smallest order that predicts unseen strokes as well as the best order does. The order
+  is above 0 only if the best order is significantly better than a constant and reduces the held-out
   error by a fifth.
-- knees: each new knee is placed at the speed at which it explains most, and kept by the same rule
+- knees: each new knee is placed at the speed at which it explains most; the same rule decides
+  whether it is kept
 
 The order is chosen again after each knee, because a bend over speed looks like a dependence on
 position until it has its own column.

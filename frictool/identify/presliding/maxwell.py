@@ -4,9 +4,9 @@
 
 The deflection delta_i of element i follows the path and is limited to +-d_i; the last element never
 slips. For fixed yield displacements d_i the model is linear in the non-negative stiffnesses k_i.
-The virgin curve f(z) = sum_i k_i min(z, d_i) reaches the breakaway at z_max. Beyond its last point
-it is extended by the parabola of friction/virgin_curve.py. The intervals come from a jackknife over
-branches.
+The virgin curve f(z) = sum_i k_i min(z, d_i) reaches the breakaway at z_max. The parabola of
+friction/virgin_curve.py continues the curve beyond its last point. The intervals come from a
+jackknife over branches.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ def wave_number(term: str, bench: Bench) -> float:
 
 
 def start_of(name: str, known: Mapping[str, float]) -> float:
-    """Return the known value of a parameter, else that of the forward direction, else 0."""
+    """Return the known value of a parameter, else its known value for forward motion, else 0."""
     return known.get(name, known.get(name.removesuffix("_backward"), 0.0))
 
 

@@ -1,7 +1,7 @@
 """Mask of the samples that certainly slip in one direction with the load attached.
 
-The mask is that of thesis (4.18) with a derived threshold. A sample is used if all samples in its
-smoothing window
+The mask is thesis (4.18) with a derived threshold. A sample is used if all samples in its smoothing
+window
 
 - are in one stroke, and no sample is missing;
 - are outside the backlash, measured from the beginning of the stroke;

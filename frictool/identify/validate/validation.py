@@ -4,14 +4,14 @@
 - closed loop: the bench's controller drives the model along the measured reference; the effort
   error is measured minus simulated effort
 
-If the model and the log have a temperature, the model has the friction of the log's mean
+If the model and the log have a temperature, the friction of the model is that at the log's mean
 temperature.
 
 An error is the norm of the difference divided by the norm of the measured signal, over all samples
 except the skipped ones. Velocity and acceleration of measured and simulated positions are
-differences after the low-pass of the published pipeline (`inverse_dynamic`). The force error is
-that of `identify` (`force_error.py`) for both loops: the part of the effort along the measured
-motion that the model does not explain, over the samples that certainly slip.
+differences after the low-pass of the published pipeline (`inverse_dynamic`). For both loops, the
+force error is defined as in `identify` (`force_error.py`): the part of the effort along the
+measured motion that the model does not explain, over the samples that certainly slip.
 """
 
 from __future__ import annotations

@@ -78,7 +78,7 @@ class ColumnGuess:
 
     @property
     def drive(self) -> Literal["current", "voltage"] | None:
-        """Return `current` if the file has one, else `voltage` if the file has one, else None."""
+        """Return `current` if the file has it, else `voltage` if the file has it, else None."""
         return (
             "current"
             if "current" in self.columns

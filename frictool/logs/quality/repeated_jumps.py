@@ -12,8 +12,9 @@ possible. It then classifies the motion around each long step:
                 wrap
     at rest     the motion is neither forward nor backward: there is only noise, or the axis rests
 
-The motion before the step is the sum of the last 2, 8, 32 or 128 steps, the motion after it the sum
-of as many next steps. The smallest number for which both sums exceed noise and one count is used.
+The motion before the step is the sum of the last 2, 8, 32 or 128 steps. The motion after the step
+is the sum of the same number of next steps. The smallest number for which both sums exceed noise
+and one count is used.
 
 Noise at the end of the period causes several long steps of alternating signs. If the number of
 these steps is odd, the first of them counts as the wrap; if it is even, there is no wrap.
@@ -170,7 +171,7 @@ class RepeatedJumps:
         )
 
     def between(self, low: float, high: float) -> RepeatedJump | None:
-        """Return the jumps between the ends of a period, whatever the motion around each jump.
+        """Return the jumps between the ends of a period; the motion around each jump is ignored.
 
         Returns None if the share of these jumps among the long steps is below MOSTLY, or if the
         position leaves the period.

@@ -110,8 +110,8 @@ def _window(position: Vector) -> int:
 def net_work(position: Vector, effort: Vector) -> float | None:
     """Return the quotient of the net work and the absolute work of the effort, -1 to 1.
 
-    The work is computed from the first to the last standstill. Returns None if the time between the
-    two is too short a part of the log, if nothing moves, or if noise could cause this work.
+    The work is computed from the first to the last standstill. Returns None if this interval is too
+    short a part of the log, if nothing moves, or if noise could cause this work.
 
     position, effort: (n,) samples.
     """

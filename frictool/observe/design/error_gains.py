@@ -24,7 +24,7 @@ CONVERGED = 1e-12  # relative size of the last step
 
 
 class ErrorGains(NamedTuple):
-    """Standard deviation of the velocity error, divided by that of a position error [1/s].
+    """Ratio of two standard deviations: velocity error divided by position error [1/s].
 
     rounding: the position error is a white error of the measurement. misfit: the position error is
     an error of the prediction, which a white error of the acceleration causes.

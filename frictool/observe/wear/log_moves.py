@@ -17,10 +17,11 @@ from frictool.typing import Matrix, Vector
 class Move:
     """Motion from one rest or reversal to the next.
 
-    gram: (p + 1, p + 1), sum of row' row over the weak-form rows of the move; the columns are those
-    of `WeakFormLayout.names`, then the effort [N m | N]. rows: number of rows. time: time [s] of
-    the last sample of the last row. direction: 1 or -1. speed: mean speed over the rows [rad/s |
-    m/s]. excess: temperature minus the reference of the model, at that time [K]; 0 if unknown.
+    gram: (p + 1, p + 1), sum of row' row over the weak-form rows of the move; the columns are
+    listed in `WeakFormLayout.names`; the last one is the effort [N m | N]. rows: number of rows.
+    time: time [s] of the last sample of the last row. direction: 1 or -1. speed: mean speed over
+    the rows [rad/s | m/s]. excess: temperature minus the reference of the model, at that time [K];
+    0 if unknown.
     """
 
     gram: Vector

@@ -166,7 +166,7 @@ def apart(one: EstimateRange, other: EstimateRange) -> bool:
 def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
     """Return the estimate `alike` for uniform wear with the kind of wear of `verdict`.
 
-    For a kind other than uniform wear, mean wear and inertia are those of `verdict`.
+    For a kind other than uniform wear, mean wear and inertia are taken from `verdict`.
     """
     if verdict.kind not in ALIKE:
         sided = replace(
@@ -214,7 +214,7 @@ def prior(model: Model) -> EstimateRange:
     """Return the prior of the wear: 1, with an interval.
 
     The interval is the bench's range of the Coulomb friction over the product's life. Without a
-    range, the interval is that of the model, which does not include wear after the identification.
+    range, the interval of the model is used, which does not include wear after the identification.
     """
     for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval

@@ -83,7 +83,8 @@ class LinkForest:
     def way(self, start: int, end: int) -> list[tuple[int, float, Transmission]] | None:
         """Return the steps of the path between two blocks; None if no path connects them.
 
-        Each step is (next block, its speed divided by that of the block before it, link).
+        Each step is (next block, ratio, link). The ratio is the speed of the next block divided by
+        the speed of the block before it.
         """
         before: dict[int, tuple[int, tuple[int, float, Transmission]] | None] = {start: None}
         queue = deque([start])
