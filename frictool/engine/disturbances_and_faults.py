@@ -51,9 +51,27 @@ NO_CONDITIONS: Vector = np.empty((0, CONDITIONS_SIZE))
 
 def neutral(samples: int) -> Vector:
     """Return conditions (samples, 8) that have no effect."""
+    return constant(np.array(NEUTRAL), samples)
+
+
+@kernel
+def constant(row: Vector, samples: int) -> Vector:
+    """Return conditions (samples, 8) that all have the values of `row` (8,)."""
     rows = np.empty((samples, CONDITIONS_SIZE))
-    rows[:] = NEUTRAL
+    for k in range(samples):
+        for column in range(CONDITIONS_SIZE):
+            rows[k, column] = row[column]
     return rows
+
+
+@kernel
+def extremes(values: Vector) -> tuple[float, float]:
+    """Return the smallest and the largest of the values (n,), n >= 1, all finite."""
+    low = high = values[0]
+    for value in values:
+        low = min(low, value)
+        high = max(high, value)
+    return low, high
 
 
 @kernel

@@ -13,6 +13,7 @@ reference has neither holds nor steps.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ from frictool.typing import Vector
 
 MIN_SAMPLES = 20  # shortest hold
 TRANSITION_SAMPLES = 3  # most samples between two holds of a step
+ConstantRun = tuple[int, int, float]  # start, stop, reference [rad or m]
 
 
 @dataclass(frozen=True)
@@ -46,14 +48,28 @@ def find_holds(reference: Vector, position: Vector, resolution: float = 0.0) -> 
     `position` (n,) shows whether the first hold begins with a step. `resolution` is the sensor's
     step [rad or m], 0 if unknown.
     """
+    return holds_of(constant_runs(reference), position, resolution)
+
+
+def constant_runs(reference: Vector) -> tuple[ConstantRun, ...]:
+    """Return the runs of at least 20 samples of constant `reference` (n,)."""
     if reference.size < MIN_SAMPLES:
         return ()
     changes = np.flatnonzero(np.abs(np.diff(reference)) > 1e-9 * float(np.ptp(reference))) + 1
     bounds = [0, *changes.tolist(), reference.size]
-    runs = [(a, b) for a, b in itertools.pairwise(bounds) if b - a >= MIN_SAMPLES]
+    return tuple(
+        (start, stop, float(reference[stop - 1]))
+        for start, stop in itertools.pairwise(bounds)
+        if stop - start >= MIN_SAMPLES
+    )
+
+
+def holds_of(
+    runs: Sequence[ConstantRun], position: Vector, resolution: float = 0.0
+) -> tuple[Hold, ...]:
+    """Return the holds of a reference with the constant runs `runs`, as `find_holds` does."""
     holds: list[Hold] = []
-    for start, stop in runs:
-        target = float(reference[stop - 1])
+    for start, stop, target in runs:
         before = holds[-1] if holds else None
         if (
             before is not None

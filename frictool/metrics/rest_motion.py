@@ -12,6 +12,8 @@ from frictool.typing import Vector
 
 def late_samples(time: Vector, after: float) -> slice | None:
     """Return the samples of a hold later than `after` [s]; None if they are fewer than ten."""
+    if time[-1] < time[0] + after:
+        return None
     first = int(np.searchsorted(time, time[0] + after))
     return slice(first, time.size) if time.size - first >= 10 else None
 

@@ -23,7 +23,14 @@ def noise_deviation(signal: Vector) -> float:
     if signal.size < 3:
         return 0.0
     first = signal[1:] - signal[:-1]
-    return median(np.abs(first[1:] - first[:-1])) / (0.6745 * math.sqrt(6.0))
+    return deviation_of(np.abs(first[1:] - first[:-1]))
+
+
+def deviation_of(second_differences: Vector) -> float:
+    """Return `noise_deviation` of a signal with these absolute second differences (n - 2,)."""
+    if second_differences.size == 0:
+        return 0.0
+    return median(second_differences) / (0.6745 * math.sqrt(6.0))
 
 
 def noise_floor(signal: Vector) -> float:
@@ -31,4 +38,9 @@ def noise_floor(signal: Vector) -> float:
 
     The peak is sqrt(2 ln n) + 2 times the standard deviation of the noise.
     """
-    return noise_deviation(signal) * (math.sqrt(2.0 * math.log(max(signal.size, 2))) + MARGIN)
+    return noise_deviation(signal) * peak_factor(signal.size)
+
+
+def peak_factor(samples: int) -> float:
+    """Return the peak of so many samples of white noise, in standard deviations."""
+    return math.sqrt(2.0 * math.log(max(samples, 2))) + MARGIN

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING
@@ -40,6 +41,7 @@ from frictool.report.worst_hold import Judge, judge_cycle, judge_of
 
 if TYPE_CHECKING:
     from frictool.report.judged_loop import JudgedLoop
+    from frictool.report.run_metrics import Outcome, RunRecord
     from frictool.verify.logged_plant import LoggedPlant
 
 
@@ -129,12 +131,14 @@ class RunJudge:
         self, spec: Spec, controller: Controller, records: Mapping[str, dict[str, str]]
     ) -> None:
         from frictool.report.judged_loop import JudgedLoop, unstated_words
+        from frictool.report.run_metrics import RunMetrics
 
         self.spec = spec
         of_run = Log((), {"log": {"kind": "simulated"}, **records})
         self._rig = RigFacts.of(controller.bench).played(of_run)
         self._metrics = needed_metrics(spec)
         self._judges = tuple(_specified_judges(spec).values())
+        self._of_run = RunMetrics(spec, self._rig)
         self._loop = None
         if spec.modulus_margin is not None:
             self._loop = JudgedLoop(controller)
@@ -154,6 +158,19 @@ class RunJudge:
         item = stream_evidence(self.spec, source, stream, self._rig, about)
         evidence = ((item, tuple(measure_holds(self.spec, item, self._metrics))),)
         return tuple(make(self.spec, evidence, None) for make in self._judges)
+
+    def outcomes(self, run: RunRecord, plant: LoggedPlant | None) -> list[Outcome] | None:
+        """Return the outcomes of the requirements of a run without building its stream.
+
+        Return None if only a call of this object can judge the run (report/run_metrics.py).
+        """
+        if not self._of_run.covers:
+            return None
+        value = None if self._loop is None else self._loop.margin_of(plant, self._unstated)[0]
+        if value is None:
+            return self._of_run(run, (math.nan, None))
+        is_broken = value < self.spec.modulus_margin
+        return self._of_run(run, (value, False if is_broken else None if self._beyond else True))
 
 
 def _played_beyond(logs: Sequence[Log], loop: JudgedLoop | None) -> list[str]:

@@ -111,9 +111,7 @@ class AxisChannels:
         true position of the motor, disturbance, drifts and temperature.
         """
         drive = self.rig.drive
-        noise = np.random.Generator(np.random.PCG64([self.seed, index])).normal(
-            0.0, self.noise, self.time.size
-        )
+        noise = self.drive_noise(index)
         true_drive, velocity = (
             record[:, closed_loop.TRUE_DRIVE],
             record[:, closed_loop.TRUE_VELOCITY],
@@ -152,6 +150,11 @@ class AxisChannels:
         }
         units = {name: self._unit(dimension) for name, (_, dimension) in columns.items()}
         return Stream(topic, self.time, signals, units)
+
+    def drive_noise(self, index: int) -> Vector:
+        """Return the noise (n,) of the measured drive of variant number `index`."""
+        generator = np.random.Generator(np.random.PCG64([self.seed, index]))
+        return generator.normal(0.0, self.noise, self.time.size)
 
     def _shown(self, record: Vector) -> Vector:
         """Return the position (n,) for the log; an invalid sample repeats the last valid one."""

@@ -14,7 +14,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
-from frictool.engine.disturbances_and_faults import CONSTANT_FACTOR, VISCOUS_FACTOR
+from frictool.engine.disturbances_and_faults import CONSTANT_FACTOR, VISCOUS_FACTOR, extremes
 from frictool.simulate.axis_runs import play
 from frictool.simulate.axis_variants import (
     AxisVariant,
@@ -136,7 +136,8 @@ class AxisPlant:
         if travel is None:
             return
         position = record[:, closed_loop.TRUE_POSITION]
-        if travel.low < position.min() and position.max() < travel.high:
+        lowest, highest = extremes(position)
+        if travel.low < lowest and highest < travel.high:
             return
         for wall, against in (
             (travel.low, position <= travel.low),
@@ -153,5 +154,4 @@ class AxisPlant:
 
 def _drifted(values: list[float], factors: Vector) -> list[float]:
     """Return each value times the smallest and the largest factor."""
-    extremes = float(factors.min()), float(factors.max())
-    return [value * factor for value in values for factor in extremes]
+    return [value * factor for value in values for factor in extremes(factors)]

@@ -125,10 +125,25 @@ class PreparedScenario(NamedTuple, Generic[V]):
     loop: SimulatedLoop
 
 
-class SimulatedRun(NamedTuple):
-    """Signals of one run; `plant`: linear plant for the stability margins, or None."""
+class _KeptReference(NamedTuple):
+    """Checked reference (n,), and the data of the scenario on which it depends."""
 
-    stream: Stream
+    key: tuple[object, ...]
+    recorded: Log | None
+    reference: Vector
+
+
+class SimulatedRun(NamedTuple, Generic[V]):
+    """Run of variant `number` (from 0) of a scenario, without a log.
+
+    `record` (n, 7): engine/closed_loop.py. `plant`: linear plant for the stability margins, or
+    None.
+    """
+
+    prepared: PreparedScenario[V]
+    number: int
+    variant: V
+    record: Vector
     plant: LoggedPlant | None
 
 
@@ -150,6 +165,7 @@ class StepTest(Generic[V]):
         self.controller = controller
         self.names = names
         self.target = target
+        self._kept: _KeptReference | None = None
         self._number: ProgramNumber = number if target is None else target.number
         if self._number not in get_args(ProgramNumber):
             allowed = ", ".join(get_args(ProgramNumber))
@@ -214,18 +230,21 @@ class StepTest(Generic[V]):
         log = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
         return log if provenance is None else with_provenance(log, provenance)
 
-    def runs(self, scenario: Scenario, recorded: Log | None = None) -> Iterator[SimulatedRun]:
-        """Yield the run of each variant of a scenario, with the signals of a log.
-
-        Raises the errors of `log`.
-        """
+    def runs(self, scenario: Scenario, recorded: Log | None = None) -> Iterator[SimulatedRun[V]]:
+        """Yield the run of each variant of a scenario; raise the errors of `log`."""
         prepared = self._prepared(scenario, recorded, no_progress)
         played = self.plant.play(prepared.variants, prepared.loop)
-        for index, (variant, run) in enumerate(played):
-            known = prepared.loop.scheduled[index] if prepared.loop.scheduled else {}
-            values = self._signals(prepared.loop, run.record, known, with_speed=False)
-            stream = prepared.sensors.stream(variant.topic, index, run.record, values, judged=True)
-            yield SimulatedRun(stream, self.plant.linear(variant, prepared.conditions))
+        for number, (variant, run) in enumerate(played):
+            plant = self.plant.linear(variant, prepared.conditions)
+            yield SimulatedRun(prepared, number, variant, run.record, plant)
+
+    def stream(self, run: SimulatedRun[V]) -> Stream:
+        """Return the stream of a run, with the signals of a log that metrics read."""
+        loop, number = run.prepared.loop, run.number
+        known = loop.scheduled[number] if loop.scheduled else {}
+        values = self._signals(loop, run.record, known, with_speed=False)
+        topic = run.variant.topic
+        return run.prepared.sensors.stream(topic, number, run.record, values, judged=True)
 
     def rig_records(self, scenario: Scenario) -> dict[str, dict[str, str]]:
         """Return the metadata of the rig and of the known intervals of the plant's parameters."""
@@ -274,10 +293,25 @@ class StepTest(Generic[V]):
             self.controller, replace(scenario, spread=None), self.names
         )  # the spread belongs to a campaign and is not simulated
         check_agreement(self.plant.rig, self.controller, scenario, self.names)
-        reference, start = _reference(self.plant, self.controller, scenario, self.names, recorded)
+        reference, start = self._checked_reference(scenario, recorded)
         period = self.plant.rig.sample_period_s
         check_instants(scenario, reference.size * period, period, self.names.scenario)
         return reference, start
+
+    def _checked_reference(self, scenario: Scenario, recorded: Log | None) -> tuple[Vector, float]:
+        """Return the result of `_reference`; its reference is kept for the next scenario."""
+        first = scenario.steps[0] if scenario.steps else None
+        begins = scenario.start if first is not None and first.reference is None else None
+        runs = self.plant.count(self.controller, scenario)
+        key = (scenario.steps, scenario.reference, begins, runs)
+        kept = self._kept
+        if kept is None or kept.recorded is not recorded or kept.key != key:
+            reference, start = _reference(self.plant, runs, scenario, self.names, recorded)
+            self._kept = _KeptReference(key, recorded, reference)
+            return reference, start
+        start = _start(scenario, kept.reference)
+        check_path({"start": np.array([start])}, self.plant.rig.travel, self.names.scenario)
+        return kept.reference, start
 
     def _linear(
         self, variants: Sequence[V], prepared: PreparedScenario[V]
@@ -371,14 +405,13 @@ def scheduled(controller: Controller, program: Program) -> dict[str, int]:
 
 def _reference(
     plant: SimulatedPlant[V],
-    controller: Controller,
+    runs: int,
     scenario: Scenario,
     names: DocumentNames,
     recorded: Log | None,
 ) -> tuple[Vector, float]:
     """Return the reference (n,) within the travel and the initial position at rest [rad | m]."""
     rig = plant.rig
-    runs = plant.count(controller, scenario)
     period = rig.sample_period_s
     if scenario.reference is not None:
         if recorded is None:
@@ -398,9 +431,13 @@ def _reference(
             f"steps[{index}].{step.kind}": part
             for index, (step, part) in enumerate(zip(scenario.steps, parts, strict=True))
         }
-    start = float(reference[0]) if scenario.start is None else scenario.start.value
+    start = _start(scenario, reference)
     check_path({"start": np.array([start]), **paths}, rig.travel, names.scenario)
     return reference, start
+
+
+def _start(scenario: Scenario, reference: Vector) -> float:
+    return float(reference[0]) if scenario.start is None else scenario.start.value
 
 
 def _of_log(scenario: Scenario, recorded: Log | None) -> list[str]:

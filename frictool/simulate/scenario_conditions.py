@@ -19,7 +19,13 @@ import numpy as np
 
 from frictool.adapters.parameter_intervals import UNCHANGED
 from frictool.control.supervision import CommandName
-from frictool.documents.conditions import ControllerCommand, Disturbance, Drifts, SensorFault
+from frictool.documents.conditions import (
+    ControllerCommand,
+    Disturbance,
+    DriftPoint,
+    Drifts,
+    SensorFault,
+)
 from frictool.documents.scenario import Scenario
 from frictool.engine.disturbances_and_faults import (
     CONSTANT_FACTOR,
@@ -28,12 +34,13 @@ from frictool.engine.disturbances_and_faults import (
     FRICTION,
     INVALID,
     LOST,
+    NEUTRAL,
     NO_CONDITIONS,
     SENSOR_GAIN,
     SENSOR_OFFSET,
     STUCK,
     VISCOUS_FACTOR,
-    neutral,
+    constant,
 )
 from frictool.simulate.rig import Rig
 from frictool.typing import Vector
@@ -51,13 +58,16 @@ def conditions_of(
     happening = scenario.disturbances or scenario.drifts is not None or scenario.sensor_faults
     if not happening and not factors:
         return NO_CONDITIONS
-    rows = neutral(samples)
+    drifts = scenario.drifts or Drifts()
+    rows = constant(_constant_row(drifts, factors), samples)
     for disturbance in on_axis(scenario):
         _effort(disturbance, rows, period)
-    if scenario.drifts is not None:
-        _drift(rows, scenario.drifts, period)
-    rows[:, FRICTION] *= factors.get("coulomb", 1.0)
-    rows[:, VISCOUS_FACTOR] *= factors.get("viscous", 1.0)
+    for column, points in _points(drifts).items():
+        if len(points) > 1:
+            middle = (np.arange(samples) + 0.5) * period
+            rows[:, column] *= np.interp(
+                middle, [point.at_s for point in points], [point.factor for point in points]
+            )
     _fail(rows, scenario.sensor_faults, period)
     return rows
 
@@ -103,19 +113,24 @@ def _effort(disturbance: Disturbance, rows: Vector, period: float) -> None:
     rows[begin:until, DISTURBANCE] += mean
 
 
-def _drift(rows: Vector, drifts: Drifts, period: float) -> None:
-    for column, points in (
-        (FRICTION, drifts.friction),
-        (VISCOUS_FACTOR, drifts.viscous),
-        (CONSTANT_FACTOR, drifts.constant),
-    ):
+def _points(drifts: Drifts) -> dict[int, tuple[DriftPoint, ...]]:
+    """Return the points of each drift by its column of the conditions."""
+    return {
+        FRICTION: drifts.friction,
+        VISCOUS_FACTOR: drifts.viscous,
+        CONSTANT_FACTOR: drifts.constant,
+    }
+
+
+def _constant_row(drifts: Drifts, factors: Mapping[str, float]) -> Vector:
+    """Return a row (8,) with the factors of the temperature and of drifts with one point."""
+    row = np.array(NEUTRAL)
+    row[FRICTION] *= factors.get("coulomb", 1.0)
+    row[VISCOUS_FACTOR] *= factors.get("viscous", 1.0)
+    for column, points in _points(drifts).items():
         if len(points) == 1:
-            rows[:, column] = points[0].factor
-        elif points:
-            middle = (np.arange(rows.shape[0]) + 0.5) * period
-            rows[:, column] = np.interp(
-                middle, [point.at_s for point in points], [point.factor for point in points]
-            )
+            row[column] *= points[0].factor
+    return row
 
 
 def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
@@ -124,10 +139,10 @@ def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
     Simultaneous faults of one kind add up; gains multiply.
     """
     for fault in faults:
-        begin = math.ceil(np.round(fault.at_s / period, SAME_INSTANT))
+        begin = _sample(fault.at_s / period)
         end = rows.shape[0]
         if fault.until_s is not None:
-            end = math.ceil(np.round(fault.until_s / period, SAME_INSTANT))
+            end = _sample(fault.until_s / period)
         there = slice(begin, max(begin, end))
         if fault.counts is not None:
             rows[there, LOST] += fault.counts
@@ -138,6 +153,12 @@ def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
         else:
             kind = INVALID if fault.kind == "encoder_invalid" else STUCK
             rows[there, ENCODER_FAULT] = np.maximum(rows[there, ENCODER_FAULT], kind)
+
+
+def _sample(instant: float) -> int:
+    """Return the first sample at or after an instant [samples], rounded as `numpy.round` does."""
+    scale = 10.0**SAME_INSTANT
+    return math.ceil(round(instant * scale) / scale)
 
 
 def command_samples(

@@ -151,6 +151,22 @@ def sensitivity(
 
 
 @kernel
+def sampled_loop(
+    controller: tuple[Matrix, Matrix, Matrix, Matrix],
+    delay_samples: int,
+    rates: tuple[float, float, float],
+    period: float,
+    sees: IntVector,
+) -> tuple[Matrix, Vector, Vector]:
+    """Return `sensitivity` of a controller with the axis `sampled_axis`.
+
+    rates: drive, viscous and lag of `sampled_axis`.
+    """
+    drive, viscous, lag = rates
+    return sensitivity(controller, delay_samples, sampled_axis(drive, viscous, lag, period, sees))
+
+
+@kernel
 def _solve(matrix: NDArray[np.complex128], right: ComplexVector) -> bool:
     """Solve matrix x = right in place by elimination; return False if the matrix is singular."""
     n = right.shape[0]

@@ -107,7 +107,7 @@ def test_a_trial_has_the_profile_of_the_log() -> None:
     (trial,) = test.runs(steps())
     logged = test.log(steps()).main.signals
     for name in ("profile", "position"):
-        np.testing.assert_array_equal(trial.stream.signals[name], logged[name])
+        np.testing.assert_array_equal(test.stream(trial).signals[name], logged[name])
 
 
 def test_emps_is_tracked_at_half_of_the_published_error_on_every_vertex() -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from frictool.documents.quantity import Quantity, Span, factor_between
 from frictool.simulate.simulated_plant import VariedParameter
-from frictool.typing import BoolVector, Vector
+from frictool.typing import IntVector, Vector
 
 # `plant`: parameters of the model or mechanism; other kinds: from the scenario's `spread`
 Kind = Literal["plant", "wear", "temperature", "drive", "start", "sensor", "load"]
@@ -59,9 +59,10 @@ class FactorSpace:
     def values(self, units: Vector) -> Vector:
         """Return the factor values (n, d) in SI of points `units` (n, d) in the unit cube."""
         low, high, whole = self._ends
-        values = np.clip(low + units * (high - low), low, high)
-        steps = np.floor(units[:, whole] * (high[whole] - low[whole] + 1.0))
-        values[:, whole] = low[whole] + np.minimum(steps, high[whole] - low[whole])
+        values = np.minimum(np.maximum(low + units * (high - low), low), high)
+        if whole.size:
+            steps = np.floor(units[:, whole] * (high[whole] - low[whole] + 1.0))
+            values[:, whole] = low[whole] + np.minimum(steps, high[whole] - low[whole])
         for index, factor in enumerate(self.factors):
             if factor.least is not None:
                 other, scale = factor.least
@@ -70,12 +71,12 @@ class FactorSpace:
         return np.asarray(values)
 
     @cached_property
-    def _ends(self) -> tuple[Vector, Vector, BoolVector]:
-        """Return lowest value, highest value and "is a whole number" of the factors, (d,) each."""
+    def _ends(self) -> tuple[Vector, Vector, IntVector]:
+        """Return lowest and highest values (d,), and the indices of factors with whole numbers."""
         return (
             np.array([factor.low for factor in self.factors]),
             np.array([factor.high for factor in self.factors]),
-            np.array([factor.whole for factor in self.factors], dtype=bool),
+            np.flatnonzero([factor.whole for factor in self.factors]),
         )
 
     @cached_property

@@ -22,7 +22,6 @@ from frictool.campaign.trials.trial_player import (
     CampaignSetting,
     ScenarioJudge,
     plant_of,
-    trial_of,
 )
 from frictool.campaign.trials.trials import MET, UNDECIDED, Marks, MetricLimit, TrialResult
 from frictool.documents.controller import Controller, ProgramNumber
@@ -218,7 +217,7 @@ class ControllerJudge:
 
     def _played(self, judge: ScenarioJudge, plant: int) -> TrialResult:
         try:
-            return trial_of(plant, judge.judged(self.scenarios[plant]))
+            return judge.trial(plant, self.scenarios[plant])
         except FrictoolError as error:
             return TrialResult(plant, (), (), str(error))
 

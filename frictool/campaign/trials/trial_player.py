@@ -20,6 +20,7 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.logs.log import Log
 from frictool.report.requirement import Requirement
+from frictool.report.run_metrics import RunRecord
 from frictool.report.verdict import RunJudge
 from frictool.simulate.axis_plant import AxisPlant
 from frictool.simulate.closed_loop import StepTest
@@ -69,7 +70,35 @@ class ScenarioJudge:
     def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
         """Return the judged requirements of a scenario, in the order of the specification."""
         (run,) = self.test.runs(scenario, self.setting.recorded)
-        return self._judge(scenario.name, run.stream, run.plant)
+        return self._judge(scenario.name, self.test.stream(run), run.plant)
+
+    def trial(self, index: int, scenario: Scenario) -> TrialResult:
+        """Return the trial number `index`: the values and outcomes of `judged`."""
+        (run,) = self.test.runs(scenario, self.setting.recorded)
+        sensors = run.prepared.sensors
+        outcomes = None
+        if self._is_plain and not scenario.commands:
+            record = RunRecord(
+                sensors.time,
+                run.prepared.loop.reference,
+                run.record,
+                run.prepared.conditions,
+                sensors.drive_noise(run.number),
+            )
+            outcomes = self._judge.outcomes(record, run.plant)
+        if outcomes is None:
+            return trial_of(index, self._judge(scenario.name, self.test.stream(run), run.plant))
+        return TrialResult(
+            index,
+            tuple([value for value, _ in outcomes]),
+            tuple([_mark(met) for _, met in outcomes]),
+        )
+
+    @cached_property
+    def _is_plain(self) -> bool:
+        """Return True if the specification describes the plant's kind of axis and drive."""
+        rig, spec = self.test.plant.rig, self.setting.spec
+        return rig.axis == spec.axis and rig.drive == spec.drive
 
 
 class TrialPlayer(ScenarioJudge):
@@ -108,7 +137,7 @@ class TrialPlayer(ScenarioJudge):
         Unexpected errors are caught, too, so that one trial does not stop the other trials.
         """
         try:
-            return trial_of(draw, self.judged(self.scenario(unit, draw)))
+            return self.trial(draw, self.scenario(unit, draw))
         except FrictoolError as error:
             return TrialResult(draw, (), (), str(error))
         except (ArithmeticError, ValueError, TypeError, LookupError) as error:
@@ -143,10 +172,12 @@ def metrics_of(requirements: tuple[Requirement, ...]) -> tuple[MetricLimit, ...]
 
 def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> TrialResult:
     """Return the trial of draw `draw` with the values and outcomes of its requirements."""
-    met = tuple(
-        UNDECIDED if one.met is None else MET if one.met else BROKEN for one in requirements
-    )
+    met = tuple(_mark(one.met) for one in requirements)
     return TrialResult(draw, tuple(_value(one) for one in requirements), met)
+
+
+def _mark(met: bool | None) -> int:
+    return UNDECIDED if met is None else MET if met else BROKEN
 
 
 def _value(one: Requirement) -> float:

@@ -1,0 +1,158 @@
+"""Kernels of the metrics of a simulated run, for the thousands of runs of a campaign.
+
+They return the numbers of the functions in `frictool/metrics/` and logs/quality/time_base.py bit by
+bit.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictool.engine.closed_loop import COMMAND, MEASURED, TRUE_DRIVE
+from frictool.engine.disturbances_and_faults import SENSOR_GAIN, SENSOR_OFFSET
+from frictool.logs.quality.time_base import FEWEST_LEVELS, MOST_STEPS, ON_LATTICE
+from frictool.metrics.response_time import ROUNDED, ZONE
+from frictool.metrics.reversals import LEAST_RETURN, LEAST_SENSOR_STEPS
+from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
+
+OFF_LATTICE = -1.0
+MOST_COUNTS = 100  # largest range of the positions in encoder steps, per sample of the run
+
+
+@kernel
+def run_signals(
+    record: Vector, conditions: Vector, noise: Vector, position: Vector, second: Vector
+) -> tuple[float, float, bool]:
+    """Return the peaks of command and measured drive; fill `position` and `second`.
+
+    The last value is False if a position, a command or a measured drive is not finite. position
+    (n,): measured position. second (n - 2,): absolute second differences of the measured drive.
+    record (n, 7): engine/closed_loop.py. conditions (n, 8): engine/disturbances_and_faults.py, or
+    (0, 8). noise (n,): noise of the measured drive.
+    """
+    n = record.shape[0]
+    command_peak = 0.0
+    drive_peak = 0.0
+    finite = True
+    before = 0.0
+    rise = 0.0
+    for k in range(n):
+        position[k] = record[k, MEASURED]
+        command = abs(record[k, COMMAND])
+        drive = record[k, TRUE_DRIVE]
+        if conditions.shape[0] > 0:
+            drive = conditions[k, SENSOR_GAIN] * drive + conditions[k, SENSOR_OFFSET]
+        drive += noise[k]
+        if not math.isfinite(position[k] + command + drive):
+            finite = False
+        last = rise
+        rise = drive - before
+        before = drive
+        if k > 1:
+            second[k - 2] = abs(rise - last)
+        command_peak = max(command_peak, command)
+        drive_peak = max(drive_peak, abs(drive))
+    return command_peak, drive_peak, finite
+
+
+@kernel
+def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
+    """Return the distances between neighbouring distinct positions, and their sum in steps.
+
+    The quotient of the two sums is the `encoder_step` of positions (n,) that are multiples of
+    `step`. The second value is 0 if there is no such step, and OFF_LATTICE if a position is not a
+    multiple of `step`, or if the positions have too large a range.
+    """
+    nothing = np.empty(0)
+    if step <= 0.0:
+        return nothing, OFF_LATTICE
+    extreme = np.max(np.abs(position))
+    rounding = 16.0 * np.spacing(extreme)
+    lowest = np.rint(np.min(position) / step)
+    counts = np.rint(np.max(position) / step) - lowest + 1.0
+    if 4.0 * rounding > step or counts > MOST_COUNTS * position.shape[0]:
+        return nothing, OFF_LATTICE
+    # smallest and largest position at each count, which differ by rounding
+    least = np.full(int(counts), np.inf)
+    largest = np.full(int(counts), -np.inf)
+    for value in position:
+        at = np.rint(value / step)
+        if not abs(value - at * step) <= 0.5 * rounding:
+            return nothing, OFF_LATTICE
+        index = int(at - lowest)
+        least[index] = min(least[index], value)
+        largest[index] = max(largest[index], value)
+    distances = np.empty(least.shape[0])
+    used = 0
+    last = largest[0]
+    for index in range(1, least.shape[0]):
+        if least[index] < np.inf:
+            distances[used] = least[index] - last
+            last = largest[index]
+            used += 1
+    distances = distances[:used]
+    if used < FEWEST_LEVELS - 1:
+        return distances, 0.0
+    smallest = np.min(distances)
+    for parts in range(1, MOST_STEPS + 1):
+        part = smallest / parts
+        off = 0.0
+        steps = 0.0
+        for distance in distances:
+            whole = np.rint(distance / part)
+            off = max(off, abs(distance / part - whole))
+            steps += whole
+        if off < ON_LATTICE:
+            return distances, steps
+    return distances, 0.0
+
+
+@kernel
+def step_metrics(
+    position: Vector, origin: float, target: float, final: float, tail: int, resolution: float
+) -> tuple[int, float, int]:
+    """Return settling sample, overshoot [%] and reversals of a hold after a step.
+
+    position (n,): samples of the hold. origin, target: reference before and after the step. final:
+    mean of the last `tail` positions. The settling sample is the first one after which the
+    position stays in the 95 % zone; -1 if the axis does not settle.
+    """
+    amplitude = target - origin
+    zone = max(ZONE * abs(amplitude), resolution) * ROUNDED
+    direction = math.copysign(1.0, amplitude)
+    n = position.shape[0]
+    first = -1
+    settled = 0
+    excess = -np.inf
+    for k in range(n):
+        excess = max(excess, (position[k] - target) * direction)
+        if abs(position[k] - final) > zone:
+            settled = k + 1
+        elif first < 0:
+            first = k
+    if abs(target - final) > 0.5 * abs(amplitude) or settled > n - tail:
+        settled = -1
+    overshoot = 100.0 * excess / abs(amplitude) if excess > resolution * ROUNDED else 0.0
+    return settled, overshoot, _reversals(position, first, amplitude, resolution)
+
+
+@kernel
+def _reversals(position: Vector, first: int, amplitude: float, resolution: float) -> int:
+    """Return the number of reversals of position[first:]; 0 if `first` is negative."""
+    if first < 0:
+        return 0
+    least = max(LEAST_SENSOR_STEPS * resolution, LEAST_RETURN * abs(amplitude)) * ROUNDED
+    direction = math.copysign(1.0, amplitude)
+    extreme = position[first]
+    count = 0
+    for k in range(first + 1, position.shape[0]):
+        if direction * (position[k] - extreme) > 0.0:
+            extreme = position[k]
+        elif direction * (extreme - position[k]) > least:
+            count += 1
+            direction = -direction
+            extreme = position[k]
+    return count

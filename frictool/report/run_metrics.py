@@ -1,0 +1,141 @@
+"""Requirements of simulated runs as numbers, for the thousands of runs of a campaign.
+
+    record -> position, drive, peaks -> sensor step -> holds -> metrics -> (value, met)
+
+The values are those of `judge` on the run's log; there are no reasons and no locations.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool.documents.metric_table import REQUIREMENTS
+from frictool.documents.spec import Spec
+from frictool.logs.quality.time_base import encoder_step
+from frictool.metrics.final_value import final_value, tail_samples
+from frictool.metrics.reference_holds import ConstantRun, Hold, constant_runs, holds_of
+from frictool.metrics.rest_motion import late_samples
+from frictool.metrics.white_noise import deviation_of, peak_factor
+from frictool.presentation.tie_rule import largest
+from frictool.report.rig_facts import RigFacts
+from frictool.report.run_kernels import OFF_LATTICE, lattice_distances, run_signals, step_metrics
+from frictool.report.worst_hold import limit_of
+from frictool.typing import Vector
+
+Outcome = tuple[float, bool | None]  # value of a requirement, and True if it is met
+# keys that this module judges, and those of them that have a value in each hold
+HOLD_KEYS = ("response_time_95_s", "overshoot_percent", "static_error", "oscillations")
+KEYS = {*HOLD_KEYS, "modulus_margin", "drive_peak", "rest"}
+
+
+class RunRecord(NamedTuple):
+    """Signals of a simulated run.
+
+    `time`, `reference`, `noise` (n,): time, reference, and noise of the measured drive. `record`
+    (n, 7): engine/closed_loop.py. `conditions` (n, 8) or (0, 8):
+    engine/disturbances_and_faults.py.
+    """
+
+    time: Vector
+    reference: Vector
+    record: Vector
+    conditions: Vector
+    noise: Vector
+
+
+class RunMetrics:
+    """Function that returns the outcomes of the requirements of a run, in the order of `spec`.
+
+    `rig`: rig of the runs. `covers` is True if every requirement is in KEYS.
+    """
+
+    def __init__(self, spec: Spec, rig: RigFacts) -> None:
+        keys = [key for key in REQUIREMENTS if getattr(spec, key) is not None]
+        self.covers = set(keys) <= KEYS
+        self._step = rig.resolution
+        self._limits = {key: limit_of(spec, key) for key in keys}
+        self._allowed: float | None = spec.response_time_95_s
+        self._after: float | None = None if spec.rest is None else spec.rest.after_s
+        self._reference: Vector | None = None
+        self._runs: tuple[ConstantRun, ...] = ()
+
+    def __call__(self, run: RunRecord, margin: Outcome) -> list[Outcome] | None:
+        """Return the outcomes of a run with the outcome of its modulus margin.
+
+        Return None if a signal is not finite, or if a hold is long enough for the requirement
+        `rest`; `judge` decides these runs.
+        """
+        samples = run.time.size
+        position: Vector = np.empty(samples)
+        second: Vector = np.empty(max(samples - 2, 0))
+        command, drive, finite = run_signals(
+            run.record, run.conditions, run.noise, position, second
+        )
+        if not finite or not self._has_runs(run.reference):
+            return None
+        resolution = self._resolution(position)
+        holds = holds_of(self._runs, position, resolution)
+        if any(self._has_rest(hold.of(run.time)) for hold in holds):
+            return None
+        values = self._values(run.time, position, holds, resolution)
+        floor = deviation_of(second) * peak_factor(samples)
+        values["drive_peak"] = [command, max(0.0, drive - floor)]
+        outcomes = {key: _worst(values.get(key, ()), limit) for key, limit in self._limits.items()}
+        if "modulus_margin" in outcomes:
+            outcomes["modulus_margin"] = margin
+        return list(outcomes.values())
+
+    def _has_runs(self, reference: Vector) -> bool:
+        """Find the constant runs of `reference`; return False if a sample is not finite."""
+        if reference is not self._reference:
+            if not np.isfinite(reference).all():
+                return False
+            self._runs, self._reference = constant_runs(reference), reference
+        return True
+
+    def _has_rest(self, time: Vector) -> bool:
+        """Return True if a hold at the times (n,) is long enough for the requirement `rest`."""
+        after = self._after
+        return after is not None and late_samples(time, after) is not None
+
+    def _resolution(self, position: Vector) -> float:
+        """Return the sensor step of the positions (n,), or that of the rig."""
+        distances, steps = lattice_distances(position, self._step)
+        if steps == OFF_LATTICE:
+            return encoder_step(position) or self._step
+        return float(distances.sum() / steps) if steps > 0.0 else self._step
+
+    def _values(
+        self, time: Vector, position: Vector, holds: Sequence[Hold], resolution: float
+    ) -> dict[str, list[float]]:
+        """Return the values of HOLD_KEYS in each hold that has one."""
+        values: dict[str, list[float]] = {key: [] for key in HOLD_KEYS}
+        for hold in holds:
+            times, part = hold.of(time), hold.of(position)
+            final = final_value(part)
+            whole = self._allowed is None or not float(times[-1] - times[0]) < self._allowed
+            if whole:
+                values["static_error"].append(abs(hold.target - final))
+            if hold.origin is None:
+                continue
+            settled, overshoot, reversals = step_metrics(
+                part, hold.origin, hold.target, final, tail_samples(part.size), resolution
+            )
+            values["overshoot_percent"].append(overshoot)
+            values["oscillations"].append(float(math.ceil(reversals / 2)))
+            if whole:
+                response = math.inf if settled < 0 else float(times[settled] - times[0])
+                values["response_time_95_s"].append(response)
+        return values
+
+
+def _worst(values: Sequence[float], limit: float) -> Outcome:
+    """Return the outcome of the largest value, the first of several that agree."""
+    if not values:
+        return math.nan, None
+    value = values[largest(values)[1]]
+    return value, value <= limit
