@@ -22,7 +22,8 @@ from frictool.identify.model_page.evidence import sliding_records, slip_samples
 from frictool.identify.model_page.friction_panels import friction_panels
 from frictool.identify.validate import Validation, validate
 from frictool.logs import read_log
-from frictool.presentation.svg import MUTED, PAGE, drawing, render_compact
+from frictool.presentation.colours import MUTED
+from frictool.presentation.svg import PAGE, drawing, render_compact
 from frictool.report import judge
 from frictool.report.requirement import Requirement, Verdict
 from frictool.simulate import simulate

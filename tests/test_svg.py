@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.presentation.svg import FigureMargins, drawing, panels, render
+from frictool.presentation.plot import FigureMargins
+from frictool.presentation.svg import drawing, panels, render
 
 MARGINS = FigureMargins(left=0.8, right=0.1, bottom=0.5, top=0.2, label=0.1)
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from frictool.presentation.colours import INK
 from frictool.presentation.decimation import drawn_indices, finite_or_nan
-from frictool.presentation.svg import INK, drawing
+from frictool.presentation.svg import drawing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,7 +15,8 @@ from frictool.documents.quantity import Axis, si_unit
 from frictool.observe.combined_estimator import EstimateBlock
 from frictool.observe.streamed_decimation import DecimatedTrace, zigzag
 from frictool.presentation import svg
-from frictool.presentation.svg import PAGE, FigureMargins, panels, render
+from frictool.presentation.plot import FigureMargins
+from frictool.presentation.svg import PAGE, panels, render
 from frictool.typing import Vector
 
 if TYPE_CHECKING:

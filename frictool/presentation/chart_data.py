@@ -1,13 +1,11 @@
 """Data of a drawn figure for the charts of a page, read from the figure itself.
 
 explore.js draws these data with uPlot in place of the `<svg>` element. The data are read from the
-figure that matplotlib drew, so that chart and `<svg>` element show the same. A number is stored as
-16 bits: its error is at most 1/130000 of the range of its curve.
+figure that matplotlib drew, so that chart and `<svg>` element show the same.
 """
 
 from __future__ import annotations
 
-import base64
 import json
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.ticker import FixedLocator
 
-from frictool.presentation.decimation import straightened_indices
+from frictool.presentation.series_data import numbers, series_data, straightened
 from frictool.typing import Vector
 
 if TYPE_CHECKING:
@@ -26,8 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LEVELS = 8000  # smallest visible difference of a chart, relative to the height of the panel
-STEPS = 65534  # steps of a stored number; the next number stands for a gap
 SCALES = {"linear", "log"}
 DETAIL = "frictool_detail"  # attribute of a line: (abscissa, ordinate) with more samples
 
@@ -69,17 +65,13 @@ def _panel(axes: Axes) -> dict[str, Any] | None:
     return {
         "x": axes.get_xlabel(),
         "y": axes.get_ylabel().replace("\n", " "),
-        "xlim": _numbers(axes.get_xlim()),
-        "ylim": _numbers(axes.get_ylim()),
+        "xlim": numbers(axes.get_xlim()),
+        "ylim": numbers(axes.get_ylim()),
         "log": [axes.get_xscale() == "log", axes.get_yscale() == "log"],
         "ticks": ticks,
         "height": round(float(box.height), 4),
         "series": series,
     }
-
-
-def _numbers(values: Any) -> list[float]:
-    return [float(f"{value:.9g}") for value in values]
 
 
 def _series(axes: Axes, artist: Artist) -> dict[str, Any] | None:
@@ -97,12 +89,9 @@ def _series(axes: Axes, artist: Artist) -> dict[str, Any] | None:
         kind = "line" if drawn else "points"
         if not all(along):
             kind = "vertical" if along[0] else "horizontal"
-        if kind == "line" and drawn and np.all(np.diff(data[0]) >= 0.0):
-            tolerance = 0.0
-            if axes.get_yscale() == "linear":
-                tolerance = abs(axes.get_ylim()[1] - axes.get_ylim()[0]) / LEVELS
-            kept = straightened_indices(data[0], data[1], tolerance)
-            data = (data[0][kept], data[1][kept])
+        if kind == "line" and drawn:
+            is_linear = axes.get_yscale() == "linear"
+            data = straightened(data, abs(np.ptp(axes.get_ylim())) if is_linear else 0.0)
         pattern: Any = getattr(artist, "_dash_pattern", (0.0, None))
         dashes = pattern[1] if drawn else None
         return _entry(artist, kind, to_hex(artist.get_color()), data) | {
@@ -143,29 +132,6 @@ def _in_data(axes: Axes, artist: Artist) -> tuple[bool, bool]:
 
 def _entry(artist: Artist, kind: str, colour: str, data: tuple[Vector, Vector]) -> dict[str, Any]:
     label = str(artist.get_label())
-    group = artist.get_gid() or label
     alpha = artist.get_alpha()
-    return {
-        "label": "" if label.startswith("_") else label,
-        "group": "" if group.startswith("_") else group,
-        "kind": kind,
-        "colour": colour,
-        "alpha": 1.0 if alpha is None else float(alpha),
-        "data": [_packed(values) for values in data],
-    }
-
-
-def _packed(values: Vector) -> list[Any]:
-    """Return [lowest, highest, base64 of 16-bit numbers] of a signal (n,)."""
-    finite = np.isfinite(values)
-    if not finite.any():
-        return [
-            0.0,
-            0.0,
-            base64.b64encode(np.full(values.size, STEPS + 1, "<u2").tobytes()).decode(),
-        ]
-    low, high = float(values[finite].min()), float(values[finite].max())
-    span = high - low or 1.0
-    steps = np.full(values.size, STEPS + 1, dtype="<u2")
-    steps[finite] = np.rint((values[finite] - low) / span * STEPS)
-    return [low, high, base64.b64encode(steps.tobytes()).decode()]
+    names = label, str(artist.get_gid() or label)
+    return series_data(kind, colour, 1.0 if alpha is None else float(alpha), names, data)

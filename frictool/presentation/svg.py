@@ -10,18 +10,19 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from frictool.presentation.chart_data import chart_json
+from frictool.presentation.colours import GRID, INK, MUTED
+from frictool.presentation.plot import FigureMargins
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK, MUTED, GRID = "#1d2733", "#6b7785", "#e3e7ec"
 PAGE: dict[str, Any] = {  # matplotlib settings common to all figures
     "svg.fonttype": "none",
     "text.parse_math": False,
@@ -39,19 +40,6 @@ PAGE: dict[str, Any] = {  # matplotlib settings common to all figures
     "xtick.color": MUTED,
     "ytick.color": MUTED,
 }
-
-
-class FigureMargins(NamedTuple):
-    """Margins around the axes, and distance of ordinate labels from the left edge [inch].
-
-    They are fixed so that the axes of figures below each other line up.
-    """
-
-    left: float
-    right: float
-    bottom: float
-    top: float
-    label: float
 
 
 @contextmanager

@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
-from frictool.presentation.svg import INK, MUTED, drawing, render
+from frictool.presentation.colours import INK, MUTED
+from frictool.presentation.svg import drawing, render
 from frictool.reduce.reduction_chain import ReductionChain
 from frictool.reduce.residual_load import ResidualLoad
 

@@ -6,28 +6,23 @@ Streams of variants are drawn first, the nominal stream on top of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
-from frictool.presentation.chart_data import with_detail
+from frictool.presentation.colours import INK
 from frictool.presentation.decimation import (
     decimated_indices,
     decimated_path_indices,
     drawn_indices,
 )
+from frictool.presentation.plot import DASHED, PlotPanel
 from frictool.presentation.sections import PageFigure
-from frictool.presentation.svg import INK, render_compact
 from frictool.report.evidence import StreamEvidence
-from frictool.report.figure_style import LIMIT, LOG_COLOURS, drawing, new_figure
+from frictool.report.figure_style import LIMIT, LOG_COLOURS, new_plot
 from frictool.report.plotted_velocity import used_velocity
 from frictool.typing import Vector
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 DETAIL_COLUMNS = 1000  # columns of a chart, which a reader enlarges
 
@@ -39,7 +34,7 @@ def log_colours(evidence: list[StreamEvidence]) -> dict[str, str]:
 
 
 def draw(
-    axes: Axes,
+    panel: PlotPanel,
     item: StreamEvidence,
     colour: str,
     abscissa: Vector,
@@ -59,19 +54,18 @@ def draw(
     alpha, width, order = (1.0, 1.4, 3.0) if item.nominal else (0.35, 0.8, 2.0)
     if item.worst:
         colour, alpha, width, order = LIMIT, 1.0, 1.4, 3.5
-    (line,) = axes.plot(
+    finer = decimated_indices(ordinate, columns=DETAIL_COLUMNS)
+    panel.line(
         abscissa[kept],
         ordinate[kept],
-        color=colour,
+        colour,
         alpha=alpha,
-        linewidth=width,
-        zorder=order,
+        width=width,
+        order=order,
         label=item.plant,
-        gid=None if item.nominal or item.worst else f"{item.source}, variants",
+        group="" if item.nominal or item.worst else f"{item.source}, variants",
+        detail=(abscissa[finer], ordinate[finer]) if over_time else None,
     )
-    if over_time:
-        finer = decimated_indices(ordinate, columns=DETAIL_COLUMNS)
-        with_detail(line, abscissa[finer], ordinate[finer])
 
 
 def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
@@ -79,19 +73,19 @@ def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
     return sorted(evidence, key=lambda item: item.drawing_order)
 
 
-def draw_references(axes: Axes, evidence: Sequence[StreamEvidence]) -> None:
+def draw_references(panel: PlotPanel, evidence: Sequence[StreamEvidence]) -> None:
     """Draw the references of the nominal streams or, without these, the first other reference."""
     with_reference = [item for item in evidence if item.has("reference")]
     for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
         reference = item.plotted("reference")
         kept = decimated_indices(reference)
-        axes.plot(
+        panel.line(
             item.stream.time[kept],
             reference[kept],
-            color=INK,
-            linewidth=1.0,
-            linestyle=(0, (4, 2)),
-            zorder=4.0,
+            INK,
+            width=1.0,
+            dash=DASHED,
+            order=4.0,
             label="reference",
         )
 
@@ -147,13 +141,12 @@ def _over_time(
     """
     title, label, caption = texts
     colours = log_colours([item for item, _ in curves])
-    with drawing(name):
-        figure, (axes,) = new_figure()
-        for item, values in sorted(curves, key=lambda entry: entry[0].drawing_order):
-            draw(axes, item, colours[item.source], item.stream.time, values)
-        draw_references(axes, references)
-        axes.set(xlabel="time [s]", ylabel=ordinate)
-        return PageFigure(title, render_compact(figure, label), caption, key=name.replace(" ", "-"))
+    plot = new_plot(ordinate, x_label="time [s]")
+    (panel,) = plot.panels
+    for item, values in sorted(curves, key=lambda entry: entry[0].drawing_order):
+        draw(panel, item, colours[item.source], item.stream.time, values)
+    draw_references(panel, references)
+    return PageFigure(title, plot.svg(label), caption, key=name.replace(" ", "-"))
 
 
 def _origin(evidence: list[StreamEvidence]) -> str:
@@ -174,46 +167,43 @@ def _position(evidence: list[StreamEvidence], unit: str) -> PageFigure:
     )
 
 
-def draw_load(axes: Axes, item: StreamEvidence, colour: str, time: Vector, part: slice) -> None:
+def draw_load(
+    panel: PlotPanel, item: StreamEvidence, colour: str, time: Vector, part: slice
+) -> None:
     """Draw the mechanical position behind the backlash: a curve, or the area between its bounds."""
     assert item.load is not None
     low, high = (load[part] for load in item.load)
     if not item.load_is_bounded:
-        draw(axes, item, colour, time[part], low)
+        draw(panel, item, colour, time[part], low)
         return
     kept = np.union1d(drawn_indices(time[part], low), drawn_indices(time[part], high))
-    axes.fill_between(
-        time[part][kept],
-        low[kept],
-        high[kept],
-        color=colour,
+    along = time[part][kept]
+    panel.area(
+        np.concatenate((along, along[::-1])),
+        np.concatenate((low[kept], high[kept][::-1])),
+        colour,
         alpha=0.35 if item.nominal else 0.15,
-        linewidth=0.6,
+        order=1.0,
     )
 
 
 def _load(evidence: list[StreamEvidence], unit: str) -> PageFigure:
     colours = log_colours(evidence)
-    with drawing("load"):
-        figure, (axes,) = new_figure()
-        for item in nominal_last(evidence):
-            draw_load(axes, item, colours[item.source], item.stream.time, slice(None))
-        draw_references(axes, evidence)
-        axes.set(xlabel="time [s]", ylabel=f"load [{unit}]")
-        bounded = any(item.load_is_bounded for item in evidence)
-        known = (
-            (
-                "If only the motor's position was measured, the figure shows the bounds of the "
-                "load's position."
-            )
-            if bounded
-            else ""
-        )
-        return PageFigure(
-            "Mechanical position",
-            render_compact(figure, "load over time"),
-            f"Behind the backlash. {known}".rstrip(),
-        )
+    plot = new_plot(f"load [{unit}]", x_label="time [s]")
+    (panel,) = plot.panels
+    for item in nominal_last(evidence):
+        draw_load(panel, item, colours[item.source], item.stream.time, slice(None))
+    draw_references(panel, evidence)
+    known = (
+        "If only the motor's position was measured, the figure shows the bounds of the load's "
+        "position."
+    )
+    bounded = any(item.load_is_bounded for item in evidence)
+    return PageFigure(
+        "Mechanical position",
+        plot.svg("load over time"),
+        f"Behind the backlash. {known if bounded else ''}".rstrip(),
+    )
 
 
 def _sensor(evidence: list[StreamEvidence], unit: str) -> PageFigure:
@@ -277,20 +267,13 @@ def _velocity_source(moving: list[tuple[StreamEvidence, tuple[Vector, str]]]) ->
 
 def _phase_plane(moving: list[tuple[StreamEvidence, tuple[Vector, str]]], unit: str) -> PageFigure:
     colours = log_colours([item for item, _ in moving])
-    with drawing("phase plane"):
-        figure, (axes,) = new_figure()
-        for item, (velocity, _) in sorted(moving, key=lambda entry: entry[0].drawing_order):
-            draw(
-                axes,
-                item,
-                colours[item.source],
-                item.plotted("position"),
-                velocity,
-                over_time=False,
-            )
-        axes.set(xlabel=f"position [{unit}]", ylabel=f"velocity [{unit}/s]")
-        caption = (
-            f"{_velocity_source(moving)} An orbit that closes while the reference is held "
-            "is a limit cycle."
-        )
-        return PageFigure("Phase plane", render_compact(figure, "velocity over position"), caption)
+    plot = new_plot(f"velocity [{unit}/s]", x_label=f"position [{unit}]")
+    (panel,) = plot.panels
+    for item, (velocity, _) in sorted(moving, key=lambda entry: entry[0].drawing_order):
+        position = item.plotted("position")
+        draw(panel, item, colours[item.source], position, velocity, over_time=False)
+    caption = (
+        f"{_velocity_source(moving)} An orbit that closes while the reference is held "
+        "is a limit cycle."
+    )
+    return PageFigure("Phase plane", plot.svg("velocity over position"), caption)

@@ -6,15 +6,7 @@ escapes them.
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any
-
-from frictool.presentation import svg
-from frictool.presentation.svg import INK, PAGE, FigureMargins
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from frictool.presentation.plot import FigureMargins, Plot, PlotPanel
 
 ZONE = "#cfe3d4"
 LIMIT = "#b3261e"
@@ -26,21 +18,8 @@ WIDTH, HEIGHT = (
     2.7,
 )  # inches: scaled to three quarters on a phone, 1.2 times on half a desktop page
 
-STYLE: dict[str, Any] = {
-    **PAGE,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "lines.linewidth": 1.4,
-    "path.simplify": True,
-    "path.simplify_threshold": 0.25,
-}
 
-
-def drawing(name: str) -> AbstractContextManager[None]:
-    """Return a context manager with the matplotlib settings for the figure `name`."""
-    return svg.drawing(name, STYLE)
-
-
-def new_figure(rows: int = 1, height: float = HEIGHT) -> tuple[Figure, list[Axes]]:
-    """Return a figure with `rows` axes with a common abscissa; the first axes are the tallest."""
-    return svg.panels((WIDTH, height), MARGINS, rows, ratios=[1.6, *[1.0] * (rows - 1)], space=0.16)
+def new_plot(*y_labels: str, height: float = HEIGHT, x_label: str = "") -> Plot:
+    """Return a figure with one panel per label and a common abscissa; the first is the tallest."""
+    panels = [PlotPanel(label, ratio=1.0 if index else 1.6) for index, label in enumerate(y_labels)]
+    return Plot((WIDTH, height), MARGINS, panels, x_label=x_label)

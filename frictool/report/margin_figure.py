@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from matplotlib.ticker import MaxNLocator
+import numpy as np
 
 from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
+from frictool.presentation.colours import MUTED
+from frictool.presentation.plot import DASHED
 from frictool.presentation.sections import PageFigure
-from frictool.presentation.svg import MUTED, render_compact
-from frictool.report.figure_style import LIMIT, LOG_COLOURS, drawing, new_figure
+from frictool.report.figure_style import LIMIT, LOG_COLOURS, new_plot
+
+BAR = 0.7  # width of a bar
 
 
 def margin_figure(spec: Spec, controller: Controller) -> PageFigure | None:
@@ -29,19 +32,16 @@ def margin_figure(spec: Spec, controller: Controller) -> PageFigure | None:
         LOG_COLOURS[0] if vertex.stable and vertex.modulus_margin >= specified else LIMIT
         for vertex in vertices
     ]
-    with drawing("modulus margin"):
-        figure, (axes,) = new_figure()
-        axes.bar(range(1, len(vertices) + 1), heights, color=colours, width=0.7)
-        axes.axhline(specified, color=MUTED, linewidth=1.2, linestyle=(0, (4, 2)))
-        axes.grid(visible=False, axis="x")
-        axes.xaxis.set_major_locator(MaxNLocator(16, integer=True, min_n_ticks=1))
-        axes.set(
-            xlabel="vertex, in the order of the table",
-            ylabel="modulus margin",
-            ylim=(0.0, max(1.0, *heights)),
-            xlim=(0.4, len(vertices) + 0.6),
-        )
-        svg = render_compact(figure, "modulus margin of each vertex")
+    plot = new_plot("modulus margin", x_label="vertex, in the order of the table")
+    plot.is_numbered = True
+    plot.x_range = (0.4, len(vertices) + 0.6)
+    (panel,) = plot.panels
+    panel.y_range = (0.0, max(1.0, *heights))
+    for index, (height, colour) in enumerate(zip(heights, colours, strict=True), start=1):
+        sides = index + BAR * np.array([-0.5, 0.5, 0.5, -0.5, -0.5])
+        panel.area(sides, height * np.array([0.0, 0.0, 1.0, 1.0, 0.0]), colour, order=1.0)
+    panel.horizontal(specified, MUTED, width=1.2, dash=DASHED)
+    svg = plot.svg("modulus margin of each vertex")
     return PageFigure(
         "Modulus margin at the vertices",
         svg,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,17 +10,15 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.metrics.final_value import final_value
 from frictool.metrics.response_time import zone_half_width
+from frictool.presentation.colours import INK, MUTED
+from frictool.presentation.plot import DASHED, DOTTED, PlotPanel
 from frictool.presentation.sections import FigureView, PageFigure
-from frictool.presentation.svg import INK, MUTED, render_compact
 from frictool.report.curve_figures import draw, draw_load, log_colours
 from frictool.report.evidence import StreamEvidence
-from frictool.report.figure_style import LIMIT, ZONE, drawing, new_figure
+from frictool.report.figure_style import LIMIT, ZONE, new_plot
 from frictool.report.hold_metrics import HoldMetrics
 from frictool.report.requirement import ValueLocation, number
 from frictool.report.worst_hold import limit_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Judged = tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
 MOST_STEPS = 12
@@ -107,20 +104,17 @@ def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]], key: str)
     unit = si_unit("position", spec.axis)
     top = plays[-1]
     panels = _panels(spec, plays)
-    with drawing(f"step {top[1].number}"):
-        figure, drawn = new_figure(len(panels), 1.2 + 1.5 * len(panels))
-        axes = dict(zip(panels, drawn, strict=True))
-        for evidence, measured in drawn_plays:
-            _curves(axes, evidence, measured, colours[evidence.source], length)
-        _limits(axes["position"], spec, *top)
-        if "load" in axes:
-            axes["load"].axhline(
-                top[1].hold.target, color=INK, linewidth=1.0, linestyle=(0, (4, 2)), zorder=4.0
-            )
-        for name, label in panels.items():
-            axes[name].set(ylabel=label)
-        drawn[-1].set(xlabel="time since the step [s]", xlim=(-0.03 * length, length))
-        svg = render_compact(figure, f"step {top[1].number} enlarged")
+    plot = new_plot(
+        *panels.values(), height=1.2 + 1.5 * len(panels), x_label="time since the step [s]"
+    )
+    plot.x_range = (-0.03 * length, length)
+    drawn = dict(zip(panels, plot.panels, strict=True))
+    for evidence, measured in drawn_plays:
+        _curves(drawn, evidence, measured, colours[evidence.source], length)
+    _limits(drawn["position"], spec, *top)
+    if "load" in drawn:
+        drawn["load"].horizontal(top[1].hold.target, INK, width=1.0, dash=DASHED, order=4.0)
+    svg = plot.svg(f"step {top[1].number} enlarged")
     return PageFigure(
         _title(plays, unit), svg, _caption(spec, plays), key, _views(spec, top, length)
     )
@@ -150,7 +144,7 @@ def _panels(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> dict
 
 
 def _curves(
-    axes: dict[str, Axes],
+    panels: dict[str, PlotPanel],
     evidence: StreamEvidence,
     measured: HoldMetrics,
     colour: str,
@@ -158,34 +152,34 @@ def _curves(
 ) -> None:
     time = evidence.stream.time - measured.start_s
     part = slice(*np.searchsorted(time, (-0.03 * length, 1.02 * length)).tolist())
-    draw(axes["position"], evidence, colour, time[part], evidence.stream.signals["position"][part])
-    if "load" in axes and evidence.load is not None:
-        draw_load(axes["load"], evidence, colour, time, part)
+    draw(
+        panels["position"], evidence, colour, time[part], evidence.stream.signals["position"][part]
+    )
+    if "load" in panels and evidence.load is not None:
+        draw_load(panels["load"], evidence, colour, time, part)
     if evidence.velocity is not None:
-        draw(axes["velocity"], evidence, colour, time[part], evidence.velocity[0][part])
+        draw(panels["velocity"], evidence, colour, time[part], evidence.velocity[0][part])
     if evidence.drive is not None:
-        draw(axes["drive"], evidence, colour, time[part], evidence.drive[part])
+        draw(panels["drive"], evidence, colour, time[part], evidence.drive[part])
 
 
-def _limits(axes: Axes, spec: Spec, evidence: StreamEvidence, measured: HoldMetrics) -> None:
+def _limits(panel: PlotPanel, spec: Spec, evidence: StreamEvidence, measured: HoldMetrics) -> None:
     """Draw the reference, the 5 % zone of the topmost stream, and the limits."""
     hold = measured.hold
     assert hold.origin is not None
     final = final_value(hold.of(evidence.stream.signals["position"]))
     half = zone_half_width(hold.origin, hold.target, evidence.resolution)
-    axes.axhspan(final - half, final + half, color=ZONE, linewidth=0.0, zorder=0.5)
-    axes.axhline(hold.target, color=INK, linewidth=1.0, linestyle=(0, (4, 2)), zorder=4.0)
+    panel.across(final - half, final + half, ZONE, order=0.5)
+    panel.horizontal(hold.target, INK, width=1.0, dash=DASHED, order=4.0)
     if spec.static_error is not None:
         error = limit_of(spec, "static_error")
         for level in (hold.target - error, hold.target + error):
-            axes.axhline(level, color=MUTED, linewidth=0.6, zorder=3.8)
+            panel.horizontal(level, MUTED, width=0.6, order=3.8)
     if spec.overshoot_percent is not None:
         allowed = hold.target + spec.overshoot_percent / 100.0 * (hold.target - hold.origin)
-        axes.axhline(allowed, color=LIMIT, linewidth=1.0, linestyle=(0, (1, 1.5)), zorder=4.0)
+        panel.horizontal(allowed, LIMIT, width=1.0, dash=DOTTED, order=4.0)
     if spec.response_time_95_s is not None:
-        axes.axvline(
-            spec.response_time_95_s, color=MUTED, linewidth=1.0, linestyle=(0, (1, 1.5)), zorder=1.0
-        )
+        panel.vertical(spec.response_time_95_s, MUTED, width=1.0, dash=DOTTED, order=1.0)
 
 
 def _title(plays: list[tuple[StreamEvidence, HoldMetrics]], unit: str) -> str:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from frictool.documents.controller import Controller
 from frictool.documents.quantity import si_unit
+from frictool.presentation.colours import INK
+from frictool.presentation.plot import DASHED
 from frictool.presentation.sections import PageFigure
-from frictool.presentation.svg import INK, render_compact
 from frictool.presentation.tie_rule import largest
-from frictool.report.figure_style import LIMIT, LOG_COLOURS, drawing, new_figure
+from frictool.report.figure_style import LIMIT, LOG_COLOURS, new_plot
 from frictool.report.requirement import number
 from frictool.verify.vertex_transfers import Name, VertexTransfer, VertexTransfers
 
@@ -54,36 +54,21 @@ def _view(controller: Controller, curves: VertexTransfers, transfer: VertexTrans
     outside = transfer.worst is not None and transfer.worst.ratio > 1.0
     levels = _decibels(transfer.gains)
     top = float(levels.max())
-    with drawing(f"transfer {transfer.name}"):
-        figure, (axes,) = new_figure()
-        for index, level in enumerate(levels):
-            alpha, width, order = (1.0, 1.4, 3.0) if index == strong else (0.35, 0.8, 2.0)
-            colour = LIMIT if index == strong and outside else LOG_COLOURS[0]
-            axes.semilogx(
-                curves.frequencies, level, color=colour, alpha=alpha, linewidth=width, zorder=order
-            )
-        if transfer.template is not None:
-            template = _decibels(transfer.template)
-            top = max(top, min(float(template.max()), top + 40.0))
-            axes.semilogx(
-                curves.frequencies,
-                template,
-                color=INK,
-                linewidth=1.0,
-                linestyle=(0, (4, 2)),
-                zorder=4.0,
-            )
-        low = float(levels.min())
-        high = top + 5.0
-        axes.set(
-            xlabel="angular frequency [rad/s]",
-            ylabel="gain [dB]",
-            ylim=(max(low, high - DEEPEST) - 5.0, high),
-        )
-        axes.set_xlim(curves.frequencies[0], curves.frequencies[-1])
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.xaxis.set_minor_formatter(NullFormatter())
-        svg = render_compact(figure, f"transfer of the {transfer.name} at every vertex")
+    plot = new_plot("gain [dB]", x_label="angular frequency [rad/s]")
+    plot.is_log = True
+    plot.x_range = float(curves.frequencies[0]), float(curves.frequencies[-1])
+    (panel,) = plot.panels
+    for index, level in enumerate(levels):
+        alpha, width, order = (1.0, 1.4, 3.0) if index == strong else (0.35, 0.8, 2.0)
+        colour = LIMIT if index == strong and outside else LOG_COLOURS[0]
+        panel.line(curves.frequencies, level, colour, alpha=alpha, width=width, order=order)
+    if transfer.template is not None:
+        template = _decibels(transfer.template)
+        top = max(top, min(float(template.max()), top + 40.0))
+        panel.line(curves.frequencies, template, INK, width=1.0, dash=DASHED, order=4.0)
+    high = top + 5.0
+    panel.y_range = (max(float(levels.min()), high - DEEPEST) - 5.0, high)
+    svg = plot.svg(f"transfer of the {transfer.name} at every vertex")
     return PageFigure(title, svg, _caption(controller, curves, transfer))
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from frictool.documents.quantity import si_unit
+from frictool.presentation.svg import PAGE, drawing, panels
 from frictool.report.curve_figures import draw, draw_references, log_colours, nominal_last
-from frictool.report.figure_style import drawing, new_figure
+from frictool.report.figure_style import MARGINS, WIDTH, new_plot
 from frictool.report.stream_selection import select_streams
 
 if TYPE_CHECKING:
@@ -22,19 +23,36 @@ def verdict_figure(verdict: Verdict) -> Figure:
     spec = verdict.request.spec
     evidence = nominal_last([item for item, _ in select_streams(verdict)])
     colours = log_colours(evidence)
-    with drawing("verdict"):
-        figure, (position, drive) = new_figure(2, HEIGHT)
-        for item in evidence:
-            colour = colours[item.source]
-            if item.has("position"):
-                draw(position, item, colour, item.stream.time, item.stream.signals["position"])
-            if item.drive is not None:
-                draw(drive, item, colour, item.stream.time, item.drive)
-        draw_references(position, [item for item in evidence if item.has("reference")])
-        position.set_ylabel(f"position [{si_unit('position', spec.axis)}]")
-        drive.set(xlabel="time [s]", ylabel=f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]")
+    plot = new_plot(
+        f"position [{si_unit('position', spec.axis)}]",
+        f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]",
+    )
+    position, drive = plot.panels
+    for item in evidence:
+        colour = colours[item.source]
+        if item.has("position"):
+            draw(position, item, colour, item.stream.time, item.stream.signals["position"])
+        if item.drive is not None:
+            draw(drive, item, colour, item.stream.time, item.drive)
+    draw_references(position, [item for item in evidence if item.has("reference")])
+    with drawing("verdict", PAGE):
+        figure, axes = panels((WIDTH, HEIGHT), MARGINS, 2, ratios=[1.6, 1.0], space=plot.space)
+        for one, panel in zip(axes, plot.panels, strict=True):
+            for mark in panel.marks:
+                one.plot(
+                    mark.x,
+                    mark.y,
+                    color=mark.colour,
+                    alpha=mark.alpha,
+                    linewidth=mark.width,
+                    linestyle=(0, mark.dash) if mark.dash else "-",
+                    zorder=mark.order,
+                    label=mark.label,
+                )
+            one.set_ylabel(panel.y_label)
+        axes[-1].set_xlabel("time [s]")
         met = sum(one.met is True for one in verdict.requirements)
-        position.set_title(
+        axes[0].set_title(
             f"{spec.name}: {verdict.state}, {met} of {len(verdict.requirements)} requirements met",
             loc="left",
             fontsize=9.0,

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from frictool.presentation.decimation import decimated_indices
-from frictool.presentation.svg import PAGE, FigureMargins, drawing, panels, render
+from frictool.presentation.plot import FigureMargins
+from frictool.presentation.svg import PAGE, drawing, panels, render
 from frictool.typing import Vector
 
 COLOURS, DASHES = (

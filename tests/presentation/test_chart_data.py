@@ -14,8 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from frictool.presentation.chart_data import STEPS, chart_json, with_detail
+from frictool.presentation.chart_data import chart_json, with_detail
 from frictool.presentation.decimation import drawn_indices, straightened_indices
+from frictool.presentation.series_data import STEPS
 from frictool.presentation.svg import drawing, render
 from frictool.typing import Vector
 

@@ -152,7 +152,7 @@ def test_logs_laid_over_each_other_have_their_own_colours() -> None:
     assert [name for _, name in legend] == ["run.mcap", "bench.mcap"]
     colours = {colour for colour, _ in legend}
     assert len(colours) == 2
-    assert all(html.count(f"stroke: {colour}") >= 4 for colour in colours)
+    assert all(html.count(f'stroke="{colour}"') >= 4 for colour in colours)
 
 
 def test_a_log_with_next_to_nothing_still_has_a_page() -> None:

@@ -32,8 +32,9 @@ from frictool.campaign.views.messages import (
     unit_shown,
 )
 from frictool.documents.metric_table import requirement_title
+from frictool.presentation.colours import INK, MUTED
 from frictool.presentation.sections import PageFigure
-from frictool.presentation.svg import INK, MUTED, render_compact
+from frictool.presentation.svg import render_compact
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

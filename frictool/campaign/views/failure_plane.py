@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
 from frictool.campaign.views.figure_style import BAD, OPEN
-from frictool.presentation.svg import MUTED
+from frictool.presentation.colours import MUTED
 from frictool.typing import Vector
 
 if TYPE_CHECKING:

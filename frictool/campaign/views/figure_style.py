@@ -6,7 +6,9 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from frictool.presentation import svg
-from frictool.presentation.svg import INK, PAGE, FigureMargins
+from frictool.presentation.colours import INK
+from frictool.presentation.plot import FigureMargins
+from frictool.presentation.svg import PAGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

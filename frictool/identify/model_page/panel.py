@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from frictool.presentation import svg
+from frictool.presentation.colours import INK
 from frictool.presentation.sections import PageFigure
 from frictool.presentation.svg import PAGE, drawing, render, render_compact
 from frictool.typing import Vector
@@ -58,7 +58,7 @@ def panel_figure(panels: Sequence[FigurePanel]) -> Figure:
         every = figure.subplots(len(panels), 1, squeeze=False)[:, 0]
         for axes, panel in zip(every, panels, strict=True):
             panel.draw(axes)
-            axes.set_title(panel.title, loc="left", fontsize=10.0, color=svg.INK)
+            axes.set_title(panel.title, loc="left", fontsize=10.0, color=INK)
             _legend(axes)
         return figure
 

@@ -18,8 +18,8 @@ from frictool.identify.model_page.evidence import (
 )
 from frictool.identify.model_page.friction_panels import MARGIN, SIDES
 from frictool.identify.model_page.panel import FORWARD, MEASURED, SIMULATED, FigurePanel, scatter
+from frictool.presentation.colours import MUTED
 from frictool.presentation.decimation import decimated_indices
-from frictool.presentation.svg import MUTED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

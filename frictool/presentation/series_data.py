@@ -1,0 +1,69 @@
+"""Data of one curve of a chart, as explore.js reads them.
+
+A number is stored as 16 bits: its error is at most 1/130000 of the range of its curve.
+"""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from frictool.presentation.decimation import straightened_indices
+from frictool.typing import Vector
+
+LEVELS = 8000  # smallest visible difference of a chart, relative to the height of the panel
+STEPS = 65534  # steps of a stored number; the next number stands for a gap
+
+
+def series_data(
+    kind: str, colour: str, alpha: float, names: tuple[str, str], data: tuple[Vector, Vector]
+) -> dict[str, Any]:
+    """Return a curve with abscissas and ordinates `data` (n,).
+
+    `names`: label of the curve, and group that a reader switches on and off; a name that begins
+    with an underscore is not shown.
+    """
+    label, group = ("" if name.startswith("_") else name for name in names)
+    return {
+        "label": label,
+        "group": group,
+        "kind": kind,
+        "colour": colour,
+        "alpha": alpha,
+        "data": [_packed(values) for values in data],
+    }
+
+
+def straightened(data: tuple[Vector, Vector], height: float) -> tuple[Vector, Vector]:
+    """Return a curve without the samples that are invisible in a panel of this height.
+
+    `data`: abscissas and ordinates (n,); nothing is left out if the abscissas fall. `height`:
+    range of the ordinate; 0 to leave out samples on straight lines only.
+    """
+    if not np.all(np.diff(data[0]) >= 0.0):
+        return data
+    kept = straightened_indices(*data, height / LEVELS)
+    return data[0][kept], data[1][kept]
+
+
+def numbers(values: Any) -> list[float]:
+    """Return numbers with nine significant digits."""
+    return [float(f"{value:.9g}") for value in values]
+
+
+def _packed(values: Vector) -> list[Any]:
+    """Return [lowest, highest, base64 of 16-bit numbers] of a signal (n,)."""
+    finite = np.isfinite(values)
+    if not finite.any():
+        return [
+            0.0,
+            0.0,
+            base64.b64encode(np.full(values.size, STEPS + 1, "<u2").tobytes()).decode(),
+        ]
+    low, high = float(values[finite].min()), float(values[finite].max())
+    span = high - low or 1.0
+    steps = np.full(values.size, STEPS + 1, dtype="<u2")
+    steps[finite] = np.rint((values[finite] - low) / span * STEPS)
+    return [low, high, base64.b64encode(steps.tobytes()).decode()]
