@@ -15,7 +15,12 @@ import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
-from frictool.identify.estimators.explanation_search import ECCENTRICITY, EQUAL, ExplanationSearch
+from frictool.identify.estimators.explanation_search import (
+    ECCENTRICITY,
+    EQUAL,
+    LIKE_ACCELERATION,
+    ExplanationSearch,
+)
 from frictool.identify.estimators.hypothesis_rows import ReducedRows
 from frictool.identify.estimators.load_hypotheses import declared_term, harmonic, wave_numbers
 from frictool.identify.fit_result import (
@@ -35,7 +40,6 @@ from frictool.identify.regression.term_selection import beyond_chance
 from frictool.identify.rows.effects import WARMING, Hypothesis
 from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with_terms, terms_of
 from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed
-from frictool.identify.rows.slip_fit import SMALLEST_SHARE
 from frictool.typing import IntVector, Matrix, Vector
 
 BINS = 24  # bins of positions, and of states (velocity, sign of the acceleration)
@@ -43,11 +47,9 @@ BINS = 24  # bins of positions, and of states (velocity, sign of the acceleratio
 # rows, a half in a sine
 FEW_ROWS = 0.2
 MOST_EFFECTS = 4  # largest number of effects that act together
-NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
 FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
 DELAY = "delay"
 SCALED = ("inertia", "viscous")  # parameters that a wrong gain of the encoder scales
-LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried if it is noisy
 # largest effort of the effects relative to the measured effort (rms); columns that resemble the
 # sliding columns would have any effort
 LARGEST_EFFORT = 0.2
@@ -352,7 +354,7 @@ def effect_regression(
         waves = wave_numbers(fit.load) or search.declared_waves
         samples = search.samples(waves)
         fixed = dict(fit.fixed)
-        noisy = search.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
+        noisy = search.noisy(samples)
         if noisy:
             fixed["inertia"] = {**sliding_intervals(fit.parameters, bench), **fit.parameters}[
                 "inertia"

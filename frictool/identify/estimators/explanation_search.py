@@ -82,6 +82,8 @@ MOST_LEFT = 3  # hypotheses reported as left in the residual
 # less than this share
 NOTICEABLE = 0.95
 ECCENTRICITY = "eccentricity"
+NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
+LIKE_ACCELERATION = ("delay", "resonance")  # effects that are not tried if it is noisy
 SMOOTHER = 2.0  # factor on the smoothing windows of the second test of a load
 EQUAL = 1.1  # largest ratio of the squares of two hypotheses that predict equally well
 
@@ -221,6 +223,14 @@ class ExplanationSearch:
         response = acceleration_response(record, self.windows[0])
         return measurement_noise(record) * float(np.linalg.norm(response))
 
+    def noisy(self, samples: RegressionSamples) -> bool:
+        """Return whether the encoder's noise hides the acceleration in the rows `samples`.
+
+        The noise attenuates the inertia. The columns of LIKE_ACCELERATION would then explain the
+        effort that is missing.
+        """
+        return self.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
+
     def shortest_period(self, rows: ReducedRows) -> float:
         """Return the shortest period of a ripple that the windows keep, rad | m."""
         speed = float(np.quantile(np.abs(rows.samples.velocity), 0.25))
@@ -303,7 +313,8 @@ def _trials(
     used: Sequence[Hypothesis],
 ) -> list[Trial]:
     """Return the visible hypotheses that are not used, each tried in addition to the used ones."""
-    free = [one for one in search.hypotheses if one not in used]
+    hidden = LIKE_ACCELERATION if search.noisy(rows.samples) else ()
+    free = [one for one in search.hypotheses if one not in used and one.term not in hidden]
     level = 0.5 * FALSE_ALARM / max(len(search.hypotheses), 1)
     candidates: list[tuple[Hypothesis, ReducedRows, float, float | None]] = [
         (one, rows, level, None) for one in free
