@@ -8,12 +8,12 @@ import click
 
 from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option
 from frictool.cli.console_output import note, print_json, say
-from frictool.cli.output_files import check_targets, save_text
+from frictool.cli.output_files import STDOUT, check_targets, command_line, save_text
 from frictool.cli.position_loop_options import LAW, ServoGains, servo_options
 
 HELP = f"""\b
 Example:
-  frictool validate model.yaml sines.mcap --plot validation.svg
+  frictool validate model.yaml sines.mcap --page validation.html
 
 Simulate a model along a measured log and compare the two. The simulation starts from the measured
 position at rest and is driven by the measured effort, held between samples or with the bench's
@@ -52,7 +52,12 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--plot",
     type=NamedPath(True, writes=("SVG",)),
-    help="Write a picture of measured and simulated signals (SVG); - is stdout.",
+    help="Write only the figures of the page, one below the other (SVG); - is stdout.",
+)
+@click.option(
+    "--page",
+    type=NamedPath(True, writes=("HTML",)),
+    help="Write a page with errors, measured and simulated signals (HTML); - is stdout.",
 )
 @json_option
 def command(
@@ -65,11 +70,12 @@ def command(
     moving: bool,
     cutoff_hz: float,
     plot: Path | None,
+    page: Path | None,
     as_json: bool,
 ) -> None:
     gains = ServoGains(position_gain, speed_gain, integral_gain)
     closed = gains.closed
-    check_targets({"--plot": plot}, [model, log])
+    check_targets({"--plot": plot, "--page": page}, [model, log])
     from frictool.documents.model import Model
     from frictool.documents.registry import load
     from frictool.identify.validate.validation import ValidationRequest, validate
@@ -85,11 +91,32 @@ def command(
     servo = gains.servo(document.bench) if closed else None
     request = ValidationRequest(skip, cutoff_hz, servo, moving)
     validation = validate(document, measured, request)
-    if plot is not None:
-        from frictool.identify.validate.picture import picture
+    if plot is not None or page is not None:
+        from frictool.identify.validate.figures import picture, validation_panels
 
-        save_text(plot, picture(validation, document.name) + "\n", [model, log])
+        panels = validation_panels(validation)
+        if plot is not None:
+            save_text(plot, picture(validation, panels, document.name) + "\n", [model, log])
+        if page is not None:
+            from frictool.documents.provenance import provenance_of_command
+            from frictool.identify.validate.page import validation_page
+
+            shown = {
+                "model": model,
+                "log": log,
+                "--position-gain": position_gain,
+                "--speed-gain": speed_gain,
+                "--integral-gain": integral_gain,
+                "--skip": skip,
+                "--moving": moving,
+                "--cutoff-hz": cutoff_hz,
+            }
+            provenance = provenance_of_command(command_line("validate", shown), [model, log])
+            title = f"{document.name}: model and {log.name}"
+            text = validation_page(validation, panels, title, measured.warnings, provenance)
+            save_text(page, text, [model, log])
+    written = next((one for one in (plot, page) if one == STDOUT), None)
     if as_json:
-        print_json("validate/1", validation.as_json(), plot)
+        print_json("validate/1", validation.as_json(), written)
     else:
-        say("\n".join(validation.lines()), plot)
+        say("\n".join(validation.lines()), written)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from frictool.documents.quantity import Axis
 from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
-from frictool.identify.validate.picture import effort_label
+from frictool.identify.validate.figures import effort_label
 from frictool.plant.axis import AxisParameters, rest
 from studies.command_line import run
 from studies.rigs.identification_rigs import EMPS
@@ -146,7 +147,7 @@ def test_a_log_that_begins_in_motion_is_replayed_from_its_speed(tmp_path: Path) 
     assert from_rest == pytest.approx(0.3 * AXIS.inertia / AXIS.viscous, rel=0.01)
 
 
-@pytest.mark.parametrize(("axis", "label"), [("rotary", "torque\nN m"), ("linear", "force\nN")])
+@pytest.mark.parametrize(("axis", "label"), [("rotary", "torque [N m]"), ("linear", "force [N]")])
 def test_the_plot_calls_the_effort_what_it_is(axis: Axis, label: str) -> None:
     assert effort_label(axis) == label
 
@@ -159,6 +160,23 @@ def test_the_plot_is_the_same_each_time_and_text_tells_the_errors(tmp_path: Path
     assert plots[0].read_text().startswith("<svg")
     assert "open loop" in results[0].stdout
     assert "position error" in results[0].stdout
+
+
+def test_the_page_shows_the_loop_and_its_signals(tmp_path: Path) -> None:
+    pages = [tmp_path / "a.html", tmp_path / "b.html"]
+    gains = ["--position-gain", str(KP), "--speed-gain", str(KV)]
+    for loop, options, signals in (
+        ("open", [], ["Position", "Position error", "Velocity"]),
+        ("closed", gains, ["Position", "Position error", "Velocity", "Effort"]),
+    ):
+        measured = log(tmp_path, closed=loop == "closed")
+        for page in pages:
+            assert run("validate", model(tmp_path), measured, *options, "--page", page).code == 0
+        text = pages[0].read_text()
+        assert pages[0].read_bytes() == pages[1].read_bytes()
+        assert re.findall("<h3>(.*?)</h3>", text) == [*signals, "Effort that the model lacks"]
+        assert f"{loop} loop" in text
+        assert ("reference" in text) == (loop == "closed")
 
 
 @pytest.mark.parametrize(
