@@ -62,7 +62,7 @@ class UnitScales:
 
     @property
     def fall(self) -> float:
-        """Return breakaway/Coulomb - 1, divided by its value in thesis table 3.1.
+        """Return the ratio breakaway/Coulomb - 1, divided by its value for thesis table 3.1.
 
         The result is at least LEAST_FALL. This limit bounds the duration of the tests.
         """

@@ -60,7 +60,8 @@ def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
     path : Path or str
         The YAML file.
     kind : type, optional
-        The expected type of document. By default the key `format` of the document names it.
+        The expected type of document. By default the key `format` of the document determines the
+        type.
 
     Returns
     -------

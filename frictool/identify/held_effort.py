@@ -106,8 +106,9 @@ def slow_effort_warnings(
 def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
     """Return the number of samples between updates of an effort (n,), and the updates' indices.
 
-    An update is a sample whose value differs from the previous one. Return None if the effort does
-    not stay constant between updates.
+    An update is a sample whose value differs from the previous one. Return None if there are fewer
+    than FEWEST_UPDATES updates, if they follow each other faster than SHORTEST_HOLD samples, or if
+    the effort is only coarsely quantised (`COARSE`).
     """
     change = np.diff(effort)
     updates = np.flatnonzero(change) + 1
@@ -125,8 +126,7 @@ def held_effort(
 ) -> HeldEffort | None:
     """Return the updates of a record's effort, and their effect on the parameters.
 
-    Return None if the effort does not stay constant between updates, or if the record does not
-    determine the effect.
+    Return None if `hold_of` finds no hold, or if the record does not determine the effect.
     """
     record = record.part(slice(0, MOST_SAMPLES))
     hold = hold_of(record.effort)

@@ -90,7 +90,8 @@ class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
     The message states the most frequent reason. If there are several reasons, the message also
-    names the parameters with the stated reason, and the number of parameters with other reasons.
+    names the parameters to which this reason applies, and states how many parameters have other
+    reasons.
 
     `exit_code` is 1 if no fit was possible. It is 4 if a fit gave neither inertia nor friction, or
     if position and drive have opposite signs.

@@ -15,7 +15,7 @@ L_i' P_i and the requested decay lambda (in the printed (6.6), lambda = 1):
     [ *                                 *            P_j - 2 P_i        ]
 
 For any allowed switches, e' P e is then multiplied by at most lambda^2 per sample if Delta = 0, and
-|z| <= gamma |Delta|. The gains are L_i = P_i^-1 V_i'. The thesis prints V' P^-1 and V > 0, but V is
+|z| <= gamma |Delta|. The gains are L_i = P_i^-1 V_i'. The thesis has V' P^-1 and V > 0, but V is
 neither symmetric nor square.
 
 The solver's result is checked. (6.6) implies (6.9). With the computed gains and P_i, the smallest

@@ -33,10 +33,10 @@ INFINITE = 1e8  # zeros of larger modulus are treated as infinite
 def stored_forms(k: Lti) -> LinearController:
     """Return all realisations of the discrete controller `k`, which may have one integrator.
 
-    Raises NoSolutionError if `k` without its integrator is unstable, because such a controller
-    diverges whenever the loop is open (at the drive's limit, at rest); if `k` has two integrators;
-    or if the frequency responses of sections and state space (with an integrator, of (z - 1) K(z))
-    differ by more than 1e-6 of the peak.
+    Raises NoSolutionError in three cases. `k` has two integrators. `k` without its integrator is
+    unstable: such a controller diverges whenever the loop is open, for example at the drive's
+    limit. The frequency responses of sections and state space differ by more than 1e-6 of the peak;
+    for a controller K with an integrator, (z - 1) K(z) is compared.
     """
     integrator, rest = split_integrator(k)
     radius = spectral_radius(rest.a)

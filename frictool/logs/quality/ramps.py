@@ -61,9 +61,9 @@ def ramps_among(
     position: (n,) in any unit.
     drive: (n,) effort, current or voltage in any unit.
 
-    If the axis starts in both directions, the drive is measured from the middle between its levels
-    at the starts in the two directions. A constant load or a sensor's offset then has no effect. If
-    the axis starts in one direction only, no offset is removed.
+    If the axis starts in both directions, the value midway between the drive's levels at the starts
+    in the two directions is subtracted from the drive. A constant load or a sensor's offset then
+    has no effect. If the axis starts in one direction only, nothing is subtracted.
     """
     direction = np.array([_direction(position, end) for _, end in rests])
     lines = [

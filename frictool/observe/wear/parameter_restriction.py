@@ -8,8 +8,8 @@ parameter.
     directional      dry_d,z = wear_d          zones      dry_d,z = wear_z
 
 Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
-the zone z. Every kind also has the inertia, the viscous friction with its bends, and an offset,
-level_d = d offset, for example of a current sensor.
+the zone z. Every kind also has these parameters: the inertia, the viscous friction with its bends,
+and an offset with level_d = d offset. A current sensor may cause such an offset.
 
 The prior is wide for parameters that differ between units or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds speed-dependent friction that the model does not
