@@ -29,9 +29,8 @@ def regime_levels(model: Model, coulomb: tuple[float, float]) -> RegimeLevels:
 
     `coulomb` is the interval of the Coulomb friction at low speed.
 
-    The slope below the first knee is the model's: the bench's range of the viscous coefficient
-    applies to the steepest regime and is not used here. Raises FrictoolError if the model has no
-    regimes.
+    The slope below the first knee is taken from the model, because the bench's range of the viscous
+    coefficient applies to the steepest regime. Raises FrictoolError if the model has no regimes.
     """
     if model.laws is None or not model.laws.regimes:
         raise FrictoolError(

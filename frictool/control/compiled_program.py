@@ -254,7 +254,7 @@ def _give(v: Values, ports: IntVector, reference: float, position: float, veloci
 
 @bare_kernel
 def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
-    """Return the first row of `code` to run: 0, or the row after those of the measurement guard.
+    """Return the first row of `code` to run: 0, or the first row after the measurement guard.
 
     If this sample and the last one are valid, the guard would only copy the inputs. They are copied
     here instead, and the guard's rows are left out.

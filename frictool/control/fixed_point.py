@@ -263,7 +263,8 @@ class _Scaling:
     def _scale_dot(self, node: ProgramNode, wanted: int) -> None:
         """Set one fraction for a sum of products.
 
-        The fraction is that of the coarsest product, or less if the sum needs more range.
+        The fraction equals the fraction of the coarsest product, or is smaller if the sum needs
+        more range.
         """
         half = len(node.args) // 2
         pairs = [

@@ -128,7 +128,7 @@ def extended_arrival(
     towards: float,
     span: float,
 ) -> int:
-    """Update the state after an event; parameters and result are those of `slip_events.arrive`."""
+    """Update the state after an event; `slip_events.arrive` explains parameters and result."""
     body = driven.body
     if kind == fb.PASSES_KNEE:
         _pass_knee(laws, state)

@@ -5,7 +5,7 @@
             then 1                                                             (2.45)-(2.46)
 
 friction/lugre.py defines the other symbols; F_s is the breakaway. z_ba must be below z_max.
-Table 3.1 prints z_ba = 0.009 m instead of 0.009 mm; with 0.009 m the body would never slide.
+Table 3.1 has z_ba = 0.009 m instead of 0.009 mm; with 0.009 m the body would never slide.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ the switch from mode i to mode j. The state is z = [z], the presliding displacem
 limited to +-z_max. The code corrects three points of the thesis:
 
 - (3.12) and (3.13) exchange k1 and k2; the code follows (3.17) and (3.32).
-- (3.13) and (3.32) print x = x_{1->0} + z. Here x_{1->0} is x - z at the switch, so that x is
+- (3.13) and (3.32) have x = x_{1->0} + z. Here x_{1->0} is x - z at the switch, so that x is
   continuous at the capture. A driver that integrates x' = v has the same result.
 - (3.34) has no condition on v. A body that moves back while u rises past F_s would then start to
   slip at the wrong limit and be captured immediately (3.27).

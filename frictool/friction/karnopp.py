@@ -4,7 +4,7 @@ friction/svc.py defines the friction: static, viscous and Coulomb. m is the mass
 the Coulomb friction, and sigma_0 the viscous coefficient. Inside the band, m v' = u -
 sticking_force(u): the velocity v is still integrated, but the rate v_m of the position is 0, so
 that the body does not drift. Outside the band, m v' = u - F_c sign(v) - sigma_0 v. Thesis (2.36)
-prints + sigma_0 v, which would drive the body.
+has + sigma_0 v, which would drive the body.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     z' = v (1 - sign(a) |a|^i),  a = F_h(z) sign(v)/g(v)        F = F_h(z) + sigma_1 z' + sigma_v v
 
-F_h is the hysteresis force and i an exponent; friction/lugre.py defines the other symbols. (2.49)
-prints a without sign(v); z would then grow without bound for v < 0. The thesis's references [8] and
+F_h is the hysteresis force and i an exponent; friction/lugre.py defines the other symbols. In
+(2.49), a lacks sign(v); z would then grow without bound for v < 0. The thesis's references [8] and
 [9] give g the sign of the velocity, which is equivalent to the equation above. The state is [z, z
 at the last accepted step, deflections of the elements at that step]; within a step, F_h is computed
 from these deflections.

@@ -4,7 +4,7 @@
     F(v) = g(v) sign(v) + sigma_v v
 
 F_c is the Coulomb friction, F_s the breakaway, v_s the Stribeck velocity, delta an exponent, and
-sigma_v the viscous coefficient. The other laws use g(v) in (2.39) and (3.4). (2.39) prints
+sigma_v the viscous coefficient. The other laws use g(v) in (2.39) and (3.4). (2.39) has
 (v/v_s)^delta without the modulus; |v/v_s| as in (2.34) is meant, since an odd or fractional delta
 makes no sense for v < 0.
 """

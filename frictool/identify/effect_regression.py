@@ -117,10 +117,10 @@ class EffectRegression:
     def _variance_by_noise(self, columns: Matrix) -> Vector:
         """Return the variance (p,) of the parameters due to noise of the acceleration.
 
-        It is computed only if few rows determine viscous friction; else it is 0. The noise is
-        treated as the same in all strokes, so that strokes do not average it, and as independent
-        between the rows of a stroke. The rms of the noise is limited to that of the residual,
-        because the residual contains this noise.
+        The variance is computed only if few rows determine viscous friction; else it is 0. The
+        noise is treated as the same in all strokes, so that strokes do not average it, and as
+        independent between the rows of a stroke. The rms of the noise is limited to the rms of the
+        residual, because the residual contains this noise.
         """
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)

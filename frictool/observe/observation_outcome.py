@@ -192,7 +192,7 @@ def _range(estimate: EstimateRange) -> str:
 
 
 def _velocity(outcome: ObservationOutcome, unit: str) -> list[str]:
-    """Return the velocity's rms errors as text, with those of the best low-pass (thesis 5.70).
+    """Return the rms errors of the velocity and of the best low-pass (thesis 5.70) as text.
 
     The cut-off of that low-pass is the best one for this log.
     """

@@ -27,7 +27,7 @@ def simulated_temperature(scenario: Scenario, law: FrictionOverTemperature | Non
 
 
 def leaves_law(scenario: Scenario, law: FrictionOverTemperature | None) -> bool:
-    """Return True if the temperature is outside those of the model's logs."""
+    """Return True if the temperature is outside the temperatures of the model's logs."""
     if scenario.temperature is None or law is None:
         return False
     return is_extrapolated(law, scenario.temperature.value)

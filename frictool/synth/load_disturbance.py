@@ -83,6 +83,6 @@ def largest(estimate: Estimate) -> float:
 def amplitude(sine: Estimate, cosine: Estimate) -> float:
     """Return the maximum of |s sin x + c cos x| over all x, and all s and c in the intervals.
 
-    s is in the interval of `sine`, c in that of `cosine`.
+    s is in the interval of `sine`, and c in the interval of `cosine`.
     """
     return math.hypot(largest(sine), largest(cosine))

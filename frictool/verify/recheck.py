@@ -193,10 +193,11 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
 
 
 def needs_search(controller: Controller) -> bool:
-    """Return True if no proved bound limits the norm between the vertices.
+    """Return True if no proved bound of the norm between the vertices is low enough.
 
-    The limit is CLAIM times the norm at the vertices. A loop without weights has no norm; its
-    sensitivity is used instead. If True, the figures between the vertices must be computed.
+    A bound is low enough if it is at most CLAIM times the norm at the vertices. A loop without
+    weights has no norm; its sensitivity is used instead. If True, the figures between the vertices
+    must be computed.
     """
     bounds = () if controller.certificate is None else controller.certificate.bounds
     most = CLAIM * controller.verified.gamma_verified

@@ -175,7 +175,7 @@ def inverse_inertia(
 ) -> tuple[float, float]:
     """Return (low, high) bounds of T^2/J for the plants with kappa and sigma in given intervals.
 
-    `drive` is the interval of kappa, `viscous` that of sigma. There is no such plant if low > high.
+    `drive`: interval of kappa. `viscous`: interval of sigma. If low > high, there is no such plant.
     """
     low = max(box.inverse[0], drive[0] / box.drive[1])
     high = min(box.inverse[1], drive[1] / box.drive[0])

@@ -63,7 +63,7 @@ def test_a_recorder_whose_clock_drifts_is_told(drift: float, told: bool):
     assert (text is not None) == told
     if text is not None:
         assert float(text.split()[4]) == pytest.approx(1e6 * drift, rel=0.01)
-        assert "the times of the log are those of header.stamp" in text
+        assert "the log has the times of header.stamp" in text
     assert ClockPair().finding("header.stamp", 0.01) is None
 
 

@@ -192,9 +192,10 @@ def _part(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -> tuple[float, int]:
     """Return the largest approach speed over all contacts, and the index of its contact.
 
-    Approach speeds are relative to the block's speed scale. The index is that of the joint, or the
-    number of joints plus the index of the stop; it is -1 if no contact approaches. If `soft` is
-    True, the separation speed of touching flanks is treated as an approach speed.
+    Approach speeds are relative to the block's speed scale. The index of a contact is the index of
+    its joint, or the number of joints plus the index of its stop; it is -1 if no contact
+    approaches. If `soft` is True, the separation speed of touching flanks is treated as an approach
+    speed.
     """
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]

@@ -200,7 +200,7 @@ def least_misfit(
 ) -> float:
     """Return the onset [s] with the smallest `misfit`, at most `span` s before time[0].
 
-    The other arguments are those of `misfit`.
+    `misfit` explains the other arguments.
     """
     step = span / COARSE
     best = time[0]
@@ -263,7 +263,7 @@ def onset_time(
     - exponent: exponent of the fall of friction
     - immediate: t0 of an immediate fall, with which the iteration begins; if NaN, it is computed
 
-    The other arguments are those of `misfit`.
+    `misfit` explains the other arguments.
     """
     if time.shape[0] == 0:
         return math.nan, math.nan, math.nan, NO_MOTION

@@ -53,7 +53,7 @@ class BreakawayOverRate:
 
     - rates: mean breakaway at each rate, in ascending order of the rate
     - per_decade: increase of the breakaway for a tenfold rate, N m | N; None for a single rate
-    - interval: mean of the breakaways of all rates; the interval contains those of all rates
+    - interval: mean of the breakaways at all rates, with the hull of the intervals at all rates
     """
 
     rates: tuple[BreakawayAtRate, ...]

@@ -151,8 +151,8 @@ def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
 def _bends(means: StrokeMeans, knees: tuple[float, ...], confidence: float) -> bool:
     """Return whether the change of slope at every knee differs significantly from 0.
 
-    `confidence`: that of its interval, by a jackknife over the clusters. The result is False if the
-    regressors are singular.
+    `confidence`: confidence of the interval of the change, by a jackknife over the clusters. The
+    result is False if the regressors are singular.
     """
     if not knees:
         return True

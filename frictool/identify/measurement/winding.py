@@ -10,9 +10,9 @@ at two successive samples satisfy, with resistance R, constant K, inductance L a
 The equation is summed with test functions (1 - s^2)^3 (`plant/weak_form.py`), which average the
 noise. The equation does not contain friction, inertia or load.
 
-The voltage between two rows may be that of the first row (held), that of the previous row (held and
-logged late), or the mean of both rows (measured). All three timings are fitted. The intervals
-contain those of every timing whose sum of squares is not clearly larger than the smallest.
+The voltage between two rows may be the value of the first row (held), the value of the previous row
+(held and logged late), or the mean of both rows (measured). All three timings are fitted. The
+intervals of all timings whose sum of squares is not clearly larger than the smallest are united.
 
 The intervals come from a jackknife over parts of the logs. The noise of current and position biases
 the parameters; the intervals include the largest bias.

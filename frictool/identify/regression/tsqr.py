@@ -96,5 +96,5 @@ def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
 
 
 def merged(parts: Tensor) -> NDArray[np.float64]:
-    """Return the triangular matrix (q, q) of all rows, from those of g groups (g, q, q)."""
+    """Return the triangular matrix (q, q) of all rows, from the matrices of g groups (g, q, q)."""
     return np.asarray(np.linalg.qr(parts.reshape(-1, parts.shape[2]), mode="r"))

@@ -20,10 +20,10 @@ is the direction of the motion, u the effort, h the temperature minus the refere
     resonance               a''                                 one compliance, to first order
 
 With I(p) = (e^p - 1)/p and p = r h + k h^2, the columns of `temperature` fit a viscous friction
-proportional to e^p, and a Coulomb friction proportional to e^(q h), if r, k and q are those of
-`temperature_shape.py`. `eccentricity` is the first-order effect of the true position
-x + e sin(x + phase) in the equation of motion, with a small e. `delay` and `resonance` are the
-first terms of the Taylor series in the delay and in the square of the resonance's period.
+proportional to e^p, and a Coulomb friction proportional to e^(q h), with r, k and q of
+`temperature_shape.py`. `eccentricity` is the first-order effect of a small e in the equation of
+motion with the true position x + e sin(x + phase). `delay` and `resonance` are the first terms of
+the Taylor series in the delay and in the square of the resonance's period.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ MEANINGS = {
     "velocity": "velocity of the low-passed position, measured minus simulated",
     "acceleration": "acceleration of the low-passed position, measured minus simulated",
     "effort": "effort of the bench's controller, measured minus simulated",
-    "force": "effort, measured minus that of the model for the measured motion, at samples in slip",
+    "force": "measured effort minus the model's effort for the measured motion, at samples in slip",
 }
 
 

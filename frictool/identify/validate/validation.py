@@ -308,9 +308,9 @@ def _run(
 def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
     """Return the parameters of the axis without end stops, and its state at the piece's start.
 
-    The lag is that of the record; the contact of a presliding law is relaxed. The friction is that
-    at the mean temperature of the piece, if the model and the record have one. Raises
-    NoSolutionError if the model's presliding law does not support its axis.
+    The lag is taken from the record; the contact of a presliding law is relaxed. If the model and
+    the record have a temperature, the friction is computed for the mean temperature of the piece.
+    Raises NoSolutionError if the model's presliding law does not support its axis.
     """
     axis = axis_of(model)
     try:

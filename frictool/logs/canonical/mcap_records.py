@@ -87,9 +87,7 @@ class FileRecords:
         """Yield the records up to the footer; raise OSError if the file cannot be read."""
         take = self._bytes.take
         if take(len(MAGIC)) != MAGIC:
-            yield DamagedBytes(
-                0, len(MAGIC), "its first bytes are not those of an MCAP file of version 0"
-            )
+            yield DamagedBytes(0, len(MAGIC), "it does not begin like an MCAP file of version 0")
         opcode = 0
         while opcode != Opcode.FOOTER:
             start = self.offset

@@ -68,7 +68,7 @@ LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's c
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
 LOAD_SIDE = (
     "is this the torque or force of the drive, or of a sensor behind the drive? the channel "
-    "effort is that of the drive"
+    "effort is the effort of the drive"
 )
 
 

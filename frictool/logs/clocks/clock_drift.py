@@ -126,7 +126,7 @@ class ClockPair:
             f"the recorder's clock gains {1e6 * drift.drift:.4g} us per second relative to "
             f"{clock}, {apart:.4g} s during the log"
         )
-        return f"{runs}; the times of the log are those of {clock}"
+        return f"{runs}; the log has the times of {clock}"
 
 
 def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:

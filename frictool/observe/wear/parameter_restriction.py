@@ -173,8 +173,8 @@ def _known(
 ) -> dict[str, tuple[float, float]]:
     """Return the prior (mean, deviation) of inertia, viscous friction, its asymmetry and bends.
 
-    The bench's range of the viscous friction is that of the steepest slope
-    (adapters/friction_levels.py), thus of the last bend if the model has bends.
+    The bench's range of the viscous friction applies to the steepest slope
+    (adapters/friction_levels.py), thus to the last bend if the model has bends.
     """
     today = model.parameters
     bench = model.bench.mechanics

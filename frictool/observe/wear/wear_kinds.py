@@ -230,7 +230,7 @@ class WearClassifier:
     def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
         """Return G = C' C (p, p) and b = C' effort (p,), divided by the rows' error variance.
 
-        The variance is that of the residual under the widest prior.
+        This variance is estimated from the residual under the widest prior.
         """
         size = self._mean.size
         gram = sums[:size, :size]
