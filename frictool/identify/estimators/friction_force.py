@@ -104,7 +104,9 @@ def friction_force(
 def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> RegressionSamples:
     """Return the samples that belong to strokes, filtered alike and differenced backward."""
     if record.piece[-1] > 0:
-        raise UnusableLogs(f"{record.name} has gaps, over which the filter cannot run")
+        raise UnusableLogs(
+            f"{record.name} has gaps, over which the filter cannot run; use least-squares"
+        )
     if 2.0 * cutoff_hz * record.period >= 1.0:
         raise UnusableLogs(
             f"a cut-off at {cutoff_hz:g} Hz is not below half of the sampling rate, "

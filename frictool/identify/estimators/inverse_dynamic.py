@@ -146,9 +146,10 @@ def _decimated(record: MotionRecord, pipeline: PublishedFilters) -> RegressionSa
             f"a cut-off of {pipeline.cutoff_hz:g} Hz is not below half of the sampling rate, "
             f"{rate:g} Hz"
         )
-    if record.position.size < pipeline.skip + max(pipeline.padding, 30 * pipeline.decimate) + 4:
+    fewest = pipeline.skip + max(pipeline.padding, 30 * pipeline.decimate) + 4
+    if record.position.size < fewest:
         raise UnusableLogs(
-            f"{record.name} has {record.position.size} samples, too few for the filters"
+            f"{record.name} has {record.position.size} samples; the filters need at least {fewest}"
         )
     velocity, acceleration = _derivatives(record.position, record.period, pipeline)
     stroke = find_strokes(record).number

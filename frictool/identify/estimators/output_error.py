@@ -170,7 +170,9 @@ def simulation_error(
     fixed = {name: interval.value for name, interval in settings.fixed.items()}
     simulated = SegmentSimulation(whole(records), bench, terms, servo, fixed)
     if not simulated.segments:
-        raise UnusableLogs("no gap-free part of the logs is long enough to simulate")
+        raise UnusableLogs(
+            "no gap-free part of the logs is long enough to simulate; use least-squares"
+        )
     if servo is not None and any(segment.reference is None for segment in simulated.segments):
         raise UnusableLogs(
             "a closed loop needs the controller's reference in the log (channel reference); "

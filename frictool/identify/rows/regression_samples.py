@@ -348,7 +348,10 @@ def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str
     Raises UnusableLogs if there are too few rows.
     """
     if samples.velocity.size < 2 * len(SLIDING):
-        raise UnusableLogs(f"only {samples.velocity.size} samples certainly slip")
+        raise UnusableLogs(
+            f"only {samples.velocity.size} samples certainly slip; at least {2 * len(SLIDING)} are "
+            "needed"
+        )
     if samples.terms is not None and "offset" not in samples.terms and not samples.split_coulomb:
         return SLIDING[:3], {"offset": NO_OFFSET}
     if samples.one_direction:

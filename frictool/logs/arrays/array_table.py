@@ -19,6 +19,7 @@ from frictool.errors import LogError
 from frictool.logs.arrays.byte_streams import ByteStream
 from frictool.logs.raw_table import (
     BLOCK_ROWS,
+    SALVAGE,
     DataLoss,
     LostColumnError,
     Nanoseconds,
@@ -143,7 +144,7 @@ class ArrayTable:
         rows = common_rows(self.source, {name: column.rows for name, column in every.items()})
         read = 0
         if self.damage is not None and losses is None:
-            raise LogError(self.source, f"is damaged: {self.damage}")
+            raise LogError(self.source, f"is damaged: {self.damage}; {SALVAGE}")
         check_rows(self.source, self.size, rows, len(every))
         with ExitStack() as stack:
             feeds = {
@@ -202,7 +203,7 @@ class ArrayTable:
             damaged = [DataLoss((), self.damage, samples=0)]
         for loss in damaged:
             if losses is None:
-                raise LogError(self.source, f"is damaged: {loss.reason}")
+                raise LogError(self.source, f"is damaged: {loss.reason}; {SALVAGE}")
             losses.append(loss)
 
 

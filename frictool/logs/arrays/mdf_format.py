@@ -228,7 +228,7 @@ class MdfTable(LibraryTable):
                 )
                 if losses is None:
                     raise LogError(
-                        self.source, f"{reason}; {first} samples were read before"
+                        self.source, f"{reason}; {first} samples were read before; {SALVAGE}"
                     ) from None
                 losses.append(DataLoss((), reason, samples=self.rows - first))
                 return

@@ -19,7 +19,14 @@ from frictool.errors import LogError
 from frictool.logs.arrays.array_table import check_rows
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.open_file import open_log
-from frictool.logs.raw_table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock
+from frictool.logs.raw_table import (
+    BLOCK_ROWS,
+    SALVAGE,
+    DataLoss,
+    Nanoseconds,
+    RawTable,
+    RowBlock,
+)
 from frictool.typing import Vector
 
 if TYPE_CHECKING:
@@ -169,7 +176,9 @@ class ParquetTable(LibraryTable):
             except (OSError, ValueError) as error:  # pyarrow raises these
                 reason = f"row group {group + 1} is damaged: {error}"
                 if losses is None:
-                    raise LogError(self.source, f"{reason}; {row} rows were read before") from None
+                    raise LogError(
+                        self.source, f"{reason}; {row} rows were read before; {SALVAGE}"
+                    ) from None
                 losses.append(DataLoss((), reason, samples=max(end - row, 0)))
                 row = end
 
