@@ -118,4 +118,6 @@ def _check(run: PreciseRun) -> None:
             "ramps."
         )
     if not both and run.precise["ramps"] is not None:
-        raise click.UsageError("--ramps belongs to --for breakaway with other parameters.")
+        raise click.UsageError(
+            "--ramps is for --for with breakaway and other parameters; leave it out."
+        )

@@ -292,7 +292,7 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
     scale = unit_scale(unit, dimension, axis)
     if scale.zero != 0.0:
         wanted = si_unit(dimension, axis)
-        raise ValueError(f"the zero of unit {unit!r} is not that of {wanted}; write {wanted}")
+        raise ValueError(f"unit {unit!r} has another zero than {wanted}; write {wanted}")
     return scale.factor
 
 

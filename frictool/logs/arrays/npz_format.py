@@ -161,7 +161,7 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
         # on a damaged directory zipfile also raises errors of struct, codecs and others
         raise LogError(
             path,
-            f"is not a complete zip archive ({error}); the file may be cut off",
+            f"is not a complete zip archive ({error}); the file may be cut off: copy it again",
         ) from None
     if len(arrays) > MOST_MEMBERS:
         raise LogError(path, f"contains {len(arrays)} arrays; allowed: {MOST_MEMBERS}")

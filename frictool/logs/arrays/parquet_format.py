@@ -55,7 +55,7 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
                 path,
                 (
                     "is cut off: its description, at the end of the file, is missing, so that "
-                    "nothing can be salvaged"
+                    "nothing can be salvaged; copy or export it again"
                 ),
             )
     return open_guarded(path, _open)

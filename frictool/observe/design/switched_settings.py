@@ -83,7 +83,7 @@ def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
         if top is not None and settings.switch_speed >= top.value:
             raise UnsuitableSetting(
                 f"switch speed: found {settings.switch_speed:g} {unit}; allowed: below the bench's "
-                f"mechanics.top_speed, {top.value:g} {unit}; the default is a fortieth of that"
+                f"mechanics.top_speed, {top.value:g} {unit}; the default is a fortieth of it"
             )
         return settings.switch_speed
     if top is None:
