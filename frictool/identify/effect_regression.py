@@ -206,9 +206,9 @@ class EffectRegression:
         Each parameter changes in proportion to the delay, by the rate of the regression. `slopes`
         contains other rates, in units of the parameter per second.
 
-        Return None if the model includes the delay, if the rows do not determine it, if noise of
-        the acceleration hides it, or if at least FEWEST_STROKES strokes show that the delay does
-        not improve the prediction.
+        Return None in four cases: the model includes the delay; the rows do not determine the
+        delay; noise of the acceleration hides it; at least FEWEST_STROKES strokes show that the
+        delay does not improve the prediction.
         """
         late = next((one for one in self.free if one.term == DELAY), None)
         if late is None:

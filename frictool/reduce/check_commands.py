@@ -9,8 +9,8 @@ backward. The command of a run is:
 
 These moves open and close the backlash, with friction in both directions. Commands are in the
 drive's unit and constant for one sample period. If the friction is almost 0 on the path of a step,
-the command ends before this step, because a small error of the friction would then have a large
-effect on the position at rest.
+a small error of the friction would have a large effect on the position at rest. The command
+therefore ends before this step.
 """
 
 from __future__ import annotations

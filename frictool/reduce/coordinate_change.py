@@ -4,8 +4,8 @@ The step is exact with one exception: the friction of a thread by thesis (2.12) 
 torque of the motor, but the step uses the friction at a steady speed.
 
 After the step, all links between two blocks have the ratio 1: they are couplings, or gears with
-losses. If the source is linear and there are lossy links, the coordinate of the nearest rotary
-block is used instead of the source's, because only links of rotary blocks have losses.
+losses. Only links of rotary blocks have losses. If the source is linear and there are lossy links,
+the coordinate of the nearest rotary block is therefore used instead of the source's coordinate.
 """
 
 from __future__ import annotations

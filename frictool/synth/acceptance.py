@@ -41,10 +41,10 @@ def accept(
 ) -> stored.Verified:
     """Return the verified figures of the loops with `linear` and the surrounding blocks.
 
-    Raises NoSolutionError (exit 4) if a loop is unstable with the bench's delay (1 sample for a
-    bench without delay) or has less than the specified modulus margin, if rounded coefficients
-    violate the margin or the norm, or if the controller requests too much drive after one encoder
-    count. The message names the vertex.
+    Raises NoSolutionError (exit 4) in three cases: a loop with the bench's delay (1 sample for a
+    bench without delay) is unstable or has less than the specified modulus margin; rounded
+    coefficients violate the margin or the norm; the controller requests too much drive after one
+    encoder count. The message names the vertex.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0

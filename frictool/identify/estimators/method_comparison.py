@@ -13,7 +13,7 @@
 
 If an effect was removed from the effort (`rows/effects.py`), the preferred method is used, because
 the effect cannot be simulated. If the logs are too short to be halved, the regressions are compared
-on the logs of the fit, and output error is no candidate, because it minimises the compared error.
+on the logs of the fit. Output error is then no candidate, because it minimises the compared error.
 """
 
 from __future__ import annotations

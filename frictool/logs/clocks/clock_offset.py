@@ -8,8 +8,9 @@ because linear interpolation reduces the noise of x between the samples.
 
 a and b are the offset and the gain between the two sensors, and e is the residual. tau minimises
 the sum of squares of e, with |tau| <= most. The variance of tau follows from the slope s = b x',
-without the part that a and b can compensate, and from the autocovariance of s e at the lags k,
-because e is not white. w_k are the weights of W. K. Newey and K. D. West (Econometrica 55, 1987):
+without the part that a and b can compensate. Because e is not white, the variance also contains the
+autocovariance of s e at the lags k. w_k are the weights of W. K. Newey and K. D. West (Econometrica
+55, 1987):
 
     var tau = sum_k w_k sum_i (s e)_i (s e)_{i+k} / (sum_i s_i^2)^2
 """
