@@ -1,7 +1,7 @@
 """Hybrid version C, presliding by the Preisach operator (thesis 3.37-3.39).
 
     mode 0   z' = v, m v' = u - Preisach(z) - k2 v
-    mode 1 and the switching conditions C_{0->1}, C_{1->0} are those of version B
+    mode 1 and the switching conditions C_{0->1}, C_{1->0}: as in version B
 
 friction/hybrid_b.py defines the symbols; Preisach(z) is the force of the operator
 (friction/preisach.py). The state is [z, memory of friction/reversal_memory.py]. Equation (3.37) of

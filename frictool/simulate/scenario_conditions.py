@@ -4,7 +4,7 @@ engine/disturbances_and_faults.py defines the columns.
 
 Sample k begins at k T and lasts for T.
 
-temperature   factors of the friction over the whole run, times those of a drift
+temperature   factors of the friction over the whole run, times the factors of a drift
 disturbance   mean effort over the sample, so that the impulse of a pulse is exact
 drift         factor in the middle of the sample
 sensor        a fault lasts from the first sample at or after `at_s` to the last before `until_s`

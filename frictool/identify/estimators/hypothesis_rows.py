@@ -96,7 +96,7 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return True if the rows determine `tested`, and if its effort exceeds that of noise.
+        """Return True if the rows determine `tested`, and if its effort exceeds the noise's effort.
 
         The encoder's noise attenuates the inertia. A column of `tested` that resembles the
         acceleration, or its derivative, would explain the effort that is then missing.

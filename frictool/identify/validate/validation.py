@@ -4,8 +4,8 @@
 - closed loop: the bench's controller drives the model along the measured reference; the effort
   error is measured minus simulated effort
 
-If the model and the log have a temperature, the friction of the model is that at the log's mean
-temperature.
+If the model and the log have a temperature, the friction of the model is computed for the log's
+mean temperature.
 
 An error is the norm of the difference divided by the norm of the measured signal, over all samples
 except the skipped ones. Velocity and acceleration of measured and simulated positions are
