@@ -25,6 +25,7 @@ import scipy
 from frictool.plant.block_diagram import DiagramBlock, connect
 from frictool.plant.linear_axis import AxisRates, linear_axis
 from frictool.plant.lti import Lti, delay
+from frictool.plant.sign_change import sign_change
 from frictool.typing import Vector
 from frictool.verify.hinf_norm import norm
 
@@ -194,7 +195,7 @@ def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], floa
     heights = np.array([function(complex(value)) for value in responses])
     roots = [float(angle) for angle in looked[heights == 0.0]]
     for k in np.flatnonzero(heights[:-1] * heights[1:] < 0.0):
-        root = float(scipy.optimize.brentq(at, looked[k], looked[k + 1], xtol=1e-14, rtol=1e-13))
+        root = sign_change(at, float(looked[k]), float(looked[k + 1]))
         if abs(at(root)) < REAL * (
             1.0 + abs(loop.response(root / period)[0, 0, 0])
         ):  # excludes a pole, where the sign jumps

@@ -44,10 +44,18 @@ def test_commands_import_what_they_use(tmp_path: Path) -> None:
     again = ["ingest", raw / "ramp.csv", "--bench", bench, "-o", tmp_path / "again.mcap"]
     spec = ROOT / "configs" / "clutch" / "spec.yaml"
     report = ["report", tmp_path / "run.mcap", "--spec", spec, "--bench", bench]
-    commands = [["info", logs[1]], ["info", raw / "ramp.csv"], again, simulate, report, identify]
-    *light, identified = _imported(commands)
+    page = [*report, "-o", tmp_path / "report.html"]
+    design = ROOT / "configs" / "clutch" / "designs" / "speed.yaml"
+    synth = [
+        "synth", rig["model"], "--spec", spec, "--design", design, "--vertices-only", "--no-play",
+        "-o", tmp_path / "controller.yaml",
+    ]  # fmt: skip
+    commands = [["info", logs[1]], ["info", raw / "ramp.csv"], again, simulate, report]
+    *light, designed, shown, identified = _imported([*commands, synth, page, identify])
     assert light == [set(), COMPILER, COMPILER, COMPILER, COMPILER]
-    assert identified <= COMPILER | {"scipy.linalg", "scipy.optimize", "scipy.special"}
+    assert designed == COMPILER | {"clarabel"}
+    assert shown == designed | {"jinja2"}
+    assert identified <= shown | {"scipy.linalg", "scipy.optimize", "scipy.special"}
 
 
 def _imported(commands: list[list[object]]) -> list[set[str]]:
