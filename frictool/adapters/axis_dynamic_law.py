@@ -1,6 +1,6 @@
 """Dynamic friction law of a model.yaml with the key `presliding`.
 
-The law's parameters are those that `compare` derives from a friction.yaml
+The law has the parameters that `compare` derives from a friction.yaml
 (`LawParameter.comparison_value`). If the Coulomb friction of a plant is c times the Coulomb
 friction of the model, the stiffness and the damping of the contact are multiplied by c, too. The
 deflections then do not change.

@@ -7,7 +7,7 @@ presliding    position at 1e-6 m/s between turning points, which are multiples o
 drift         up to 1.6 N in 1 s, down to 0.5 N in 0.05 s, held to 2 s, then
               0.5 + 0.4 sin(2 pi 2 (t - 2)) N to 102 s                                 (3.7.5)
 
-The numbers for presliding and drift are frictool's, because the thesis prints none. All numbers
+The numbers for presliding and drift are frictool's, because the thesis states none. All numbers
 above are for F_s = 1.5 F_c. For another breakaway F_s, let fall = (F_s - F_c)/(0.5 F_c), with a
 lower limit (`UnitScales.fall`). The spring is then pulled at 0.1 fall m/s, until 52.5 s after the
 first breakaway. If fall < 1, the position loop lasts 300/fall s, because the integral part of the

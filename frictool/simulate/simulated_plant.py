@@ -142,8 +142,8 @@ class SimulatedPlant(Protocol[V]):
     def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
         """Return the known intervals [SI] of the parameters for which `synth` designs controllers.
 
-        The friction is that at the temperature of the scenario. For a mechanism only the interval
-        of the drive's constant is known.
+        The friction is computed for the temperature of the scenario. For a mechanism only the
+        interval of the drive's constant is known.
         """
 
     def described(self, variant: V) -> str:

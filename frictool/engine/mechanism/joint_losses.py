@@ -49,7 +49,7 @@ def kink_of(p: Vector, row: int, driven: float) -> float:
 
 @inset_kernel
 def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
-    """Return the slope of the force at end a against that at end b, on one side of the kink.
+    """Return the slope of the force at end a against the force at end b, on one side of the kink.
 
     direction: direction of motion of end a. above: True for the side with the larger force at end
     b.

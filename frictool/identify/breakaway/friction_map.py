@@ -139,7 +139,7 @@ def _fitted(
 def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
     """Return the breakaway (n,) at the positions of the samples, divided by its mean.
 
-    Beyond the positions of the ramps, the breakaway is that at the nearest position.
+    Beyond the positions of the ramps, the breakaway at the nearest position is used.
     """
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
     forward = np.repeat(rows.means.sign > 0.0, lengths)
