@@ -16,7 +16,7 @@ input `speed_error` takes omega_c minus the measured speed instead of eta.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -46,7 +46,7 @@ from frictool.control.prefilter import prefilter
 from frictool.control.program import Program, ProgramNode
 from frictool.control.reference_derivatives import reference_derivatives
 from frictool.control.speed_filter import velocity
-from frictool.documents.controller import Controller, Profile, StateSpace
+from frictool.documents.controller import Controller, FrictionCompensation, Profile, StateSpace
 
 ETA_WIDTHS = 2.0  # bound of |eta| in widths of the position range
 
@@ -314,20 +314,12 @@ class _Composition:
             return None, None
         constant = self.document.bench.actuator.constant.value
         if settings.source == "model":
-            speed = self.speed_reference if settings.velocity == "reference" else self.speed
-            if speed is None:
-                speed = self.zero
-            if settings.speeds:
-                drives = [settings.gain * effort / constant for effort in settings.efforts]
-                return friction_compensation.curve_compensation(
-                    program, speed, settings.speeds, drives
-                ), None
-            parts = (
-                settings.gain * settings.coulomb / constant,
-                settings.gain * settings.viscous / constant,
-            )
-            return friction_compensation.model_compensation(
-                program, speed, *parts, settings.smoothing_speed
+            by_reference = settings.velocity == "reference"
+            speed = self.speed_reference if by_reference else self.speed
+            return self._modelled_friction(
+                settings,
+                self.zero if speed is None else speed,
+                self.tracked if by_reference else self.position,
             ), None
         assert self.speed is not None
         limit = self.document.drive_limit
@@ -339,6 +331,37 @@ class _Composition:
             settings.gain,
             limit,
         )
+
+    def _modelled_friction(
+        self, settings: FrictionCompensation, speed: ProgramNode, position: ProgramNode
+    ) -> ProgramNode:
+        """Return the drive that balances the model's friction at a speed and a position."""
+        program = self.program
+        constant = self.document.bench.actuator.constant.value
+
+        def drives(efforts: Sequence[float]) -> list[float]:
+            return [settings.gain * effort / constant for effort in efforts]
+
+        if settings.speeds:
+            drive = friction_compensation.curve_compensation(
+                program, speed, settings.speeds, drives(settings.efforts)
+            )
+        else:
+            parts = drives((settings.coulomb, settings.viscous))
+            drive = friction_compensation.model_compensation(
+                program, speed, *parts, settings.smoothing_speed
+            )
+        if not settings.positions:
+            return drive
+        change = friction_compensation.position_compensation(
+            program,
+            position,
+            friction_compensation.direction(program, speed, settings.smoothing_speed),
+            settings.positions,
+            drives(settings.forward),
+            drives(settings.backward or settings.forward),
+        )
+        return program.named("compensation_at_position", drive + change)
 
     def _linear(
         self,

@@ -18,8 +18,11 @@ import numpy as np
 from frictool.documents.laws import Laws
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
+from frictool.friction.position_polynomial import normalised_coefficients
 from frictool.typing import Vector
 
+# table of the friction over the position: error relative to the mean, and points
+TABLE_ERROR, MOST_POSITIONS, FINE_POSITIONS = (0.01, 65, 1025)
 STRIBECK_POINTS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # speeds in units of v_s
 
 Level = Callable[[Quantity], float]  # the value of a quantity, or one end of its interval
@@ -128,3 +131,42 @@ def signed_friction(model: Model, smoothing: float) -> tuple[Vector, Vector]:
         speeds.append(sign * points[order])
         efforts.append(friction[order])
     return np.concatenate(speeds), np.concatenate(efforts)
+
+
+def coulomb_change(model: Model) -> tuple[Vector, Vector, Vector]:
+    """Return a table of the Coulomb friction over the position.
+
+    Returns
+    -------
+    tuple of three arrays (n,)
+        Rising positions [rad | m]; Coulomb friction minus its mean, in the positive and in the
+        negative direction [N m | N]. The line through the table deviates by at most TABLE_ERROR of
+        the Coulomb friction from the law, or has MOST_POSITIONS points. All are empty if the model
+        has no friction over the position.
+    """
+    law = None if model.laws is None else model.laws.position
+    if law is None:
+        return np.empty(0), np.empty(0), np.empty(0)
+    low, high = law.over.low, law.over.high
+
+    def factors(powers: tuple[float, ...], positions: Vector) -> Vector:
+        curve = normalised_coefficients(powers, low, high)
+        return np.maximum(np.polynomial.polynomial.polyval(positions, curve), 0.0)
+
+    sides = (law.coulomb.forward, law.coulomb.backward or law.coulomb.forward)
+    fine = np.linspace(low, high, FINE_POSITIONS)
+    count = 2
+    while count < MOST_POSITIONS:
+        points = np.linspace(low, high, count)
+        errors = [
+            np.interp(fine, points, factors(side, points)) - factors(side, fine) for side in sides
+        ]
+        if np.max(np.abs(errors)) <= TABLE_ERROR:
+            break
+        count = 2 * count - 1
+    points = np.linspace(low, high, count)
+    forward, backward = (
+        slip_curve(model, forward=ahead).coulomb.value * (factors(side, points) - 1.0)
+        for ahead, side in zip((True, False), sides, strict=True)
+    )
+    return points, forward, backward

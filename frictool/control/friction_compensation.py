@@ -4,11 +4,13 @@
                v: speed of the filtered reference, or measured speed
     curve      F interpolated linearly over v, for a model with a Stribeck fall, knees, or friction
                by direction
+    position   F + s(v/v_s) d(x)                 d: Coulomb friction at x minus its mean
     observer   F' = L (K u - J v' - F)           in state form q = F + L J v,  q' = L (K u - F),
                                                  by Euler's method
 
-F is the friction, F_c its Coulomb part, sigma_v the viscous coefficient, v_s a smoothing speed, u
-the drive, K the effort per unit of drive, J the inertia, and L the observer's bandwidth.
+F is the friction, F_c its Coulomb part, sigma_v the viscous coefficient, v_s a smoothing speed, x
+the position of the axis or of its reference, u the drive, K the effort per unit of drive, J the
+inertia, and L the observer's bandwidth.
 
 Section 5.1 of the thesis argues against friction compensation; here the compensation serves as a
 baseline. The model needs the sign of v near v = 0, which a coarse encoder cannot provide. If the
@@ -29,6 +31,14 @@ from frictool.control.saturation_function import saturating
 REACH = 64.0  # bound of the observer's state in drive limits; includes the term L J v
 
 
+def direction(program: Program, speed: ProgramNode, smoothing: float) -> ProgramNode:
+    """Return s(v/v_s), the smoothed sign of a speed.
+
+    smoothing: smoothing speed v_s [rad/s | m/s].
+    """
+    return saturating(program, program.constant(1.0 / smoothing, "per_smoothing_speed") * speed)
+
+
 def model_compensation(
     program: Program, speed: ProgramNode, coulomb: float, viscous: float, smoothing: float
 ) -> ProgramNode:
@@ -38,9 +48,7 @@ def model_compensation(
     smoothing: smoothing speed v_s [rad/s | m/s].
     """
     program.block("friction compensation from the model")
-    dry = program.constant(coulomb, "coulomb_drive") * saturating(
-        program, program.constant(1.0 / smoothing, "per_smoothing_speed") * speed
-    )
+    dry = program.constant(coulomb, "coulomb_drive") * direction(program, speed, smoothing)
     return program.named("compensation", dry + program.constant(viscous, "viscous_drive") * speed)
 
 
@@ -60,18 +68,68 @@ def curve_compensation(
         Drive at each speed [A | V].
     """
     program.block("friction compensation from the curve of the model")
-    total = program.constant(drives[0], "curve_drive")
-    last = len(speeds) - 2
-    for k, (low, high) in enumerate(itertools.pairwise(speeds)):
-        inside = speed
+    return program.named("compensation", _table(program, speed, speeds, drives, "curve_speed"))
+
+
+def position_compensation(
+    program: Program,
+    position: ProgramNode,
+    direction: ProgramNode,
+    positions: Sequence[float],
+    forward: Sequence[float],
+    backward: Sequence[float],
+) -> ProgramNode:
+    """Return the drive [A | V] that balances the change of Coulomb friction over the position.
+
+    Parameters
+    ----------
+    direction : ProgramNode
+        s(v/v_s), from -1 to 1.
+    positions : sequence of n floats
+        Rising positions [rad | m]. Beyond its ends, a table is constant.
+    forward, backward : sequences of n floats
+        Drive that balances the Coulomb friction at each position, minus the drive that balances its
+        mean, for the positive and the negative direction [A | V].
+    """
+    program.block("change of the friction compensation over the position")
+    first, last = (
+        program.constant(positions[k], f"forward_position_{k % len(positions)}") for k in (0, -1)
+    )
+    inside = program.smaller(program.larger(position, first), last)
+    zero = program.constant(0.0)
+    if tuple(forward) == tuple(backward):
+        change = direction * _table(program, inside, positions, forward, "forward_position")
+    else:
+        ahead = _table(program, inside, positions, forward, "forward_position")
+        back = _table(program, inside, positions, backward, "backward_position")
+        change = program.larger(direction, zero) * ahead + program.smaller(direction, zero) * back
+    return program.named("compensation_change", change)
+
+
+def _table(
+    program: Program,
+    at: ProgramNode,
+    points: Sequence[float],
+    values: Sequence[float],
+    name: str,
+) -> ProgramNode:
+    """Return the value at `at` of the line through rising points (n,) and their values (n,).
+
+    name: name of the points in the exported code.
+    """
+    curve = name.rsplit("_", 1)[0]
+    total = program.constant(values[0], f"{curve}_drive")
+    last = len(points) - 2
+    for k, (low, high) in enumerate(itertools.pairwise(points)):
+        inside = at
         if k < last:
-            inside = program.smaller(inside, program.constant(high, f"curve_speed_{k + 1}"))
+            inside = program.smaller(inside, program.constant(high, f"{name}_{k + 1}"))
         if k > 0:
-            inside = program.larger(inside, program.constant(low, f"curve_speed_{k}"))
-        slope = (drives[k + 1] - drives[k]) / (high - low)
-        ramp = inside - program.constant(low, f"curve_speed_{k}")
-        total = total + program.constant(slope, f"curve_slope_{k}") * ramp
-    return program.named("compensation", total)
+            inside = program.larger(inside, program.constant(low, f"{name}_{k}"))
+        slope = (values[k + 1] - values[k]) / (high - low)
+        ramp = inside - program.constant(low, f"{name}_{k}")
+        total = total + program.constant(slope, f"{curve}_slope_{k}") * ramp
+    return total
 
 
 def observer_compensation(

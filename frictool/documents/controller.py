@@ -214,6 +214,11 @@ class FrictionCompensation(
     - `speeds`: Rising signed speeds of a table [rad/s | m/s]; beyond its ends, the friction is
       extrapolated linearly.
     - `efforts`: Friction at each speed of the table [N m | N].
+    - `positions`: Rising positions of a second table [rad | m], which is added; beyond its ends, it
+      is constant.
+    - `forward`: Coulomb friction at each position minus its mean, in the positive direction
+      [N m | N].
+    - `backward`: The same in the negative direction [N m | N]. By default `forward`.
     - `observer_rad_s`: Bandwidth of the observer.
     - `inertia`: Inertia of the observer [kg m^2 | kg].
     - `gain`: Fraction of the effort that is added.
@@ -227,6 +232,9 @@ class FrictionCompensation(
     smoothing_speed: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     speeds: tuple[float, ...] = ()
     efforts: tuple[float, ...] = ()
+    positions: tuple[float, ...] = ()
+    forward: tuple[float, ...] = ()
+    backward: tuple[float, ...] = ()
     observer_rad_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     inertia: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     gain: Annotated[float, msgspec.Meta(gt=0, le=1.5)] = 1.0
@@ -239,13 +247,23 @@ class FrictionCompensation(
             )
         if self.source == "observer" and (self.observer_rad_s == 0.0 or self.inertia == 0.0):
             raise ValueError("`source: observer` needs observer_rad_s and inertia")
-        if len(self.speeds) != len(self.efforts) or len(self.speeds) == 1:
-            raise ValueError(
-                f"speeds and efforts: found {len(self.speeds)} and {len(self.efforts)} values; "
-                "allowed: equal numbers, at least 2"
-            )
-        if any(low >= high for low, high in itertools.pairwise(self.speeds)):
-            raise ValueError("speeds: not in rising order; sort the table")
+        _check_table("speeds", self.speeds, "efforts", self.efforts)
+        _check_table("positions", self.positions, "forward", self.forward)
+        if self.backward:
+            _check_table("positions", self.positions, "backward", self.backward)
+
+
+def _check_table(
+    points_name: str, points: tuple[float, ...], values_name: str, values: tuple[float, ...]
+) -> None:
+    """Raise ValueError unless a table has rising points and as many values, or is empty."""
+    if len(points) != len(values) or len(points) == 1:
+        raise ValueError(
+            f"{points_name} and {values_name}: found {len(points)} and {len(values)} values; "
+            "allowed: equal numbers, at least 2"
+        )
+    if any(low >= high for low, high in itertools.pairwise(points)):
+        raise ValueError(f"{points_name}: not in rising order; sort the table")
 
 
 class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

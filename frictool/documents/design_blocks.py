@@ -146,7 +146,8 @@ class FrictionCompensationDesign(
 
     - `source`: `model` adds the model's friction: Coulomb friction times tanh(v/smoothing_speed)
       plus viscous friction times v, or a table against v if the friction has a Stribeck term or
-      knees, or differs by direction. `observer` adds the disturbance that an observer estimates.
+      knees, or differs by direction. If the model has friction over the position, a table of it
+      is added. `observer` adds the disturbance that an observer estimates.
     - `velocity`: Speed v: of the filtered reference, or measured. By default `measured`.
     - `smoothing_speed`: Speed below which the modelled friction fades. By default, for the measured
       speed, one encoder count per sample.

@@ -159,8 +159,10 @@ def _compensation(block: FrictionCompensation) -> str:
             f"{part} that an observer of {number(block.observer_rad_s)} rad/s estimates, a "
             "baseline for comparison"
         )
-    table = f", as a table of {len(block.speeds)} speeds" if block.speeds else ""
-    return f"{part} of the model{table}, by the {block.velocity} speed, a baseline for comparison"
+    tables = f", as a table of {len(block.speeds)} speeds" if block.speeds else ""
+    if block.positions:
+        tables += f", with a table of {len(block.positions)} positions"
+    return f"{part} of the model{tables}, by the {block.velocity} speed, a baseline for comparison"
 
 
 def _limiter(limiter: Limiter, unit: str) -> str:

@@ -22,7 +22,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from frictool.adapters.slip_curve import is_plain, signed_friction
+import numpy as np
+
+from frictool.adapters.slip_curve import coulomb_change, is_plain, signed_friction
 from frictool.documents import controller as stored
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import (
@@ -245,10 +247,12 @@ class _BlockRules:
         if not is_plain(self.model):
             speeds, efforts = signed_friction(self.model, smoothing)
             levels = {"speeds": tuple(speeds.tolist()), "efforts": tuple(efforts.tolist())}
-        if self.model.laws is not None and self.model.laws.position is not None:
-            self.notes.append(
-                "friction compensation: friction's dependence on the position is not compensated"
-            )
+        positions, forward, backward = coulomb_change(self.model)
+        if positions.size:
+            levels["positions"] = tuple(positions.tolist())
+            levels["forward"] = tuple(forward.tolist())
+            if not np.array_equal(forward, backward):
+                levels["backward"] = tuple(backward.tolist())
         return stored.FrictionCompensation(
             source="model",
             velocity=requested.velocity or "measured",

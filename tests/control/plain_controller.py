@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frictool.documents.controller import Controller
+from frictool.documents.controller import Controller, FrictionCompensation
 
 
 def summed(coefficients: Sequence[float], values: Sequence[float]) -> float:
@@ -102,6 +102,7 @@ class PlainController:
     def step(self, reference: float, position: float, velocity: float = 0.0) -> float:
         """The drive of this sample."""
         self.follow(reference)
+        self.position = position
         self.error = self.tracked - position
         motion = position - self.y
         self.y = position
@@ -314,16 +315,32 @@ class PlainController:
             speed = self.speed
             if own.velocity == "reference":
                 speed = self.r_speed if self.filters else 0.0
+            sign = saturating(1.0 / own.smoothing_speed * speed)
             if own.speeds:
                 drives = [own.gain * effort / constant for effort in own.efforts]
-                return ramps(own.speeds, drives, speed)
-            dry = own.gain * own.coulomb / constant * saturating(1.0 / own.smoothing_speed * speed)
-            return dry + own.gain * own.viscous / constant * speed
+                added = ramps(own.speeds, drives, speed)
+            else:
+                dry = own.gain * own.coulomb / constant * sign
+                added = dry + own.gain * own.viscous / constant * speed
+            return added + self.change(own, sign) if own.positions else added
         carried = own.observer_rad_s * (own.inertia / constant) * self.speed
         self.found = min(
             max(self.observed - carried, -self.document.drive_limit), self.document.drive_limit
         )
         return own.gain * self.found
+
+    def change(self, own: FrictionCompensation, sign: float) -> float:
+        """Drive for the Coulomb friction at the position minus its mean."""
+        constant = self.document.bench.actuator.constant.value
+        at = self.tracked if own.velocity == "reference" else self.position
+        at = within(at, own.positions[0], own.positions[-1])
+        ahead, back = (
+            ramps(own.positions, [own.gain * effort / constant for effort in side], at)
+            for side in (own.forward, own.backward or own.forward)
+        )
+        if not own.backward or own.backward == own.forward:
+            return sign * ahead
+        return max(sign, 0.0) * ahead + min(sign, 0.0) * back
 
     def linear(self, entering: float) -> float:
         added = self.compensation()

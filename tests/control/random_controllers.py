@@ -148,6 +148,13 @@ compensations = st.builds(
     efforts=st.tuples(*[st.floats(-0.2, 0.2)] * 6),
     gain=st.floats(0.1, 1.5),
 )
+compensations |= st.builds(
+    msgspec.structs.replace,
+    compensations.filter(lambda one: one.source == "model"),
+    positions=st.just((-20.0, 3.0, 11.0, 60.0)),
+    forward=st.tuples(*[st.floats(-0.1, 0.1)] * 4),
+    backward=st.just(()) | st.tuples(*[st.floats(-0.1, 0.1)] * 4),
+)
 velocities = st.builds(
     Velocity,
     source=st.sampled_from(["position", "position", "measured"]),

@@ -19,8 +19,8 @@ from frictool.control.prefilter import bounds, prefilter
 from frictool.control.program import Program, ProgramNode
 from frictool.control.speed_filter import velocity
 from frictool.control.target_band import BRAKE, REST, RUN, is_settled, next_mode
-from tests.control.single_block import Block
-from tests.control.single_block import given as input_of
+from tests.support.single_block import Block
+from tests.support.single_block import given as input_of
 
 PERIOD = 1e-3
 numbers = st.floats(-1e3, 1e3)

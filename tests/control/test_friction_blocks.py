@@ -16,8 +16,8 @@ from frictool.control.saturation_function import saturating
 from frictool.engine.axis_motion import advance
 from frictool.engine.status_codes import OK
 from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
-from tests.control.single_block import Block
-from tests.control.single_block import given as input_of
+from tests.support.single_block import Block
+from tests.support.single_block import given as input_of
 
 numbers = st.floats(-1e3, 1e3)
 TALLEST = 0.113  # of s - tanh, at x = 1.29

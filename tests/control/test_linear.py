@@ -26,8 +26,8 @@ from frictool.plant.lti import Lti
 from frictool.typing import Matrix
 from frictool.verify import scheduled_loop as synthesised
 from tests.control.random_controllers import seeds, stable
-from tests.control.single_block import Block
-from tests.control.single_block import given as input_of
+from tests.support.single_block import Block
+from tests.support.single_block import given as input_of
 
 
 def _equation(

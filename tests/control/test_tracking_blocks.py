@@ -19,8 +19,8 @@ from frictool.control.jerk_limited_profile import ProfileLimits, duration, profi
 from frictool.control.prefilter import prefilter
 from frictool.control.reference_derivatives import reference_derivatives
 from frictool.typing import Vector
-from tests.control.single_block import Block
-from tests.control.single_block import given as input_of
+from tests.support.single_block import Block
+from tests.support.single_block import given as input_of
 
 PERIOD = 1e-3
 limits_drawn = st.builds(

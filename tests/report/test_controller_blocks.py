@@ -150,6 +150,12 @@ def test_limiters(limiter: Limiter, words: str) -> None:
             "100 % of the friction of the model, as a table of 2 speeds, by the measured",
         ),
         (
+            FrictionCompensation(
+                "model", smoothing_speed=1.0, positions=(0.0, 1.0), forward=(-0.1, 0.1)
+            ),
+            "100 % of the friction of the model, with a table of 2 positions, by the measured",
+        ),
+        (
             FrictionCompensation("observer", observer_rad_s=50.0, inertia=1e-5, gain=0.8),
             "80 % of the friction that an observer of 50 rad/s",
         ),

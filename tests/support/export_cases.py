@@ -85,13 +85,16 @@ def _sections() -> Controller:
 
 
 def _observed() -> Controller:
-    """A band that brakes, and friction as a table, both by the speed of a tracking observer."""
+    """A band that brakes, and friction as tables, both by the speed of a tracking observer."""
     velocity = Velocity(source="observer", observer=tracking())
     modelled = FrictionCompensation(
         source="model",
         smoothing_speed=15.0,
         speeds=(-90.0, -30.0, -15.0, 15.0, 40.0, 80.0),
         efforts=(-0.07, -0.05, -0.08, 0.06, 0.04, 0.05),
+        positions=(-10.0, 15.0, 40.0, 70.0),
+        forward=(0.01, -0.02, 0.02, 0.0),
+        backward=(0.02, 0.01, -0.01, 0.01),
         gain=0.5,
     )
     return replace(clutch_controller(BRAKE_LAW), velocity=velocity, friction_compensation=modelled)

@@ -124,8 +124,8 @@ def limiters(draw: Draw) -> Limiter | None:
 
 @st.composite
 def compensations(draw: Draw) -> FrictionCompensation | None:
-    """From a model, its curve or an observer, or none."""
-    source = draw(st.sampled_from([None, "model", "curve", "observer"]))
+    """From a model, its curve, its friction over position or an observer, or none."""
+    source = draw(st.sampled_from([None, "model", "curve", "position", "observer"]))
     if source is None:
         return None
     if source == "observer":
@@ -141,8 +141,14 @@ def compensations(draw: Draw) -> FrictionCompensation | None:
             speeds=(-100.0, -25.0, -10.0, 10.0, 30.0, 90.0),
             efforts=(-0.08, -0.06, -0.09, 0.08, 0.05, 0.06),
         )
-    return FrictionCompensation(
+    modelled = FrictionCompensation(
         source="model", velocity=velocity, coulomb=0.05, viscous=3e-4, smoothing_speed=15.0
+    )
+    if source == "model":
+        return modelled
+    backward = draw(st.sampled_from([(), (0.01, -0.02, 0.03)]))
+    return msgspec.structs.replace(
+        modelled, positions=(-5.0, 20.0, 60.0), forward=(0.02, -0.03, 0.01), backward=backward
     )
 
 

@@ -7,8 +7,10 @@ import math
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
+from frictool.control.friction_compensation import position_compensation
 from frictool.documents.bench import Winding
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import (
@@ -18,15 +20,16 @@ from frictool.documents.design_blocks import (
     PrefilterDesign,
     VelocityDesign,
 )
-from frictool.documents.laws import Backward, Laws
+from frictool.documents.laws import Backward, FrictionOverPosition, Laws, Polynomial
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
-from frictool.documents.quantity import Estimate, Quantity
+from frictool.documents.quantity import Estimate, PositionSpan, Quantity
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.synth.design import design_controller
 from frictool.synth.surrounding_blocks import SurroundingBlocks, blocks
 from frictool.verify.recheck import recheck
 from studies.rigs.clutch_model import clutch_model
+from tests.support.single_block import Block, given
 from tests.synth.mass_documents import design as mass_design
 from tests.synth.mass_documents import model as mass_model
 from tests.synth.mass_documents import spec as mass_spec
@@ -209,6 +212,45 @@ def test_friction_by_direction_with_a_fall_is_compensated_by_its_curve() -> None
         assert effort == pytest.approx(
             math.copysign(coulomb + fall + 3.81e-4 * abs(speed), speed), rel=1e-12
         )
+
+
+@pytest.mark.parametrize("backward", [None, (1.0, 0.02)])
+def test_friction_over_the_position_is_compensated_where_the_axis_is(
+    backward: tuple[float, ...] | None,
+) -> None:
+    """The drive of the program balances the friction of the engine's law at every place of a slip,
+    within 1 % of the Coulomb friction; beyond the travel the friction is constant."""
+    base = clutch_model()
+    curve = Polynomial(forward=(1.0, -0.01, 4e-4), backward=backward)
+    law = FrictionOverPosition(over=PositionSpan(0.0, 50.0, "rad"), coulomb=curve)
+    model = msgspec.structs.replace(base, laws=Laws(position=law))
+    found = made(
+        model=model,
+        prefilter=PREFILTER,
+        friction_compensation=FrictionCompensationDesign(
+            "model", smoothing_speed=Quantity(value=5.0, unit="rad/s")
+        ),
+    ).friction_compensation
+    assert found is not None
+    assert (len(found.backward) > 0) == (backward is not None)
+    block = Block(
+        lambda p: position_compensation(
+            p,
+            given(p, "x"),
+            given(p, "s"),
+            found.positions,
+            found.forward,
+            found.backward or found.forward,
+        )
+    )
+    fine = np.linspace(0.0, 50.0, 20_001)
+    for direction, powers in ((1.0, curve.forward), (-1.0, backward or curve.forward)):
+        mean = float(np.mean(np.polynomial.polynomial.polyval(fine, powers)))
+        for x in (-30.0, 0.0, 7.3, 21.0, 33.3, 50.0, 80.0):
+            local = float(np.polynomial.polynomial.polyval(min(max(x, 0.0), 50.0), powers)) / mean
+            wanted = direction * FRICTION * (local - 1.0)
+            assert block.step(x=x, s=direction) == pytest.approx(wanted, abs=0.0101 * FRICTION)
+    assert max(map(abs, found.forward)) > 0.1 * FRICTION
 
 
 def test_an_observer_takes_the_models_inertia() -> None:
