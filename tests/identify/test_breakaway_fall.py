@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from frictool.identify.breakaway.onset import STEPS, looked_up, travel, travel_table
+from frictool.identify.breakaway.onset import STEPS, looked_up, travel, travel_tables
 from frictool.identify.breakaway.stribeck_velocity import Misfit, StribeckFall, allowed_fall
 from frictool.plant.axis import AxisParameters
 from frictool.typing import Vector
@@ -124,12 +124,21 @@ def test_random_rigs(tmp_path: Path, seed: int, exponent: float, fall: str) -> N
     )
 
 
+def table_of(
+    duration: float, excess: float, rate: float, axis: Vector, velocity: float, exponent: float
+) -> Vector:
+    """Return the table of one onset, the last of two in one call."""
+    durations, falls, rates = np.array([[1.0, duration], [0.5, excess], [2.0, rate]])
+    axes = np.array([2.0 * axis, axis])
+    return travel_tables(durations, falls, rates, axes, velocity, exponent)[1]
+
+
 @pytest.mark.parametrize("velocity", [1e-12, math.inf])
 def test_the_table_is_the_closed_form_where_friction_falls_at_once_or_never(
     velocity: float,
 ) -> None:
     axis, rate, excess, duration = np.array([5e-3, 0.02, 0.45]), 0.5, 0.1, 0.05
-    table = travel_table(duration, excess, rate, axis, velocity, 2.0)
+    table = table_of(duration, excess, rate, axis, velocity, 2.0)
     first = duration / STEPS**2
     for time in (0.3 * first, 0.05 * duration, 0.997 * duration):
         exact, later = (
@@ -150,9 +159,7 @@ def test_the_table_is_the_solution_of_the_equation_of_motion(
 ) -> None:
     """Units in which inertia and rate are 1; the axis moves 2 to 3 lengths."""
     inertia, viscous, rate, excess, duration = 1.0, 0.1, 1.0, 2.0, 1.5
-    table = travel_table(
-        duration, excess, rate, np.array([inertia, viscous, 0.0]), velocity, exponent
-    )
+    table = table_of(duration, excess, rate, np.array([inertia, viscous, 0.0]), velocity, exponent)
 
     def motion(t: float, state: Vector) -> list[float]:
         fallen = -math.expm1(-((max(state[1], 0.0) / velocity) ** exponent))

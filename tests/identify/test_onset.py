@@ -17,18 +17,54 @@ from frictool.identify.breakaway.onset import (
     NOT_POSITIVE,
     OK,
     misfit,
-    onset_time,
+    onset_times,
     phi3,
     search_span,
     travel,
 )
 from frictool.identify.breakaway.onset_detection import _onset
 from frictool.identify.motion_record import make_record
+from frictool.typing import Vector
 
 INERTIA, VISCOUS, COULOMB = 1.32e-5, 3.81e-4, 0.099
 STEP = 0.1122
 TIMING = 0.03
 AT_ONCE = (1.0, np.empty((0, 6)))  # no table of the travel: friction falls at once
+
+
+def onset_time(
+    time: Vector,
+    seen: Vector,
+    ramp: Vector,
+    axis: Vector,
+    resolution: float,
+    expected: float,
+    timing: float,
+    span: float,
+    velocity: float,
+    exponent: float,
+    immediate: float,
+) -> list[float]:
+    """Return t0, start, misfit and status of one onset, the last of two in one call."""
+    other = np.linspace(0.0, 0.01, time.size + 1)
+    rows = np.zeros((2, 2, time.size + 1))
+    rows[0, 0], rows[1, 0], rows[0, 1, :-1], rows[1, 1, :-1] = other, 9.0 * other, time, seen
+    found = onset_times(
+        rows[0],
+        rows[1],
+        np.array([time.size + 1, time.size]),
+        np.array([[0.2, 0.4], ramp]),
+        np.array([2.0 * axis, axis]),
+        resolution,
+        expected,
+        np.array([1.0, timing]),
+        np.array([0.02, span]),
+        velocity,
+        exponent,
+        np.array([math.nan, immediate]),
+    )
+    last: list[float] = found[1].tolist()
+    return last
 
 
 @settings(derandomize=True, deadline=None, max_examples=40)

@@ -32,9 +32,10 @@ from numpy.typing import NDArray
 
 from frictool.engine.exponentials import phi2
 from frictool.runtime.kernels import kernel
-from frictool.typing import Vector
+from frictool.typing import IntVector, Matrix, Vector
 
 Table = NDArray[np.float64]
+Tables = NDArray[np.float64]  # of several onsets
 OK, NO_MOTION, NOT_POSITIVE = 0, 1, 2
 STATUS = {
     OK: "onset found",
@@ -73,62 +74,71 @@ def travel(t: float, excess: float, rate: float, inertia: float, viscous: float)
 
 
 @kernel
-def travel_table(
-    duration: float, excess: float, rate: float, axis: Vector, velocity: float, exponent: float
-) -> Table:
-    """Return the travel as cubic polynomials of the time t since the onset, (STEPS, 6).
+def travel_tables(
+    duration: Vector, excess: Vector, rate: Vector, axes: Matrix, velocity: float, exponent: float
+) -> Tables:
+    """Return the travel as cubic polynomials of the time t since the onset, (m, STEPS, 6).
 
-    Row k is valid from t = duration * (k/STEPS)^2 to t = duration * ((k + 1)/STEPS)^2. The columns
-    are the begin of this interval [s], 1/length [1/s], and the four coefficients, the constant
-    first, of a cubic in (t - begin)/length.
+    Row k of an onset is valid from t = duration * (k/STEPS)^2 to t = duration * ((k + 1)/STEPS)^2.
+    The columns are the begin of this interval [s], 1/length [1/s], and the four coefficients, the
+    constant first, of a cubic in (t - begin)/length.
 
-    `axis` is inertia, viscous, coulomb.
+    `axes` (m, 3) are inertia, viscous, coulomb.
 
     Friction falls by `excess`, from the breakaway to Coulomb friction, with the Stribeck velocity
     `velocity`; if `velocity` is inf, friction does not fall. The integration is a fourth-order
-    Runge-Kutta method, with short steps just after the onset, where friction falls fast.
+    Runge-Kutta method, with short steps just after the onset, where friction falls fast. The steps
+    of all m onsets alternate, because each step waits for the exponential of the step before.
     """
-    table = np.empty((STEPS, 6))
-    slopes = np.zeros(4)
-    s = 0.0
-    v = 0.0
+    m = duration.shape[0]
+    tables = np.empty((m, STEPS, 6))
+    slopes = np.zeros((4, m))
+    s = np.zeros(m)
+    v = np.zeros(m)
     for k in range(STEPS):
-        begin = duration * (k / STEPS) ** 2
-        step = duration * ((k + 1) / STEPS) ** 2 - begin
-        at = v
         for stage in range(4):
-            if stage > 0:
-                at = v + (step if stage == 3 else 0.5 * step) * slopes[stage - 1]
-            t = begin + step * (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5)
-            ratio = at / velocity
-            # a general power takes several times as long as a product or a root
-            if exponent == 2.0:
-                power = ratio * ratio
-            elif exponent == 1.0:
-                power = ratio
-            elif exponent == 0.5:
-                power = math.sqrt(ratio)
-            else:
-                power = ratio**exponent
-            fallen = -math.expm1(-power)
-            slopes[stage] = (rate * t + max(excess, 0.0) * fallen - axis[1] * at) / axis[0]
-        rise = step * (v + step / 6.0 * (slopes[0] + slopes[1] + slopes[2]))
-        left = step * v
-        v += step / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
-        right = step * v
-        table[k, 0] = begin
-        table[k, 1] = 1.0 / step
-        table[k, 2] = s
-        table[k, 3] = left
-        table[k, 4] = 3.0 * rise - 2.0 * left - right
-        table[k, 5] = left + right - 2.0 * rise
-        s += rise
-    return table
+            for j in range(m):
+                begin = duration[j] * (k / STEPS) ** 2
+                step = duration[j] * ((k + 1) / STEPS) ** 2 - begin
+                at = v[j]
+                if stage > 0:
+                    at = v[j] + (step if stage == 3 else 0.5 * step) * slopes[stage - 1, j]
+                t = begin + step * (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5)
+                ratio = at / velocity
+                # a general power takes several times as long as a product or a root
+                if exponent == 2.0:
+                    power = ratio * ratio
+                elif exponent == 1.0:
+                    power = ratio
+                elif exponent == 0.5:
+                    power = math.sqrt(ratio)
+                else:
+                    power = ratio**exponent
+                fallen = -math.expm1(-power)
+                drive = rate[j] * t + max(excess[j], 0.0) * fallen
+                slopes[stage, j] = (drive - axes[j, 1] * at) / axes[j, 0]
+        for j in range(m):
+            begin = duration[j] * (k / STEPS) ** 2
+            step = duration[j] * ((k + 1) / STEPS) ** 2 - begin
+            rise = step * (v[j] + step / 6.0 * (slopes[0, j] + slopes[1, j] + slopes[2, j]))
+            left = step * v[j]
+            v[j] += (
+                step / 6.0 * (slopes[0, j] + 2.0 * slopes[1, j] + 2.0 * slopes[2, j] + slopes[3, j])
+            )
+            right = step * v[j]
+            tables[j, k, 0] = begin
+            tables[j, k, 1] = 1.0 / step
+            tables[j, k, 2] = s[j]
+            tables[j, k, 3] = left
+            tables[j, k, 4] = 3.0 * rise - 2.0 * left - right
+            tables[j, k, 5] = left + right - 2.0 * rise
+            s[j] += rise
+    return tables
 
 
 @kernel
 def looked_up(t: float, duration: float, table: Table) -> float:
-    """Return the travel of `travel_table` at t; 0 for t <= 0."""
+    """Return the travel of a table of `travel_tables` at t; 0 for t <= 0."""
     if t <= 0.0:
         return 0.0
     k = min(int(STEPS * math.sqrt(t / duration)), STEPS - 1)
@@ -162,8 +172,8 @@ def misfit(
     - expected: preferred start, rad | m
     - timing: weight of the preferred start relative to one change (module docstring)
     - resolution: encoder step, rad | m; the start is between 0 and one step
-    - table, table_duration: result of `travel_table`, and its duration, s; a table without rows
-      means that friction falls immediately
+    - table, table_duration: one table of `travel_tables`, and its duration, s; a table without
+      rows means that friction falls immediately
     """
     excess = ramp[0] + ramp[1] * t0 - axis[2]
     n = time.shape[0]
@@ -242,50 +252,98 @@ def least_misfit(
 
 
 @kernel
-def onset_time(
-    time: Vector,
-    seen: Vector,
-    ramp: Vector,
-    axis: Vector,
+def onset_times(
+    times: Matrix,
+    seen: Matrix,
+    counts: IntVector,
+    ramps: Matrix,
+    axes: Matrix,
     resolution: float,
     expected: float,
-    timing: float,
-    span: float,
+    timing: Vector,
+    span: Vector,
     velocity: float,
     exponent: float,
-    immediate: float,
-) -> tuple[float, float, float, int]:
-    """Return (t0 [s], start [rad | m], misfit, status code) of the onset.
+    immediate: Vector,
+) -> Matrix:
+    """Return t0 [s], start [rad | m], misfit and status code of m onsets, (m, 4).
 
-    - span: length of the searched interval before time[0], s
+    - times, seen: `time` and `seen` of each onset in the first columns, (m, n)
+    - counts: number of these columns, (m,)
+    - ramps, axes: `ramp` and `axis` of each onset, (m, 2) and (m, 3)
+    - span: length of the searched interval before the first change, (m,), s
     - velocity: Stribeck velocity, rad/s | m/s; 0 if friction falls immediately, inf if friction
       does not fall
     - exponent: exponent of the fall of friction
-    - immediate: t0 of an immediate fall, with which the iteration begins; if NaN, it is computed
+    - immediate: t0 of an immediate fall, with which the iteration begins, (m,); if NaN, it is
+      computed
 
-    `misfit` explains the other arguments.
+    The other arguments are those of `misfit`.
     """
-    if time.shape[0] == 0:
-        return math.nan, math.nan, math.nan, NO_MOTION
-    if not (span > 0.0 and ramp[1] > 0.0 and axis[0] > 0.0):
-        return math.nan, math.nan, math.nan, NOT_POSITIVE
-    table = np.empty((0, 6))
-    duration = time[-1] - time[0] + span * (1.0 + 1.0 / COARSE)
-    t0 = immediate
-    if math.isnan(t0):
-        t0 = least_misfit(
-            time, seen, ramp, axis, resolution, expected, timing, span, duration, table
-        )
-    if velocity > 0.0:
-        for _ in range(ROUNDS):
-            table = travel_table(
-                duration, ramp[0] + ramp[1] * t0 - axis[2], ramp[1], axis, velocity, exponent
+    m = counts.shape[0]
+    found = np.full((m, 4), math.nan)
+    none = np.empty((0, 6))
+    t0 = immediate.copy()
+    duration = np.ones(m)
+    for j in range(m):
+        if counts[j] == 0:
+            found[j, 3] = NO_MOTION
+            continue
+        if not (span[j] > 0.0 and ramps[j, 1] > 0.0 and axes[j, 0] > 0.0):
+            found[j, 3] = NOT_POSITIVE
+            continue
+        found[j, 3] = OK
+        last = counts[j] - 1
+        duration[j] = times[j, last] - times[j, 0] + span[j] * (1.0 + 1.0 / COARSE)
+        if math.isnan(t0[j]):
+            t0[j] = least_misfit(
+                times[j, : counts[j]],
+                seen[j, : counts[j]],
+                ramps[j],
+                axes[j],
+                resolution,
+                expected,
+                timing[j],
+                span[j],
+                duration[j],
+                none,
             )
-            t0 = least_misfit(
-                time, seen, ramp, axis, resolution, expected, timing, span, duration, table
+    tables = np.empty((m, 0, 6))
+    for _ in range(ROUNDS if velocity > 0.0 else 0):
+        excess = ramps[:, 0] + ramps[:, 1] * t0 - axes[:, 2]
+        tables = travel_tables(duration, excess, ramps[:, 1].copy(), axes, velocity, exponent)
+        for j in range(m):
+            if found[j, 3] == OK:
+                t0[j] = least_misfit(
+                    times[j, : counts[j]],
+                    seen[j, : counts[j]],
+                    ramps[j],
+                    axes[j],
+                    resolution,
+                    expected,
+                    timing[j],
+                    span[j],
+                    duration[j],
+                    tables[j],
+                )
+    for j in range(m):
+        if found[j, 3] == OK:
+            left, start = misfit(
+                t0[j],
+                times[j, : counts[j]],
+                seen[j, : counts[j]],
+                ramps[j],
+                axes[j],
+                resolution,
+                expected,
+                timing[j],
+                duration[j],
+                tables[j],
             )
-    left, start = misfit(t0, time, seen, ramp, axis, resolution, expected, timing, duration, table)
-    return t0, start, left, OK
+            found[j, 0] = t0[j]
+            found[j, 1] = start
+            found[j, 2] = left
+    return found
 
 
 def search_span(resolution: float, rate: float, inertia: float, counts: float) -> float:

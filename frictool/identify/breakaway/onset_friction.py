@@ -8,7 +8,6 @@ nearly the same position each time. Therefore the mean rest position of all onse
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.identify.breakaway.onset import onset_time, search_span
+from frictool.identify.breakaway.onset import onset_times, search_span
 from frictool.identify.breakaway.onset_detection import (
     CHANGES_USED,
     FEWEST_ONSETS,
@@ -41,7 +40,13 @@ PRIOR = 12.0  # precision of a rest position that is uniform within its count, 1
 ONSETS_COMPARED = 100
 SURELY = 1.0 + 1e-9  # factor beyond which a sum exceeds a limit in any order of its terms
 # largest number of computed onsets that are kept; one identification computes some 10 000
-KEPT = 20_000
+MOST_KEPT = 20_000
+TOGETHER = 4  # onsets that one call of the kernel computes
+Sliding = tuple[float, float, float, float]  # inertia, viscous, Coulomb friction, offset
+SlidingOnset = tuple[BreakawayOnset, Sliding]
+OnsetKey = tuple[BreakawayOnset, Sliding, float, float, StribeckFall]
+Begin = tuple[float, float, float]
+_KEPT: dict[OnsetKey, Begin] = {}
 
 
 def efforts(
@@ -63,49 +68,70 @@ def efforts(
     - shape: factor of `coulomb` at each onset, (n,); None if friction is constant
     - fall: fall of friction with the speed after the onset
     """
-    out, positions, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
+    factors = [1.0] * len(onsets) if shape is None else shape.tolist()
+    slidings = [
+        (axis["inertia"], axis["viscous"], axis["coulomb"] * factor, axis["offset"])
+        for factor in factors
+    ]
+    found = _begins(list(zip(onsets, slidings, strict=True)), resolution, start, fall)
+    t0, place, left = np.array(found).reshape(-1, 3).T
+    level, rate, timing = np.array([(o.level, o.rate, o.timing) for o in onsets]).reshape(-1, 3).T
+    return level + rate * t0, place / resolution, 12.0 * left / (timing * resolution**2)
+
+
+def _begins(
+    onsets: list[SlidingOnset], resolution: float, start: float, fall: StribeckFall
+) -> list[Begin]:
+    """Return time [s], rest position [rad | m] and misfit of each onset; NaN if there is none."""
+    keys = [(*onset, resolution, start, fall) for onset in onsets]
+    known = {key: _KEPT[key] for key in keys if key in _KEPT}
+    new = [key for key in dict.fromkeys(keys) if key not in known]
+    for first in range(0, len(new), TOGETHER):
+        part = new[first : first + TOGETHER]
+        immediate = [math.nan] * len(part)
+        if fall != IMMEDIATE:
+            without = [(onset, sliding) for onset, sliding, *_ in part]
+            immediate = [t0 for t0, *_ in _begins(without, resolution, start, IMMEDIATE)]
+        known |= zip(part, _computed(part, immediate), strict=True)
+    if len(_KEPT) + len(new) > MOST_KEPT:
+        _KEPT.clear()
+    _KEPT.update((key, known[key]) for key in new)
+    return [known[key] for key in keys]
+
+
+def _computed(keys: list[OnsetKey], immediate: list[float]) -> list[Begin]:
+    """Return the results of `_begins` for keys with the same fall, from their immediate times."""
+    onsets = [onset for onset, *_ in keys]
+    resolution, start, fall = keys[0][2:]
+    times, seen = np.zeros((2, len(onsets), max(onset.time.size for onset in onsets)))
     for k, onset in enumerate(onsets):
-        coulomb = axis["coulomb"] * (1.0 if shape is None else float(shape[k]))
-        sliding = (axis["inertia"], axis["viscous"], coulomb, axis["offset"])
-        t0, position, left = _begin(onset, sliding, resolution, start, fall)
-        out[k] = onset.level + onset.rate * t0
-        positions[k] = position / resolution
-        squares[k] = 12.0 * left / (onset.timing * resolution**2)
-    return out, positions, squares
-
-
-@functools.lru_cache(maxsize=KEPT)
-def _begin(
-    onset: BreakawayOnset,
-    sliding: tuple[float, float, float, float],
-    resolution: float,
-    start: float,
-    fall: StribeckFall,
-) -> tuple[float, float, float]:
-    """Return time [s], rest position [rad | m] and misfit of an onset; NaN if there is none.
-
-    sliding: inertia, viscous friction, Coulomb friction and offset of the axis.
-    """
-    inertia, viscous, coulomb, offset = sliding
+        times[k, : onset.time.size] = onset.time
+        seen[k, : onset.seen.size] = onset.seen
+    slidings = [sliding for _, sliding, *_ in keys]
     # only the effort without the offset acts against friction
-    ramp = np.array([onset.level - onset.direction * offset, onset.rate])
-    immediate = (
-        math.nan if fall == IMMEDIATE else _begin(onset, sliding, resolution, start, IMMEDIATE)[0]
-    )
-    t0, position, left, _ = onset_time(
-        onset.time,
-        onset.seen,
-        ramp,
-        np.array([inertia, viscous, coulomb]),
+    ramps = [
+        (onset.level - onset.direction * offset, onset.rate)
+        for onset, (*_, offset) in zip(onsets, slidings, strict=True)
+    ]
+    spans = [
+        search_span(resolution, onset.rate, inertia, CHANGES_USED)
+        for onset, (inertia, *_) in zip(onsets, slidings, strict=True)
+    ]
+    found = onset_times(
+        times,
+        seen,
+        np.array([onset.time.size for onset in onsets]),
+        np.array(ramps),
+        np.array([sliding[:3] for sliding in slidings]),
         resolution,
         start * resolution,
-        onset.timing,
-        search_span(resolution, onset.rate, inertia, CHANGES_USED),
+        np.array([onset.timing for onset in onsets]),
+        np.array(spans),
         fall.velocity,
         fall.exponent,
-        immediate,
+        np.array(immediate),
     )
-    return t0, position, left
+    return [(t0, place, left) for t0, place, left, _ in found.tolist()]
 
 
 @dataclass(frozen=True)
@@ -140,18 +166,17 @@ class OnsetData:
         """
         onsets, factors = self._compared(shape)
 
-        def one(k: int) -> float:
-            found = efforts([onsets[k]], axis, self.resolution, 0.5, factors[k : k + 1], fall)
-            return float(found[2][0])
-
+        squares: Vector = np.empty(len(onsets))
         partial_sum = 0.0
-        for k in order.tolist():
-            partial_sum += one(k)
-            if partial_sum > most * len(onsets) * SURELY:
-                return math.inf
-        total = 0.0
-        for k in range(len(onsets)):
-            total += one(k)
+        for first in range(0, len(onsets), TOGETHER):
+            part = order[first : first + TOGETHER]
+            some = [onsets[k] for k in part.tolist()]
+            squares[part] = efforts(some, axis, self.resolution, 0.5, factors[part], fall)[2]
+            for square in squares[part].tolist():
+                partial_sum += square
+                if partial_sum > most * len(onsets) * SURELY:
+                    return math.inf
+        total = sum(squares.tolist())
         return math.inf if total > most * len(onsets) else total / len(onsets)
 
     def _compared(self, shape: Vector | None) -> tuple[list[BreakawayOnset], Vector]:
