@@ -13,8 +13,8 @@ from frictool.identify.model_page.friction_panels import MARGIN, SIDES
 from frictool.identify.model_page.panel import MEASURED, SIMULATED, FigurePanel, scatter
 from frictool.identify.validate.validation import OPEN, Validation
 from frictool.presentation.chart_data import with_detail
+from frictool.presentation.colours import MUTED
 from frictool.presentation.decimation import decimated_indices
-from frictool.presentation.svg import MUTED
 from frictool.typing import Vector
 
 if TYPE_CHECKING:
