@@ -28,7 +28,7 @@ def render_page(folder: Path, provenance: Provenance, **texts: Any) -> str:
     All texts are escaped, except values of type `Markup`. Raises jinja2.UndefinedError if the
     template uses a name that is not passed.
     """
-    return _page_template(folder).render(provenance=provenance, **chart_resources(), **texts)
+    return _page_template(folder).render(provenance=provenance, **_chart_resources(), **texts)
 
 
 @cache
@@ -44,7 +44,7 @@ def _page_template(folder: Path) -> jinja2.Template:
     return environment.get_template("page.html.jinja")
 
 
-def chart_resources() -> dict[str, Any]:
+def _chart_resources() -> dict[str, Any]:
     """Return what a template needs to show charts: scripts, their hashes, style and licence."""
     scripts = page_scripts()
     return {

@@ -5,16 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import jinja2
 from markupsafe import Markup
 
 from frictool.compare.thesis_tables import TABLE_2_1, TABLE_3_2
-from frictool.presentation.page import chart_resources
+from frictool.documents.provenance import provenance_of_command
+from frictool.presentation.page import render_page
 from studies.thesis.comparison import ComparedValue, Comparison
 from studies.thesis.documents import GRIDS, KINDS, Documents
 from studies.thesis.results import Part
 
-HERE = Path(__file__).parent
 CHAPTERS = {
     "2": "Mechanisms and friction",
     "3": "The hybrid model",
@@ -45,25 +44,19 @@ def called(name: str) -> str:
 
 def page(documents: Documents, part: Part, comparison: Comparison) -> str:
     """Return the HTML text; the same values and figures give the same bytes."""
-    environment = jinja2.Environment(
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     chapters = [
         _chapter(number, title, documents, part, comparison) for number, title in CHAPTERS.items()
     ]
     lines = comparison.lines
-    return environment.from_string((HERE / "page.html.jinja").read_text(encoding="utf-8")).render(
+    return render_page(
+        Path(__file__).parent,
+        provenance_of_command("python -m studies.thesis", []),
         chapters=[chapter for chapter in chapters if chapter["tables"] or chapter["figures"]],
         values=len(lines),
         agreeing=sum(line.agrees for line in lines),
         counts=[(KINDS[kind], *counted) for kind, counted in comparison.counts.items()],
         drawn=len(part.figures),
         problems=comparison.problems,
-        **chart_resources(),
     )
 
 
