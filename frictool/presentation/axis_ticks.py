@@ -28,6 +28,8 @@ class AxisTicks:
 def linear_ticks(ends: tuple[float, float], most: int, least_step: float = 0.0) -> AxisTicks:
     """Return ticks between `ends`, at most `most` intervals apart.
 
+    A smaller step is used if fewer than FEWEST ticks would be between the ends.
+
     `least_step`: least step of the ticks, for whole numbers; such an axis has no grid.
     """
     low, high = ends
