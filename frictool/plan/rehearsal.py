@@ -1,4 +1,4 @@
-"""Rehearsals of a test: the test of simulated axes, whose logs `identify` evaluates.
+"""Rehearsals of a test: simulations of the test, whose logs `identify` evaluates.
 
 The half width that `identify` reports depends on the encoder, on the speed and on the chosen
 method. Each rehearsal draws an axis within the a-priori intervals, simulates the test with encoder

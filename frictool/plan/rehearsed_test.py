@@ -69,8 +69,8 @@ def rehearsed_ramps(
 ) -> PreciseTest:
     """Return ramps whose rehearsals reach the requested precision of the breakaway.
 
-    Parameters, results and errors are those of `rehearsed_strokes`; the sequence is a command of
-    the drive.
+    `rehearsed_strokes` explains parameters, result and errors; the sequence is a command of the
+    drive.
     """
     expected = breakaway_range(bench)[1]
     return _rehearsed(precise_ramps, bench, request, lambda *_: expected, progress)

@@ -107,7 +107,7 @@ def _velocity(velocity: Velocity) -> str:
     if velocity.observer is not None:
         return _observer(velocity.observer)
     if velocity.source == "measured":
-        return "of a sensor of its own"
+        return "of a separate sensor"
     if velocity.bandwidth_rad_s == 0.0:
         return "the encoder's difference itself"
     return (

@@ -113,7 +113,7 @@ class StreamEvidence:
 
     @cached_property
     def has_backlash(self) -> bool:
-        """Return True if the load's position is known and differs from that of the sensor."""
+        """Return True if the load's position is known and differs from the sensor's position."""
         if self.load is None or not self.has("position"):
             return False
         apart = float(np.max(np.abs(self.load[1] - self.stream.signals["position"]), initial=0.0))

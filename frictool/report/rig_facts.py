@@ -47,9 +47,9 @@ class RigFacts:
         return self.simulated(facts_of_text(log.metadata.get(RECORD, {})))
 
     def simulated(self, facts: Mapping[str, float]) -> RigFacts:
-        """Return the data with the encoder step of a simulation, and the lower drive limit.
+        """Return the data with the encoder step of a simulation, and the lower of two drive limits.
 
-        The lower limit is that of the bench or of the simulation.
+        The two limits belong to the bench and to the simulation.
         """
         limits = [
             limit

@@ -2,7 +2,7 @@
 
     record -> position, drive, peaks -> sensor step -> holds -> metrics -> (value, met)
 
-The values are those of `judge` on the run's log; there are no reasons and no locations.
+The values equal the values of `judge` on the run's log; there are no reasons and no locations.
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ def judge(
 
 
 def verdict_of(request: ReportRequest) -> Verdict:
-    """Return the verdict of `judge` for a request; the errors are those of `judge`."""
+    """Return the verdict of `judge` for a request; raise the errors that `judge` raises."""
     spec, logs, controller, bench = request.spec, request.logs, request.controller, request.bench
     if not logs:
         raise FrictoolError("there is no log to judge; give at least one")

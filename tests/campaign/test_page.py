@@ -99,7 +99,7 @@ def test_every_trial_is_a_point_of_the_plane_as_long_as_they_are_few_then_cells_
         assert (
             sum(len(re.findall(r"M \S+ [-\d.]+L\S+ \S+", path)) for path in drawn) == dots
         )  # a lone M draws nothing
-        assert ("grey: those that pass" in picture.caption) == (dots > 0)
+        assert ("grey: trials that pass" in picture.caption) == (dots > 0)
 
 
 def test_a_bar_beyond_the_limit_is_red_and_no_other() -> None:

@@ -59,7 +59,7 @@ def test_a_plain_cascade_has_its_law_and_its_linear_part() -> None:
             Velocity(bandwidth_rad_s=300.0, order=2),
             "the encoder's difference through a second-order low-pass at 300 rad/s",
         ),
-        (Velocity(source="measured"), "of a sensor of its own"),
+        (Velocity(source="measured"), "of a separate sensor"),
     ],
 )
 def test_velocity_where_a_block_sees_it(velocity: Velocity, words: str) -> None:

@@ -4,7 +4,7 @@ start  8 % of the travel, then steps to 88, 8, 56 and 24 %
 parts  5 response times each
 hold   the last part is longer by `rest.after_s`, or by 30 s if `limit_cycle` is specified
 
-The positions are those of thesis 5.4.1: 5, 55, 5, 35 and 15 rad of 63 rad.
+The positions correspond to thesis 5.4.1: 5, 55, 5, 35 and 15 rad of 63 rad.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Regional sensitivity: differences between failing and passing trials along each factor.
 
-The method is that of Hornberger and Spear (Journal of Environmental Management 12, 1981). The
-method computes the Kolmogorov-Smirnov distance between the distributions of a factor in the failing
-and in the passing trials, and the p-value of this distance. The test is valid for random draws and
-for a Latin hypercube, because for a factor without influence every assignment of the failures to
-the draws is equally likely.
+The method of Hornberger and Spear (Journal of Environmental Management 12, 1981) computes the
+Kolmogorov-Smirnov distance between the distributions of a factor in the failing and in the passing
+trials, and the p-value of this distance. The test is valid for random draws and for a Latin
+hypercube, because for a factor without influence every assignment of the failures to the draws is
+equally likely.
 """
 
 from __future__ import annotations

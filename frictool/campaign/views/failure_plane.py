@@ -61,7 +61,7 @@ def _points(axes: Axes, trials: Trials, first: int, second: int) -> str:
         if chosen.any():
             _dots(axes, x[chosen], y[chosen], colour, size, 0.45 if mark == MET else 0.8)
     undecided = ", brown the undecided trials" if (trials.passed == UNDECIDED).any() else ""
-    return f"Red: trials that fail, grey: those that pass{undecided}."
+    return f"Red: trials that fail, grey: trials that pass{undecided}."
 
 
 def _dots(axes: Axes, x: Vector, y: Vector, colour: str, size: float, opacity: float) -> None:

@@ -1,7 +1,7 @@
 """Worst-case limits of a bench over its a-priori intervals: travel, speed and effort.
 
-The effort is that of the weakest actuator on the heaviest axis. Every axis within the intervals can
-therefore follow a reference within these limits (thesis 4.2.3):
+The effort is computed for the weakest actuator on the heaviest axis. Every axis within the
+intervals can therefore follow a reference within these limits (thesis 4.2.3):
 
     inertia_high |a| + viscous_high |v| + coulomb_high + |offset| + load.most <= constant_low limit
 """

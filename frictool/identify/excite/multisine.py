@@ -41,7 +41,7 @@ def crest(phases: Vector) -> float:
 def low_crest(harmonics: int) -> Vector:
     """Return the phases (harmonics,) in rad with the lowest crest factor of the search.
 
-    This crest factor is never above that of Schroeder's phases.
+    This crest factor is never above the crest factor of Schroeder's phases.
     """
     phases = best = schroeder(harmonics)
     for _ in range(SWAPS):

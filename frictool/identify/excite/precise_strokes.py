@@ -216,7 +216,7 @@ def stroke_motion(
 ) -> Motion:
     """Return the motion in which each of the k candidates is repeated.
 
-    `times` (k + 1,) are the numbers of repetitions; the last one is that of pauses, which are
+    `times` (k + 1,) are the numbers of repetitions, followed by the number of pauses, which are
     spread evenly. The positions of the reversals are random within the share SPREAD of the
     candidate's reach at both ends, so that encoder errors differ between strokes.
     """

@@ -17,7 +17,7 @@ METHOD = "auto"  # of `identify`, with which the test was rehearsed
 def promise_of(
     tests: Sequence[PreciseTest], bench: Bench, noise: float | None, provenance: Provenance
 ) -> Promise:
-    """Return the promise of the tests of a bench; `noise` is that of the drive, A | V."""
+    """Return the promise of the tests of a bench; `noise`: noise of the drive, A | V."""
     actuator = bench.actuator
     assumed = DRIVE_NOISE_SHARE * actuator.limit.value if noise is None else noise
 

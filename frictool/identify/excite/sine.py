@@ -28,8 +28,8 @@ CHOICES = 24  # number of distances tried
 def condition(speed: float) -> float:
     """Return the condition number of the regression of friction on a sine (thesis 4.30).
 
-    The regressors are those of viscous and Coulomb friction. `speed` is the sine's top speed,
-    rad/s | m/s.
+    The regression has the regressors of viscous and Coulomb friction. `speed` is the sine's top
+    speed, rad/s | m/s.
     """
     half = 0.5 * speed**2 + 1.0
     product = speed**2 * (0.5 - 4.0 / math.pi**2)

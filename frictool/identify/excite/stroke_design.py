@@ -14,8 +14,8 @@ candidate k, and rms the largest allowed rms drive of the test, both divided by 
 The most precise test of a given duration minimises the largest ratio of a parameter's variance to
 its limit. A pause is a candidate without information and drive.
 
-All x_k are rounded up. Repetitions are then removed one by one, those of the longest strokes first,
-as long as every constraint is met.
+All x_k are rounded up. Repetitions are then removed one by one, the longest strokes first, as long
+as every constraint is met.
 """
 
 from __future__ import annotations
