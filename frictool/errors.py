@@ -54,7 +54,7 @@ def _rebuilt(kind: type[FrictoolError], arguments: tuple[Any, ...]) -> FrictoolE
 
 
 class InputFileError(FrictoolError):
-    """An input file is missing or damaged, or has not the required form."""
+    """An input file is missing or damaged, or does not have the required form."""
 
     def __init__(self, path: Path | str, message: str, *, line: int | None = None) -> None:
         self.path = str(path)

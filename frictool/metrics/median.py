@@ -1,4 +1,4 @@
-"""Median of values, faster than that of numpy."""
+"""Median of values, computed faster than by numpy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Comparison of a plant and a rig with those for which a controller was verified."""
+"""Comparison of a plant and a rig with the plants and the rig of a controller's verification."""
 
 from __future__ import annotations
 

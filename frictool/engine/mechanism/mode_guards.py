@@ -35,7 +35,7 @@ def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
 
 @inset_kernel
 def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
-    """Return True for the guard of a force, False for that of a speed or a position."""
+    """Return True for a guard of a force, False for a guard of a speed or a position."""
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     if index < n:
         return bool(modes[index] == STUCK)

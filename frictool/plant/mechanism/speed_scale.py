@@ -82,7 +82,7 @@ def _reached(
 
 
 def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> None:
-    """Raise ElementError if a block's speed relative to that of `root` is outside the limits."""
+    """Raise ElementError if a block's speed, relative to `root`'s speed, is outside the limits."""
     for block, ratio in ratios.items():
         if not SLOWEST <= abs(ratio) <= FASTEST:
             finding = f"links give it {abs(ratio):g} times the speed of {names[root]}"
