@@ -205,8 +205,8 @@ def _propose(
 
     if len(raw) > 1:
         raise click.UsageError(
-            "--guess takes one file; write the columns of further instruments under `instruments` "
-            "by hand."
+            "--guess takes one log; write the columns of further instruments into the section "
+            "`instruments` of the bench by hand."
         )
     with stdin_as_file(raw) as (path,), layout_advice():
         start = start_from(path, path.stem[:80] or "rig", axis, layout=layout)

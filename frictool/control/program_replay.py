@@ -16,11 +16,11 @@ def record_along(
     others: IntVector,
     values: Vector,
 ) -> None:
-    """Run a program in double, in place, and write values of its nodes to `values` (n, s + o).
+    """Run a program in double arithmetic over n samples, and record values of its nodes.
 
-    samples (n, i): inputs of the program, whose indices are `inputs` (i,). The first s columns of
-    `values` are the nodes `states` (s,) before each sample, the other columns the nodes `others`
-    (o,) after the operations of the sample.
+    `machine` is changed in place. `values` (n, s + o) is filled: its first s columns contain the
+    nodes `states` (s,) before each sample, its other columns the nodes `others` (o,) after the
+    sample. `samples` (n, i) contains the inputs; `inputs` (i,) are the indices of their nodes.
     """
     for k in range(samples.shape[0]):
         for column in range(inputs.shape[0]):
@@ -41,10 +41,10 @@ def value_along(
     velocity: Vector,
     values: Vector,
 ) -> None:
-    """Run a controller in place and write the value of one node to `values` (n,) [SI].
+    """Run a controller over n samples, and write the value of one node to `values` (n,) [SI].
 
-    index: index of the node. reference, position, velocity (n,): inputs of the controller. The
-    program may have any number format.
+    `machine` is changed in place. index: index of the node. reference, position, velocity (n,):
+    inputs of the controller. The program may have any number format.
     """
     for k in range(reference.shape[0]):
         control_step(machine, reference[k], position[k], velocity[k])

@@ -4,11 +4,13 @@
 
 r is the reference, f the filtered reference with the speed v and the acceleration a, and w the
 bandwidth. The states are d = r - f, v and a, sampled by Tustin's rule, so that they are exactly 0
-at rest. The filter lags by 3/w. The speed and the acceleration of the reference after a further
-time `ahead` [s] follow from the higher derivatives of f, with (1 + s/w)^3 exp(s ahead) = 1 + c1 s +
-c2 s^2 + ...:
+at rest. The filter lags by 3/w. This lag is corrected, and the speed and the acceleration of the
+reference are predicted for a time `ahead` [s] after the sample:
 
-    v + c1 a + c2 j,   a + c1 j        c1 = 3/w + ahead,   c2 = 3/w^2 + 3 ahead/w + ahead^2/2
+    speed = v + c1 a + c2 j,   acceleration = a + c1 j
+    c1 = 3/w + ahead,   c2 = 3/w^2 + 3 ahead/w + ahead^2/2
+
+c1 and c2 are coefficients of the series (1 + s/w)^3 exp(s ahead) = 1 + c1 s + c2 s^2 + ...
 
 Property: the result is exact for a reference with constant jerk. One count of the reference causes
 an acceleration of about w^2 counts, so that a coarse reference needs a low w. Source of the filter:
@@ -26,7 +28,7 @@ from frictool.control.program import Program, ProgramNode
 def reference_derivatives(
     program: Program, reference: ProgramNode, bandwidth: float, ahead: float, period: float
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the speed and acceleration of the reference after a further time `ahead` [s].
+    """Return the speed and acceleration of the reference, a time `ahead` [s] after the sample.
 
     bandwidth: bandwidth of the filter [rad/s]. period: sample period [s].
     """

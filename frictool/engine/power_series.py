@@ -2,7 +2,8 @@
 
     m v' = u(t, x, v, q) - friction - viscous v        x' = v        q' = x - r
 
-engine/drive.py defines the effort u. The system is linear with constant coefficients: its solution
+x is the position, v the velocity, r the reference, and q the integral of x - r. engine/drive.py
+defines the effort u. The system is linear with constant coefficients: its solution
 is a power series in which each coefficient follows from the one before. A piece ends where the
 truncated series is no longer exact to rounding; there is no step-size control.
 """
@@ -31,11 +32,13 @@ def motion(
     start: float,
     piece: Vector,
 ) -> None:
-    """Fill `piece` (4, TERMS), rows x, v, q, u, with the series in time since t from y = (x, v, q).
+    """Fill `piece` (4, TERMS) with power series in the time since t; rows x, v, q and u.
 
-    x is the position, v the velocity, q the integral, u the effort. At rest (not `moving`) x and v
-    are constant. start: acceleration at t, including friction; the caller removes its rounding
-    error at the start of a slip. Friction affects the other coefficients through `viscous` only.
+    x is the position, v the velocity, q the integral of x - r, and u the effort. The initial values
+    are y = (x, v, q). At rest (not `moving`) x and v are constant.
+
+    start: acceleration at t, including friction. An acceleration that is 0 to rounding must be
+    passed as 0 when a slip begins. Friction affects the other coefficients through `viscous` only.
     """
     frequency = drive[dr.FREQUENCY]
     proportional = drive[dr.PROPORTIONAL]

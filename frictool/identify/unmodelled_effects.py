@@ -6,19 +6,20 @@ strokes (`regression`) does not include the resulting error. Six sources of this
 
 1. Residuals that repeat over position and state (velocity, sign of the acceleration) add a variance
    (`regression/multiway.py`). If only few rows determine viscous friction, as in strokes of one
-   speed, the encoder's noise in the acceleration also adds a variance. This noise is treated as the
-   same in every stroke, because equal strokes reverse at the same counts.
-2. Hypotheses of `explanation_search` that improve the fit shift the parameters.
-3. Smoothing windows of twice the length shift the parameters. The columns of delay and resonance
-   are first-order approximations: if they are used, a regression over the longest windows also
-   shifts the parameters.
+   speed, the encoder's noise in the acceleration also adds a variance. Equal strokes reverse at the
+   same counts and thus repeat this noise. The variance is therefore not divided by the number of
+   strokes.
+2. The parameters shift if a hypothesis of `explanation_search` that improves the fit is added.
+3. The fit is repeated with smoothing windows of twice the length; the change of the parameters is a
+   shift. The columns of delay and resonance are first-order approximations: if they are used, the
+   change with the longest windows is a further shift.
 4. If the column of the delay is used, the shift by an exact delay and by an exact lag is computed.
-5. If a delay is not used but improves the prediction of unseen strokes, an unknown delay shifts the
-   parameters. Before the fit, the delay is known to +- half a sample, because effort and position
-   of a row may have been read half a sample apart. If the regression gives a longer delay, its
-   value is used.
-6. If an eccentric encoder is not used but improves that prediction, an error of the encoder's local
-   gain shifts inertia and viscous friction.
+5. If the model has no delay, but a delay would improve the prediction of strokes outside the fit,
+   the effect of an unknown delay is a shift. Before the fit, the delay is known to +- half a
+   sample, because effort and position of a row may have been read half a sample apart. If the
+   regression gives a longer delay, its value is used.
+6. If the model has no eccentric encoder, but one would improve the prediction of strokes outside
+   the fit, the effect of the encoder's local gain on inertia and viscous friction is a shift.
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, because effects that look alike may shift a
@@ -26,8 +27,8 @@ parameter in opposite directions. If several effects move an end, only the large
 applied. If an interval overlaps the bench's interval, its ends do not move beyond the ends of the
 bench's interval.
 
-If the encoder is so coarse that noise attenuates the inertia, the interval of the inertia is not
-widened, and the effort of the inertia is treated as known.
+A regression on accelerations with much encoder noise would make the inertia too small. In this case
+the inertia is fixed at its value in the fit (or in the bench), and its interval is not widened.
 """
 
 from __future__ import annotations

@@ -50,7 +50,10 @@ def scheduled_controllers(
     to working precision, the inequalities admit no controller at some point.
     """
     if solution.frame.disc or solution.bases[0].degree:
-        raise ValueError("scheduled controllers need continuous time and an X of degree 0")
+        raise ValueError(
+            "scheduled controllers need continuous plants and a constant Lyapunov matrix X "
+            "(basis of degree 0)"
+        )
     cells = [
         _ScheduledPlant(solution, values, solution.frame.plant(plant).transformed(solution.t))
         for values, plant in zip(points, plants, strict=True)

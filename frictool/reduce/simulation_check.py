@@ -86,8 +86,8 @@ def check_reduction(
     )
     if not tests:
         raise NoSolutionError(
-            f"{chain.whole.name}: not checked: on every test step over the travel the friction "
-            "falls to 0; add a bearing's friction"
+            f"{chain.whole.name}: not checked: every test step passes a position where the "
+            "friction is almost 0; add the friction of a bearing"
         )
     size = abs(there.ratio)
     side = 1.0 if there.ratio > 0.0 else -1.0

@@ -42,9 +42,9 @@ class JudgedLoop:
         self._beyond: dict[tuple[tuple[str, str], ...], str] = {}
 
     def margin(self, log: Log, topic: str) -> tuple[float | None, str]:
-        """Return the pair (modulus margin with a stream's plant, empty text) or (None, reason).
+        """Return (modulus margin, "") for the plant of the stream `topic`, or (None, reason).
 
-        The margin of an unstable loop is 0.
+        A simulated log describes the plant of each stream. The margin of an unstable loop is 0.
         """
         if not _simulated(log):
             return None, RECORDED
@@ -52,7 +52,7 @@ class JudgedLoop:
         return self.margin_of(plant, unstated_words(log))
 
     def margin_of(self, plant: LoggedPlant | None, unstated: str = "") -> tuple[float | None, str]:
-        """Return the pair (modulus margin with a simulated plant, empty text) or (None, reason).
+        """Return (modulus margin, "") for a simulated plant, or (None, reason).
 
         `unstated`: reason why the bench of the simulated plant is unknown; "" if it is known.
         """

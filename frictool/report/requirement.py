@@ -123,8 +123,8 @@ class Requirement:
 class ReportRequest:
     """Request for a verdict: the logs to judge, and the documents.
 
-    `bench`: bench of recorded logs; None if it is the controller's bench. `proof`: proof of a step
-    test of the controller.
+    `bench`: bench of recorded logs; None if it is the controller's bench. `proof`: document
+    `proof.yaml` that `frictool prove` wrote for a step test of the controller.
     """
 
     spec: Spec

@@ -123,7 +123,7 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
         raise FrictoolError(
             f"position_law.band: found {law.band.value:.6g} {unit}; allowed: at least the "
             f"encoder's step, {step:.6g} {unit}; write a larger "
-            "band, or remove the key for a band of one step"
+            "band, or remove the key; the band is then one step"
         ).at("design", "position_law.band")
     bands: dict[str, PositiveLength | None] = {} if limiter is None else {"limiter": limiter.band}
     bands |= {} if law is None or law.action == "none" else {"position_law": law.band}

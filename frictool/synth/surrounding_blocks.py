@@ -194,8 +194,8 @@ class _BlockRules:
             raise FrictoolError(f"limiter.band: {finding}").at("design", "limiter.band")
         if energy and today.coulomb.value + virtual == 0.0:
             raise FrictoolError(
-                "limiter: condition energy needs friction, but the model's coulomb is 0; give "
-                "virtual_coulomb, or take condition error"
+                "limiter: `condition: energy` needs friction, but the model's coulomb is 0; add "
+                "`virtual_coulomb`, or write `condition: error`"
             ).at("design", "limiter.condition")
         self.notes.append(
             f"limiter: {NOT_LINEAR}; boundedness and rest are proved, the decrease of a Lyapunov "

@@ -283,7 +283,7 @@ def test_without_friction_there_is_nothing_to_compensate_or_to_stop_with() -> No
             velocity=measured,
             friction_compensation=FrictionCompensationDesign("model", smoothing_speed=speed),
         )
-    with pytest.raises(FrictoolError, match="condition energy needs friction"):
+    with pytest.raises(FrictoolError, match="`condition: energy` needs friction"):
         made(model=smooth, velocity=measured, limiter=LimiterDesign("energy"))
 
 

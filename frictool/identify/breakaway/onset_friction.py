@@ -211,10 +211,10 @@ class OnsetData:
     def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
-        The position fitted to an onset depends linearly on the expected position, with constants a
-        and b: fitted = a + b expected. At the position a/(1 - b), the fitted equals the expected
-        position, so that only the timing of the changes determines it. This position and a uniform
-        position within the count are averaged with weights 1/variance.
+        The fit to an onset needs a prior position. Its result depends linearly on the prior
+        position, with constants a and b: fitted = a + b prior. At the position a/(1 - b), both are
+        equal. This position depends only on the times at which the encoder's count changes. It is
+        averaged with a position that is uniform within the count, with weights 1/variance.
         """
         low, high = (
             efforts(self.onsets, axis, self.resolution, expected, shape, self.fall)[1]

@@ -161,8 +161,8 @@ def simulation_error(
     )
     if undetermined is not None:
         raise UnusableLogs(
-            "output-error needs every load to be determined by the log; use "
-            f"least-squares ({undetermined})"
+            "output-error fits all loads, but the logs do not determine one of them "
+            f"({undetermined}); use least-squares"
         )
     hidden = start.refused.get("inertia", "")
     if hidden.endswith(WITH_BENCH_INERTIA):

@@ -68,9 +68,9 @@ class PrecisionRequest:
 
 @dataclass(frozen=True)
 class PreciseTest:
-    """Test with its promised precision, in SI units.
+    """Test with the precision to expect from it, in SI units.
 
-    - half_widths: parameter -> promised half width
+    - half_widths: parameter -> half width of its interval, from rehearsals
     - bounds: parameter -> half width at the Cramér-Rao bound
     """
 

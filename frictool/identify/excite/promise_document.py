@@ -1,4 +1,4 @@
-"""Document with the promised half widths of one or two tests."""
+"""Document `promise.yaml`: half widths of the parameters to expect from one or two tests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ METHOD = "auto"  # of `identify`, with which the test was rehearsed
 def promise_of(
     tests: Sequence[PreciseTest], bench: Bench, noise: float | None, provenance: Provenance
 ) -> Promise:
-    """Return the promise of the tests of a bench; `noise`: noise of the drive, A | V."""
+    """Return `promise.yaml`: the precision to expect from the tests of a bench.
+
+    noise: standard deviation of the drive's noise, A | V; None for the default.
+    """
     actuator = bench.actuator
     assumed = DRIVE_NOISE_SHARE * actuator.limit.value if noise is None else noise
 

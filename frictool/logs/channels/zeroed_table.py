@@ -1,6 +1,6 @@
-"""Subtraction of a zero from a column; the zero is the mean of the column's first samples.
+"""Subtraction of the zero offset of a column: the mean of the column's first samples.
 
-The zero is, for example, the offset of an amplifier, recorded while nothing moves.
+An example is the offset of an amplifier, recorded while nothing moves.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from frictool.logs.raw_table import DataLoss, DerivedTable, LostColumnError, Raw
 
 
 class ZeroedTable(DerivedTable):
-    """Table from which the zeros of the columns in `counts` are subtracted.
+    """Table from which the zero offsets of the columns in `counts` are subtracted.
 
     counts: column -> number of finite values, from the first on, that are averaged.
     """
@@ -29,7 +29,7 @@ class ZeroedTable(DerivedTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable) with the zeros subtracted."""
+        """Yield the rows (see RawTable), with the zero offset subtracted from each column."""
         zeros = {name: self._zero(name, losses) for name in wanted if name in self._counts}
         for block, done in self._table.blocks(wanted, losses):
             columns = {
@@ -71,7 +71,7 @@ class ZeroedTable(DerivedTable):
 
 
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
-    """Return the table, minus the zeros of the columns with `zero_first_samples`.
+    """Return the table without the zero offsets of the columns with `zero_first_samples`.
 
     A column that may lie in damaged data is not changed; `bind` reports the column.
     """

@@ -1,4 +1,4 @@
-"""Line of the bench that states the period at which a position wraps.
+"""Line of `bench.yaml` that states the period at which a position wraps.
 
 The unit is the log's unit, or turns if turns give a shorter number.
 """
@@ -18,7 +18,7 @@ COUNT, ANGLE, WHOLE = "count", "deg", "turn"
 
 
 class WrapLine:
-    """Writer of the line `wrap` or `wrap_bits` under `encoder`.
+    """Writer of the key `wrap` or `wrap_bits` for the section `encoder` of `bench.yaml`.
 
     counted: True if the position was read in whole counts of the encoder, so that `wrap_bits`
         removes a wrap of 2^b counts.

@@ -87,7 +87,8 @@ class MessageLayout:
     """Offsets of the numbers in a message of `size` bytes.
 
     leaves: all fields of numbers in the message.
-    guards: (offset, bytes) of each length that the layout depends on.
+    guards: offset and expected bytes of each number that states the length of a string or of an
+        array. The layout is valid only for messages with the same bytes there.
     """
 
     size: int

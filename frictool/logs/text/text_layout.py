@@ -100,8 +100,8 @@ def find_layout(
 
     whole: True if `head` is the complete file.
 
-    Raises LogError if the file is empty, has no row of numbers after the lines that the bench
-    gives, or has a line longer than LONGEST_LINE.
+    Raises LogError if the file is empty, has no row of numbers, or has a line longer than
+    LONGEST_LINE. Rows of numbers are expected below the header; the bench may state its line.
     """
     lines = _lines(path, head, whole, max(MOST_LINES, layout.first_line or 0))
     declared_delimiter, declared_mark, samples = labview_dialect(lines)
