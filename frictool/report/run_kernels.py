@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from frictool.engine.closed_loop import COMMAND, MEASURED, TRUE_DRIVE
-from frictool.engine.disturbances_and_faults import SENSOR_GAIN, SENSOR_OFFSET
+from frictool.engine.disturbances_and_faults import SENSOR_GAIN, SENSOR_OFFSET, extremes
 from frictool.logs.quality.time_base import FEWEST_LEVELS, MOST_STEPS, ON_LATTICE
 from frictool.metrics.response_time import ROUNDED, ZONE
 from frictool.metrics.reversals import LEAST_RETURN, LEAST_SENSOR_STEPS
@@ -66,22 +66,25 @@ def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
     `step`. The second value is 0 if there is no such step, and OFF_LATTICE if a position is not a
     multiple of `step`, or if the positions have too large a range.
     """
-    nothing = np.empty(0)
     if step <= 0.0:
-        return nothing, OFF_LATTICE
-    extreme = np.max(np.abs(position))
-    rounding = 16.0 * np.spacing(extreme)
-    lowest = np.rint(np.min(position) / step)
-    counts = np.rint(np.max(position) / step) - lowest + 1.0
+        return np.empty(0), OFF_LATTICE
+    low, high = extremes(position)
+    # 16 times the distance of neighbouring numbers
+    rounding = math.ldexp(16.0, math.frexp(max(-low, high))[1] - 53)
+    lowest = np.rint(low / step)
+    counts = np.rint(high / step) - lowest + 1.0
     if 4.0 * rounding > step or counts > MOST_COUNTS * position.shape[0]:
-        return nothing, OFF_LATTICE
+        return np.empty(0), OFF_LATTICE
     # smallest and largest position at each count, which differ by rounding
-    least = np.full(int(counts), np.inf)
-    largest = np.full(int(counts), -np.inf)
+    least = np.empty(int(counts))
+    largest = np.empty(int(counts))
+    for index in range(int(counts)):
+        least[index] = math.inf
+        largest[index] = -math.inf
     for value in position:
         at = np.rint(value / step)
         if not abs(value - at * step) <= 0.5 * rounding:
-            return nothing, OFF_LATTICE
+            return np.empty(0), OFF_LATTICE
         index = int(at - lowest)
         least[index] = min(least[index], value)
         largest[index] = max(largest[index], value)
@@ -89,14 +92,14 @@ def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
     used = 0
     last = largest[0]
     for index in range(1, least.shape[0]):
-        if least[index] < np.inf:
+        if least[index] < math.inf:
             distances[used] = least[index] - last
             last = largest[index]
             used += 1
     distances = distances[:used]
     if used < FEWEST_LEVELS - 1:
         return distances, 0.0
-    smallest = np.min(distances)
+    smallest, _ = extremes(distances)
     for parts in range(1, MOST_STEPS + 1):
         part = smallest / parts
         off = 0.0
@@ -126,7 +129,7 @@ def step_metrics(
     n = position.shape[0]
     first = -1
     settled = 0
-    excess = -np.inf
+    excess = -math.inf
     for k in range(n):
         excess = max(excess, (position[k] - target) * direction)
         if abs(position[k] - final) > zone:

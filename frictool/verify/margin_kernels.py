@@ -32,31 +32,44 @@ def exponential(matrix: Matrix) -> Matrix:
     n = matrix.shape[0]
     largest = 0.0
     for i in range(n):
-        largest = max(largest, np.sum(np.abs(matrix[i])))
+        row = 0.0
+        for j in range(n):
+            row += abs(matrix[i, j])
+        largest = max(largest, row)
     halvings = 0
     while largest > LARGEST_ROW:
         largest *= 0.5
         halvings += 1
-    scaled = matrix * 0.5**halvings
-    total = np.eye(n)
+    scale = 0.5**halvings
+    scaled = np.empty((n, n))
+    total = np.empty((n, n))
+    product = np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            scaled[i, j] = matrix[i, j] * scale
+            total[i, j] = 1.0 if i == j else 0.0
     for k in range(TERMS, 0, -1):
-        total = np.eye(n) + _product(scaled, total) / k
+        _multiply(scaled, total, product)
+        for i in range(n):
+            for j in range(n):
+                total[i, j] = (1.0 if i == j else 0.0) + product[i, j] / k
     for _ in range(halvings):
-        total = _product(total, total)
+        _multiply(total, total, product)
+        total, product = product, total
     return total
 
 
 @kernel
-def _product(a: Matrix, b: Matrix) -> Matrix:
-    """Return the matrix product of a and b; for few rows, this is faster than a library."""
+def _multiply(a: Matrix, b: Matrix, out: Matrix) -> None:
+    """Write the product of a and b to `out`; for few rows, this is faster than a library."""
     n = a.shape[0]
-    out = np.zeros((n, n))
     for i in range(n):
+        for j in range(n):
+            out[i, j] = 0.0
         for k in range(n):
             if a[i, k] != 0.0:
                 for j in range(n):
                     out[i, j] += a[i, k] * b[k, j]
-    return out
 
 
 @kernel
@@ -80,24 +93,31 @@ def sampled_axis(
     whole[n - 1, n - 2] = -period
     held = exponential(whole)
     # position error, then the difference of two samples of it
-    kept = list(range(n - 1))
-    places = np.zeros(3, dtype=np.int64)
+    kept = np.empty(n + 1, dtype=np.int64)
+    for i in range(n - 1):
+        kept[i] = i
+    count = n - 1
+    places = np.empty(3, dtype=np.int64)
     places[SEES_SPEED] = n - 2
-    for seen in (SEES_ETA, SEES_DIFFERENCE):
-        if np.any(sees == seen):
-            places[seen] = len(kept)
-            kept.append(n - 1 + seen)
-    a = np.zeros((len(kept), len(kept)))
-    b = np.zeros(len(kept))
-    for i in range(len(kept)):
+    for seen in range(SEES_ETA, SEES_DIFFERENCE + 1):
+        is_seen = False
+        for i in range(sees.shape[0]):
+            is_seen = is_seen or sees[i] == seen
+        if is_seen:
+            places[seen] = count
+            kept[count] = n - 1 + seen
+            count += 1
+    a = np.zeros((count, count))
+    b = np.zeros(count)
+    for i in range(count):
         row = min(kept[i], n - 1)
         scale = 1.0 if kept[i] < n else 1.0 / period
         b[i] = held[row, n] * scale
-        for j in range(len(kept)):
+        for j in range(count):
             if kept[j] < n:
                 before = 1.0 if kept[i] == n and kept[j] == n - 1 else 0.0
                 a[i, j] = (held[row, kept[j]] - before) * scale
-    rows = np.zeros((sees.shape[0], len(kept)))
+    rows = np.zeros((sees.shape[0], count))
     for i in range(sees.shape[0]):
         rows[i, places[sees[i]]] = -1.0 if sees[i] == SEES_SPEED else 1.0
     return a, b, rows
@@ -151,22 +171,6 @@ def sensitivity(
 
 
 @kernel
-def sampled_loop(
-    controller: tuple[Matrix, Matrix, Matrix, Matrix],
-    delay_samples: int,
-    rates: tuple[float, float, float],
-    period: float,
-    sees: IntVector,
-) -> tuple[Matrix, Vector, Vector]:
-    """Return `sensitivity` of a controller with the axis `sampled_axis`.
-
-    rates: drive, viscous and lag of `sampled_axis`.
-    """
-    drive, viscous, lag = rates
-    return sensitivity(controller, delay_samples, sampled_axis(drive, viscous, lag, period, sees))
-
-
-@kernel
 def _solve(matrix: NDArray[np.complex128], right: ComplexVector) -> bool:
     """Solve matrix x = right in place by elimination; return False if the matrix is singular."""
     n = right.shape[0]
@@ -196,6 +200,12 @@ def _solve(matrix: NDArray[np.complex128], right: ComplexVector) -> bool:
 
 
 @kernel
+def _on_circle(angle: float) -> complex:
+    """Return the point of the unit circle at an angle."""
+    return complex(np.exp(1j * angle))
+
+
+@kernel
 def _by_modes(poles: ComplexVector, residues: ComplexVector, point: complex) -> float:
     """Return the magnitude of the sensitivity at a point of the unit circle, from its modes."""
     total = complex(1.0)
@@ -208,13 +218,20 @@ def _by_modes(poles: ComplexVector, residues: ComplexVector, point: complex) -> 
 def _by_matrices(loop: tuple[Matrix, Vector, Vector], point: complex) -> float:
     """Return the magnitude of the sensitivity at a point of the unit circle, from its matrices."""
     a, b, c = loop
-    matrix = -a.astype(np.complex128)
-    for k in range(b.shape[0]):
-        matrix[k, k] += point
-    x = b.astype(np.complex128)
+    n = b.shape[0]
+    matrix = np.empty((n, n), dtype=np.complex128)
+    x = np.empty(n, dtype=np.complex128)
+    for i in range(n):
+        x[i] = b[i]
+        for j in range(n):
+            matrix[i, j] = -complex(a[i, j])
+        matrix[i, i] += point
     if not _solve(matrix, x):
         return math.inf
-    return abs(1.0 + np.sum(c * x))
+    total = complex(0.0)
+    for i in range(n):
+        total += c[i] * x[i]
+    return abs(1.0 + total)
 
 
 @kernel
@@ -250,17 +267,29 @@ def peak(
     """
     _, b, c = loop
     n = poles.shape[0]
-    residues = b.astype(np.complex128)
-    if not _solve(vectors.copy(), residues):
+    residues = np.empty(n, dtype=np.complex128)
+    solved = np.empty((n, n), dtype=np.complex128)
+    for i in range(n):
+        residues[i] = b[i]
+        for j in range(n):
+            solved[i, j] = vectors[i, j]
+    if not _solve(solved, residues):
         return UNKNOWN
     for k in range(n):
-        residues[k] *= np.sum(c * vectors[:, k])
+        output = complex(0.0)
+        for i in range(n):
+            output += c[i] * vectors[i, k]
+        residues[k] *= output
     angles = _with_angles(grid, poles)
     last = angles.shape[0] - 1
     responses = np.empty(last + 1)
     for k in range(last + 1):
-        responses[k] = _by_modes(poles, residues, np.exp(1j * angles[k]))
-    least = NEAR * np.max(responses)
+        responses[k] = _by_modes(poles, residues, _on_circle(angles[k]))
+    top = responses[0]
+    for response in responses:
+        if response > top or math.isnan(response):
+            top = response
+    least = NEAR * top
     expected = 0.0
     largest = 0.0
     for k in range(last + 1):
@@ -274,12 +303,12 @@ def peak(
             best = 0
             gain = -1.0
             for j in range(ZOOMED):
-                value = _by_modes(poles, residues, np.exp(1j * (low + j * step)))
+                value = _by_modes(poles, residues, _on_circle(low + j * step))
                 if value > gain:
                     best, gain = j, value
             at = low + best * step
             high = low + min(best + 1, ZOOMED - 1) * step
             low += max(best - 1, 0) * step
         expected = max(expected, gain)
-        largest = max(largest, _by_matrices(loop, np.exp(1j * at)))
+        largest = max(largest, _by_matrices(loop, _on_circle(at)))
     return largest if abs(largest - expected) <= AGREEMENT * largest else UNKNOWN

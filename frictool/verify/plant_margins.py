@@ -29,7 +29,8 @@ from frictool.verify.margin_kernels import (
     SEES_SPEED,
     UNKNOWN,
     peak,
-    sampled_loop,
+    sampled_axis,
+    sensitivity,
 )
 from frictool.verify.scheduled_loop import interpolate_controller, weights
 
@@ -70,8 +71,8 @@ class PlantMargins:
         """Return the margin of one loop with one plant; 0 if the loop is unstable."""
         c = loop.system
         sees = np.array([SIGNALS[name] for name in loop.sees])
-        axis = rates.drive, rates.viscous, self._lag
-        closed = sampled_loop((c.a, c.b, c.c, c.d), self._delay, axis, self._period, sees)
+        axis = sampled_axis(rates.drive, rates.viscous, self._lag, self._period, sees)
+        closed = sensitivity((c.a, c.b, c.c, c.d), self._delay, axis)
         poles, vectors = np.linalg.eig(closed[0])
         if poles.size and np.max(np.abs(poles)) >= 1.0:
             return 0.0
