@@ -347,9 +347,9 @@ class _Composition:
                 program, speed, settings.speeds, drives(settings.efforts)
             )
         else:
-            parts = drives((settings.coulomb, settings.viscous))
+            coulomb, viscous = drives((settings.coulomb, settings.viscous))
             drive = friction_compensation.model_compensation(
-                program, speed, *parts, settings.smoothing_speed
+                program, speed, coulomb, viscous, settings.smoothing_speed
             )
         if not settings.positions:
             return drive
