@@ -135,7 +135,7 @@ def ports(program: Program) -> IntVector:
 
 @kernel
 def copy_program(machine: CompiledProgram) -> CompiledProgram:
-    """Return a copy with separate values; both copies share the arrays of operations."""
+    """Return a copy with separate values; it shares the arrays of operations with `machine`."""
     return CompiledProgram(
         machine.number,
         machine.code,

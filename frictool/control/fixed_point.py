@@ -4,11 +4,12 @@
     its operation ──▶ intervals of the words, checked
 
 The fraction of a value is its number of fractional bits. Values are 32-bit words; products and sums
-are formed in 64 bits. A program runs in q31: its coefficients have 31 bits and a sign, each with a
-separate fraction. Only coefficients can be rounded to q15. A state saturates at the interval of its
-bounds `low` and `high`; intervals that are valid at one sample are therefore valid at every sample.
-The overflow proof uses integers of any size, not real numbers. The proof repeats every operation on
-the words at both ends of its operands' intervals. Each intermediate result must fit into 64 bits.
+are formed in 64 bits. A program runs in q31: coefficients have 31 bits and a sign, and each
+coefficient has a separate fraction. Only coefficients can be rounded to q15. A state saturates at
+the interval of its bounds `low` and `high`; intervals that are valid at one sample are therefore
+valid at every sample. The overflow proof uses integers of any size, not real numbers. The proof
+repeats every operation on the words at both ends of its operands' intervals. Each intermediate
+result must fit into 64 bits.
 """
 
 from __future__ import annotations

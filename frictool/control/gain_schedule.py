@@ -2,10 +2,10 @@
 
     alpha_i = product over the parameters of (distance to the end opposite to corner i)/(width)
 
-A corner combines one end of the interval of each parameter. The parameters are states that the
-caller sets, such as the torque constant from a temperature, or the friction from an observer. A
-value outside its interval is replaced by the nearer end. The weights alpha_i are not negative, and
-their sum is 1 up to rounding.
+A corner is a combination of interval ends, one end for each parameter. The parameters are states
+that the caller sets, such as the torque constant from a temperature, or the friction from an
+observer. A value outside its interval is replaced by the nearer end. The weights alpha_i are not
+negative, and their sum is 1 up to rounding.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Acceptance test that every controller candidate must pass before it becomes a document.
 
 At every vertex, the sampled loop is rebuilt in physical units from the stored coefficients, with
-the bench's period and delay. The rounded coefficients are checked in the same way. No figure of the
-synthesis method is used.
+the bench's period and delay. The rounded coefficients are checked in the same way. No result of the
+synthesis method is used, such as a bound of the norm.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def accept(
     linear: stored.LinearController,
     around: SurroundingBlocks,
 ) -> stored.Verified:
-    """Return the verified figures of the loops with `linear` and the surrounding blocks.
+    """Return the norms and margins of the loops with `linear` and the surrounding blocks.
 
     Raises NoSolutionError (exit 4) in three cases: a loop with the bench's delay (1 sample for a
     bench without delay) is unstable or has less than the specified modulus margin; rounded

@@ -1,9 +1,10 @@
 """Certificate of a loop: the smallest bounds that verify/zero_exclusion.py proves.
 
-A box contains the plants whose parameters are in given intervals. The first bound is a fraction
-SLACK above the worst norm at the corners of the box. A proof that fails returns a plant; the worst
-norm is updated with the norm of that plant, and the slack is doubled. After a proof with a larger
-slack, the search returns to SLACK, as long as this lowers the bound.
+A box contains the plants whose parameters are in given intervals. The slack is the relative
+distance of the bound to be proved above the largest norm known so far. At first, this is the
+largest norm at the corners of the box, and the slack is SLACK. A proof that fails returns a plant:
+the norm of this plant is included, and the slack is doubled. After a successful proof with a larger
+slack, the search tries SLACK again, as long as this lowers the bound.
 """
 
 from __future__ import annotations
@@ -36,10 +37,10 @@ MOST_SLACK = 1e6  # above this slack, no proof is tried
 def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedBound, ...]]:
     """Return the certificate of a loop's norm and largest sensitivity, for the intervals `box`.
 
-    The second result contains the proved bounds with their numbers of cells. The certificate states
-    the reason why a bound is not proved. Raises NoSolutionError if the loop is unstable for a plant
-    of the box. The number of cells is limited instead of the time, so that the same inputs give the
-    same certificate.
+    The second result contains the proved bounds, and for each bound the number of parts (cells)
+    into which the proof divided the box. The certificate states the reason why a bound is not
+    proved. Raises NoSolutionError if the loop is unstable for a plant of the box. The number of
+    cells is limited instead of the time, so that the same inputs give the same certificate.
     """
     found = {of: _proved(quantity_loops(loop, of), box, of) for of in loop.quantities}
     proved = tuple(bound for bound in found.values() if isinstance(bound, ProvedBound))

@@ -1,4 +1,7 @@
-"""Search for a limit cycle of a controller without a band, by simulation (thesis 5.2.1)."""
+"""Search for a limit cycle by simulation (thesis 5.2.1).
+
+The search is for a controller that does not release the drive near the target.
+"""
 
 from __future__ import annotations
 

@@ -53,8 +53,8 @@ MEASURED = {"position": "position reference", "speed_cascade": "integral(speed r
 class SynthesisResult(ResultView):
     """Verified controller document, with information for the output of `synth`.
 
-    derived: values for keys that the design leaves out. trade: result of `relax: auto`, else None.
-    notes: sentences for the user. proved: bounds of the certificate.
+    derived: values for keys that the design leaves out. trade: result of `relax: auto`; None for
+    other designs. notes: sentences for the user. proved: bounds of the certificate.
     """
 
     controller: stored.Controller

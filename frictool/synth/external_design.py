@@ -1,7 +1,7 @@
 """Import of a controller from another tool, with verification.
 
-acceptance.py describes the checks. No bound of the norm is required; the weights only define the
-stated norm.
+acceptance.py describes the checks. The norm of the loop may have any value. The weights only define
+the norm that the document states.
 """
 
 from __future__ import annotations

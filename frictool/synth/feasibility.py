@@ -4,16 +4,16 @@ The bands of a design are compared with the encoder and the specification, the s
 the drive's limit. plant/time_optimal.py computes the shortest time of a step: the drive accelerates
 at its limit and then brakes at its limit, with its lag and the bench's delay. Every assumption is
 the most favourable one, so that no controller can be faster: the axis stops short of the target by
-static_error, the encoder shows it one count closer, and the step begins inside the open backlash.
-Load, the voltage of the winding and resonances are neglected. For the rise time, the axis need not
-stop and the drive has no lag.
+static_error, the encoder reads one count closer to the target, and the step begins inside the open
+backlash. Load, the voltage of the winding and resonances are neglected. For the rise time, a stop
+is not required, and the drive is assumed to have no lag.
 
 Method `auto` simulates steps of a known length. The response takes longer than with the drive
 alone, by the time constant of the speed loop with the plant of the smallest gain
 (`loop_allowance`). The loop has the dead time of delay, drive and speed filter, and the specified
 modulus margin on the plant with the largest gain.
 
-A specification does not state the length of its steps. The drive must be able to make the shortest
+A specification does not state the length of a step. The drive must be able to make the shortest
 step to which the specification can apply (else exit 4). The length of this step is 20 times
 static_error (at least 20 encoder counts), but at most the travel. A note states the longest step
 that is possible in the specified time.

@@ -2,8 +2,8 @@
 
 Each vertex of the polytope has a separate channel, annex (28)-(32). As in the annex, the friction
 regimes are scheduled if the design does not name other parameters. The target runs the controller
-of the plant in the middle of the vertices. In annex 5.2, the two vertex controllers agree at low
-frequencies.
+of the plant in the middle of the vertices. (In the example of annex 5.2, the two vertex controllers
+agree at low frequencies.)
 """
 
 from __future__ import annotations

@@ -26,10 +26,10 @@ def solve_inequalities(
 ) -> tuple[LyapunovPair, tuple[Lti, ...]]:
     """Return the Lyapunov matrices common to all plants, and the controller of each plant.
 
-    The pair's gamma is the bound that the controllers guarantee: `ease` of the design times the
-    gamma of the inequalities. All controllers have the same state coordinates. Raises
-    NoSolutionError if there is no solution or the arithmetic fails, FrictoolError if the pole
-    region is impossible.
+    The gamma of the result is the bound of the norm that the controllers guarantee: the design's
+    factor `ease` times the gamma of the inequalities. All controllers have the same state
+    coordinates. Raises NoSolutionError if there is no solution or the arithmetic fails,
+    FrictoolError if the pole region is impossible.
     """
     try:
         region = pole_region(problem.design.poles)

@@ -1,4 +1,4 @@
-"""Load of the model as a bounded disturbance that the drive must hold.
+"""Load of the model, treated as a bounded disturbance that the drive must balance.
 
     offset     constant
     gravity    s sin x + c cos x at the position x, at most its amplitude

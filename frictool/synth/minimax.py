@@ -4,10 +4,11 @@ The inequalities of theorem 5.3.1 bound the norm with a scheduled controller onl
 constant controller (thesis 5.3.4). This method varies the parameters of one constant controller
 (structured_controller.py), and minimises the largest norm of all vertices directly.
 
-The problem is not convex. The search improves random controllers (from a seed) of the least order
-that can stabilise all vertices. Each best controller then gets a pole and an equal zero, and the
-search continues, until the requested order is reached. The added pole and zero cancel, so that the
-norm never rises with the order. The result is an upper bound of the optimum.
+The problem is not convex. The search starts from random controllers, drawn with a seed, of the
+least order that can stabilise all vertices, and improves them. The best controller then gets a pole
+and an equal zero, and is improved again, until the requested order is reached. The added pole and
+zero cancel, so that the norm never rises with the order. The result is an upper bound of the
+optimum.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ class DescentPoint:
     missed: float
 
     def better_than(self, other: DescentPoint) -> bool:
-        """Return True if this point violates the margin less, or equally with a smaller norm."""
+        """Return True for a smaller violation of the margin or, if equal, for a smaller norm."""
         if max(self.missed, other.missed) > SETTLED:
             return self.missed < other.missed * (1.0 - SETTLED)
         return self.worst < other.worst * (1.0 - SETTLED)

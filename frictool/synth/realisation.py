@@ -3,8 +3,8 @@
 The realisations are a balanced state space, its inverse Tustin transform, and sections.
 
 An exact integrator (pole at z = 1) is a separate state with the coefficient 1, which no rounding
-changes; this state is also a separate section if the zeros allow a proper one. The remaining
-controller is stable and balanced, so that rounded coefficients change it little.
+changes. In the chain of sections it is a separate section, if the zeros allow a proper one. The
+remaining controller is stable and balanced, so that rounded coefficients change it little.
 """
 
 from __future__ import annotations

@@ -15,8 +15,8 @@ the specified one; the nominal overshoot is at most the specified one; the margi
 margin is not guaranteed: the poles are placed at the centre of the intervals, and the loop is then
 verified at every vertex.
 
-The polynomial T of the reference equals S, with the prefilter (thesis 5.69) on the reference: the
-target runs drive = (S/R)(reference - position), the same code as for every other method.
+The polynomial T of the reference equals S. The target runs drive = (S/R)(reference - position)
+behind the prefilter of the reference (thesis 5.69), the same code as for every other method.
 """
 
 from __future__ import annotations

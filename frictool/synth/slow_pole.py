@@ -2,9 +2,9 @@
 
 With an integrator (thesis 5.4.3.1) the static error vanishes. A stable pole is needed if the
 optimal controller has a slow pole just outside the stability limit. A pole p with the residue r
-contributes r/(s - p), which is close to r/s at frequencies far above |p|. The pole is therefore
-moved with an unchanged residue, and the loop is verified again. The slow pole is usually the pole
-of W2, which the controller inherits from the weighted plant.
+contributes r/(s - p), which is close to r/s at frequencies far above |p|. The pole can therefore be
+moved if the residue is unchanged. The loop is then verified again. Usually the slow pole is the
+pole of W2, which is a part of the weighted plant and thus of the controller.
 """
 
 from __future__ import annotations

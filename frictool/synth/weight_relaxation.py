@@ -86,10 +86,10 @@ def relaxed_problem(
 ) -> tuple[SynthesisProblem, Trade]:
     """Return the problem with relaxed weights, and the record of the search.
 
-    `guide` returns the gamma of a method, which the relaxation lowers to `required`. The gamma of
-    inequalities rises with W1, as the search requires; the norm of a constant controller may not.
-    The controller is verified afterwards. If that fails, a constant controller (minimax) with the
-    same weights may pass.
+    `guide` returns the gamma of a method for given weights; the relaxation lowers gamma to
+    `required`. The gamma of inequalities rises with W1, as the search requires; the norm of a
+    constant controller may not. The controller is verified afterwards. If that fails, a constant
+    controller (minimax) with the same weights may pass.
     """
 
     def level(weights: PlantWeights) -> float:

@@ -4,9 +4,10 @@
     sigma = u^H T v        dsigma = Re(u^H P12 P21 v dK/(1 - P22 K)²)
 
 P11 to P22 are the blocks of the generalised plant, K is the controller, and T the closed loop.
-sigma is the largest singular value, u and v are its singular vectors. With one measurement and one
-control, K is a complex number at each frequency, so that thousands of responses are evaluated at
-once. The sensitivity S = 1/(1 - P22 K) is the special case P11 = P21 = 1 and P12 = P22.
+sigma is the largest singular value, u and v are its singular vectors. K has one input and one
+output, and is thus a complex number at each frequency. Thousands of responses can therefore be
+evaluated at once. The sensitivity S = 1/(1 - P22 K) is the special case P11 = P21 = 1 and P12 =
+P22.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Controller document of a candidate for simulation; its figures are not verified."""
+"""Controller document of a candidate, for simulation; norms and margins are not verified."""
 
 from __future__ import annotations
 

@@ -1,12 +1,13 @@
 """Search for the parameters of a family whose controller meets a specification in simulation.
 
-To play a candidate means to simulate its controller. Each start is played first. Then differential
-evolution (Storn and Price 1997, scipy) varies the parameters around the best start. The objective
-is the largest shortfall of all requirements, where each requirement must be met with a reserve. A
+To play a candidate means to simulate its controller. First, the initial values of the family are
+played. Then differential evolution (Storn and Price 1997, scipy) varies the parameters around the
+best of them. Each requirement must be met with a reserve, a distance to the limit; the shortfall is
+the missing part of this distance. The objective is the largest shortfall of all requirements. A
 candidate is played on few plants first, and on all plants if it is promising; the plant with the
 worst result is then added to the few plants. The search ends with the first candidate that passes
 the whole test with the reserve, passes on other plants without the reserve, and is verified. If
-there is none, the search continues without the reserve from the best candidates. The figures of a
+there is none, the search continues without the reserve from the best candidates. The values of a
 candidate are the worst of all tests in which it was played.
 """
 

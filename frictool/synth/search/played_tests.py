@@ -63,11 +63,15 @@ class CandidateJudge(Protocol):
 class PlayedTests:
     """Tests of rising cost; only a candidate that passes a test is played in the next one.
 
-    screen: two short steps with some plants. short: all steps, each without the hold after it, with
-    all plants. whole: the complete test, which decides. others: short steps with other plants and
-    from other initial positions. places: short steps with the worst plants of the whole test, from
-    many initial positions within one encoder count. A design must pass `others` and `places`
-    without the reserve. hard: indices of the plants with which `screen` begins.
+    - screen: two short steps with some plants
+    - short: all steps with all plants, without the hold after each step
+    - whole: the complete test, which decides
+    - others: short steps with other plants and from other initial positions
+    - places: short steps with the worst plants of `whole`, from many initial positions within one
+      encoder count
+    - hard: indices of the plants with which `screen` begins
+
+    A design must pass `others` and `places` without the reserve.
     """
 
     screen: CandidateJudge
@@ -85,7 +89,9 @@ class PlayedTests:
 
 
 def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
-    """Return the wanted minus the actual relative reserve, shape (plants, requirements).
+    """Return the shortfalls, wanted reserve minus actual reserve, shape (plants, requirements).
+
+    A reserve is the distance to the limit, relative to the limit.
 
     A shortfall of 0 or less means that the requirement is met with the reserve. An undecided
     requirement has the shortfall 0. Above 1 a shortfall grows logarithmically. If a response does
