@@ -83,8 +83,8 @@ class CampaignRequest:
     number : {"double", "float", "q31"}
         Number format of the controller.
     cores : int or None
-        Number of processes; None uses as many as save time. If the number is not 1, the calling
-        script must start its work below `if __name__ == "__main__":`.
+        Number of processes; None uses several processes only if they save time. If the number is
+        not 1, the calling script must start its work below `if __name__ == "__main__":`.
     cluster : str or None
         Address of a Dask scheduler; its workers run the trials.
     """

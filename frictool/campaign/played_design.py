@@ -70,8 +70,9 @@ class DesignTest:
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
         """Return judges with plants and positions that the test does not contain.
 
-        Each judge simulates the nominal plant, the vertices and OTHERS newly drawn plants. An entry
-        of MOVED shifts the start positions and the targets of a judge within an encoder count.
+        There is one judge for each entry of MOVED, which shifts the start positions and the targets
+        within an encoder count. Each judge simulates the nominal plant, the vertices and OTHERS
+        newly drawn plants.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -87,10 +88,11 @@ class DesignTest:
         return tuple(judges)
 
     def judges_of_places(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return a judge for each of TARGETS shifts of the targets; each plant has PLACES starts.
+        """Return TARGETS judges, each with targets at another position within an encoder count.
 
-        In a judge, start number k of plant number i has the index i times PLACES plus k. Starts and
-        targets are distributed evenly within an encoder count.
+        Each judge simulates each plant from PLACES initial positions, which are distributed evenly
+        within an encoder count. Initial position k of plant i has the index i PLACES + k.
+
         """
         plants = [plant for plant in self.plants for _ in range(PLACES)]
         return tuple(

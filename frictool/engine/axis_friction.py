@@ -61,7 +61,7 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return (F, share): the breakaway at x is F after a long rest, share times F after a stop.
+    """Return (F, share): the breakaway at x is F after a long rest, share F just after a stop.
 
     F is in N m | N; share times F is at least the Coulomb friction. The axis must have friction
     laws.

@@ -40,8 +40,8 @@ class ExportResult(ResultView):
     """Files of an export with the verified properties.
 
     `files`: name -> content. `vectors`: None if the language has none. `more`: further lines for
-    the text output. `target`: figures of the code on the bench's target, if they were requested or
-    the bench has a `target`.
+    the text output. `target`: size and instructions of the code on the bench's target, if they were
+    requested or the bench has a `target`.
     """
 
     controller: Controller

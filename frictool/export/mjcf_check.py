@@ -65,7 +65,7 @@ class MjcfCheck:
     hold_speed: float
 
     def as_json(self) -> dict[str, Any]:
-        """Return the figures as JSON values."""
+        """Return the differences as JSON values."""
         return {
             "samples": self.samples,
             "difference_rms": self.rms,
@@ -77,7 +77,7 @@ class MjcfCheck:
         }
 
     def lines(self) -> list[str]:
-        """Return the figures as lines of text."""
+        """Return the differences as lines of text."""
         position, speed = (si_unit(key, self.axis) for key in ("position", "velocity"))  # type: ignore[arg-type]
         return [
             f"check: {self.samples} samples, {self.samples * self.period:.4g} s",
@@ -93,7 +93,7 @@ class MjcfCheck:
 
 
 def mjcf_check(model: Model, text: str, log: Log) -> MjcfCheck:
-    """Play a log's effort through an exported MJCF file and through the model.
+    """Simulate an exported MJCF file and the model with the effort of a log, and compare them.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ LONGEST = 300.0  # s, limit of a run of the compiler or of QEMU
 
 @dataclass(frozen=True)
 class TargetFigures:
-    """Figures of a controller's code on its target.
+    """Size of a controller's code on the target, and number of instructions.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class TargetFigures:
     missing: str = ""
 
     def over_budget(self, target: Target) -> list[str]:
-        """Return a text for each figure that exceeds its budget."""
+        """Return a text for each number that exceeds the budget of the target."""
         return [
             f"{value} {words}, allowed: {limit} (target.{key})"
             for key, words, value, limit in self._budget(target)
@@ -72,7 +72,7 @@ class TargetFigures:
         ]
 
     def is_unchecked(self, target: Target) -> bool:
-        """Return True if a figure with a budget was not measured."""
+        """Return True if the target has a budget for a number that was not measured."""
         return any(value is None for _, _, value, _ in self._budget(target))
 
     def _budget(self, target: Target) -> list[tuple[str, str, int | None, int]]:
@@ -84,7 +84,7 @@ class TargetFigures:
         return [(key, words, value, most) for key, words, value, most in rows if most is not None]
 
     def summary(self) -> dict[str, Any]:
-        """Return the figures as JSON values."""
+        """Return the numbers as JSON values."""
         return {
             "core": self.core,
             "code_bytes": self.code_bytes,
@@ -95,7 +95,7 @@ class TargetFigures:
         }
 
     def line(self) -> str:
-        """Return the figures as one line of text."""
+        """Return the numbers as one line of text."""
         if self.code_bytes is None:
             return f"target {self.core}: not measured, {self.missing} is not on the PATH"
         parts = [
@@ -115,7 +115,7 @@ class TargetFigures:
 def target_figures(
     name: str, files: Mapping[str, str], program: Program, kind: str, target: Target
 ) -> TargetFigures:
-    """Return the figures of the exported C on the bench's target.
+    """Return size and instructions of the exported C on the bench's target.
 
     Parameters
     ----------

@@ -2,8 +2,8 @@
 
 The half width that `identify` reports depends on the encoder, on the speed and on the chosen
 method. Each rehearsal draws an axis within the a-priori intervals, simulates the test with encoder
-counts, delay and noise, and records the half widths. The promised half width is the upper bound of
-a lognormal distribution, fitted to the rehearsals.
+counts, delay and noise, and records the half widths. The half width that `excite` states for a
+parameter is the upper bound of a lognormal distribution, fitted to the rehearsals.
 """
 
 from __future__ import annotations

@@ -52,9 +52,9 @@ def rehearsed_strokes(
     Returns
     -------
     PreciseTest
-        Reference of the position loop, and the promised half widths. If `request.duration` is set,
-        a promise may be wider than requested, and a parameter that a rehearsal did not identify has
-        no promise.
+        Reference of the position loop, and the half width to expect for each parameter. If
+        `request.duration` is set, a half width may be larger than requested, and a parameter that a
+        rehearsal did not identify has no half width.
 
     Raises
     ------

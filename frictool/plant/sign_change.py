@@ -1,4 +1,4 @@
-"""Place at which a function changes its sign, without scipy.optimize.
+"""Search for the point at which a function changes its sign, without scipy.optimize.
 
 The import of scipy.optimize takes a quarter of a second, longer than the search of a command that
 needs a root only.

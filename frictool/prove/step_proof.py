@@ -121,7 +121,7 @@ def prove_step(
 class PlantOutcome:
     """Result for one plant.
 
-    runs: number of runs. open_share: share of the starts without a result, 0 to 1.
+    runs: number of runs. open_share: share of the initial positions without a result, 0 to 1.
     """
 
     requirements: tuple[ProvedRequirement, ...]

@@ -53,7 +53,7 @@ class SimulationCheck:
 
     @property
     def verdict(self) -> str:
-        """Return one line that says if the mechanism was reduced, with the error."""
+        """Return one line that states if the reduction succeeded, and the largest error."""
         last = self.reports[-1].measured
         assert last is not None
         if self.refused is not None:

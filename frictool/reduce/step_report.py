@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class StepFigure(NamedTuple):
-    """Number that a step computed, in the SI unit `unit`."""
+    """Number that a step of the reduction computed, in the SI unit `unit`."""
 
     name: str
     value: float
@@ -42,8 +42,8 @@ class StepReport:
     neglects: text on what the step neglects.
     predicted: error in closed form relative to the quantity `of`; 0 if nothing is neglected.
     measured: difference from the mechanism before the step; None before the simulation.
-    covered: name of the part of the model whose interval contains the predicted error; None if
-        there is no such part. If it is not None, only the measured error is checked.
+    covered: name of a part of the model whose interval includes the predicted error, so that only
+        the measured error is checked; None if there is no such part.
     """
 
     step: str

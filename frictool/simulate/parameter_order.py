@@ -1,6 +1,7 @@
-"""Check of parameters with another parameter as lower limit, such as breakaway and Coulomb force.
+"""Check that a parameter is not below the parameter that is its lower limit.
 
-The check passes if in every plant the parameter can be at least its limit.
+An example is the breakaway, which must be at least the Coulomb friction. The check passes if the
+ranges allow this in every plant.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ NOT_EVALUABLE = (
 def loop_checks(
     loops: Sequence[FeedbackLoop], point: PlantPoint, lag: float, delays: tuple[int, ...]
 ) -> tuple[DelayCheck, ...]:
-    """Return, for each delay [samples], the worst figures of the sampled loops at one vertex."""
+    """Return worst spectral radius and modulus margin at one vertex, for each delay [samples]."""
     checks = []
     for delay_samples in delays:
         each = [check_feedback(loop, point.rates, lag, delay_samples) for loop in loops]

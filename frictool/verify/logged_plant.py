@@ -20,8 +20,9 @@ class LoggedPlant:
     """Linear plant of one axis, in SI units.
 
     inertia, viscous, coulomb, constant: parameters that a scheduled controller uses. slopes:
-    viscous friction in each direction and speed regime. constants: efforts per unit of drive.
-    `slopes` and `constants` include the extreme values of a drift.
+    viscous friction in each direction and speed regime. constants: efforts per unit of drive. If
+    the parameters drift during the simulation, `slopes` and `constants` include their extreme
+    values.
     """
 
     inertia: float

@@ -1,6 +1,6 @@
-"""Figures of a controller's linear loops: norms, margins, drive per encoder count, rounding.
+"""Values of a controller's linear loops: norms, margins, drive per encoder count, rounding.
 
-`synth` stores these figures under `verified`; `verify` computes them again with this module.
+`synth` stores these values under `verified`; `verify` computes them again with this module.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ OFFERED: tuple[stored.Number, ...] = (
 
 @dataclass(frozen=True)
 class LinearLoops:
-    """Linear loops of a controller at the vertices `points`, with the data for their figures.
+    """Linear loops of a controller at the vertices `points`, with the data for norms and margins.
 
     weights: None if the largest sensitivity replaces the weighted norm. period, lag: in s. delay:
     in samples. count: one encoder count [rad | m].
@@ -95,7 +95,7 @@ class LinearLoops:
         return generalised_plant(controlled, rates, self.lag, self.weights, self.period, self.delay)
 
     def vertex(self, point: PlantPoint) -> stored.Vertex:
-        """Return the figures at one vertex.
+        """Return parameters, norms, modulus margin and stability at one vertex.
 
         If a loop is unstable, the norm is infinite and `stable` is false.
         """
@@ -130,7 +130,7 @@ class LinearLoops:
         return max(count_current(from_position(loop), self.count) for loop in self.feedbacks())
 
     def margins(self) -> stored.Margins:
-        """Return the smallest value of each margin of all loops and vertices."""
+        """Return the worst value of each margin over all loops and vertices."""
         loops = self.feedbacks()
         margins_of_loops = [
             loop_margins(open_loop(loop, point.rates, self.lag, self.delay))
@@ -150,7 +150,7 @@ class LinearLoops:
         )
 
     def rounded(self, number: stored.Number) -> stored.Rounded:
-        """Return the worst figures of the loops with coefficients rounded to a number format.
+        """Return the worst norm and modulus margin with coefficients rounded to a number format.
 
         If rounding makes the anti-windup unstable, the margin is 0 and the norm infinite.
         """
@@ -169,7 +169,7 @@ class LinearLoops:
         return stored.Rounded(number, gamma, min(margins))
 
     def seen_inside(self) -> float:
-        """Return the largest norm of scattered plants and a local search between the vertices."""
+        """Return the largest norm between the vertices: scattered plants, then a local search."""
         loops = self.feedbacks()
         if self.weights is not None:
             return worst_inside(loops[0].system, self.plant, self.points)[1].norm

@@ -3,8 +3,8 @@
     controller.yaml, observer.yaml -> velocity: {source: observer, observer: ...}
     -> loops at the vertices -> a controller document
 
-If the linear part uses the speed, the stored figures do not apply to the loop with the observer.
-The margins are then computed again with the observer in slip, and the figures that cannot be
+If the linear part uses the speed, the stored norms and margins do not apply to the loop with the
+observer. The margins are then computed again with the observer in slip. Values that cannot be
 computed (norms, certificate, robustness) are removed. If the linear part uses only the position
 (eta or the position error), the loop is unchanged, and only the virtual friction is checked.
 """

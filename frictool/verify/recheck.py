@@ -1,4 +1,4 @@
-"""Recomputation of a controller document's figures from its coefficients, bench and weights."""
+"""Recomputation of the norms and margins in a controller document, from the stored coefficients."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
 
 @dataclass(frozen=True)
 class FigureDifference:
-    """Difference between a stored figure and the computed one.
+    """Stored value of a document that differs from the computed value.
 
-    key: path of the figure in the document. stored, computed: values; None if the figure is
+    key: path of the value in the document. stored, computed: the two values; None if a value is
     missing.
     """
 
@@ -56,8 +56,8 @@ class Verification(ResultView):
     """Result of `verify`.
 
     model: check with a model; None without one. proved: proved bounds of the certificate.
-    differences: stored figures that differ from the computed ones. changed: blocks that were
-    changed after the verification. not_computed: key -> stored figure that `verify` cannot compute.
+    differences: stored values that differ from the computed ones. changed: blocks that were changed
+    after the verification. not_computed: key -> stored value that `verify` cannot compute.
     """
 
     controller: Controller
@@ -69,7 +69,7 @@ class Verification(ResultView):
 
     @property
     def unaltered(self) -> bool:
-        """Return True if every computable figure equals the stored one and no block was changed."""
+        """Return True if no computed value differs from the stored one and no block was changed."""
         return not self.differences and not self.changed
 
     @property
@@ -156,7 +156,7 @@ def _differences(controller: Controller) -> tuple[FigureDifference, ...]:
 
 
 def computed_figures(controller: Controller) -> Verified:
-    """Compute the figures of `verified` that need no solver, at the corners of the intervals."""
+    """Compute the values under `verified` that need no solver, at the corners of the intervals."""
     verified = controller.verified
     loops = loops_of(controller, corner_points(box_of(controller)))
     vertices = tuple(loops.vertex(point) for point in loops.points)

@@ -13,8 +13,9 @@ all states with |e| + D <= band - (one count) therefore stop inside the band. Th
 constant, the drive remains released, and only a disturbance above the smallest breakaway moves the
 axis again. No limit cycle contains such a state.
 
-The hypotheses of propositions 5.2.1 (limiter) and 5.2.2 (square-root law) are checked with figures.
-Each figure is rounded to the safe side by ROUNDED, which exceeds the rounding errors of its terms.
+The hypotheses of propositions 5.2.1 (limiter) and 5.2.2 (square-root law) are checked numerically.
+Each number is increased or decreased by the fraction ROUNDED to the safe side, which exceeds the
+rounding errors of the terms.
 """
 
 from __future__ import annotations

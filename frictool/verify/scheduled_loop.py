@@ -44,7 +44,7 @@ def scheduled_figures(
     delay: int,
     period: float,
 ) -> ScheduledFigures:
-    """Return the figures of the scheduled controller at its corners and at plants between them.
+    """Return norm and margin of the scheduled controller, at the corners and between them.
 
     The controller is interpolated for each plant. `names` are the scheduled parameters, `plant`
     maps rates to the weighted plant; `lag` and `period` are in s, `delay` in samples.

@@ -96,9 +96,9 @@ class Findings:
 
     @property
     def draws_needed(self) -> int | None:
-        """Return the number of draws that would show the required rate with the same pass rate.
+        """Return the number of draws that would show the required rate at the present pass rate.
 
-        Returns None if the outcome is not NOT SHOWN.
+        Returns None if the outcome is another one than NOT SHOWN.
         """
         if self.outcome != "NOT SHOWN" or self.required is None:
             return None

@@ -7,7 +7,7 @@ factor is divided into slices; a cell is the intersection of a slice of X_i with
 First, the mean in each slice is subtracted, so that no first-order effect remains. Then the mean of
 the residual is computed in each cell. The expected random variation of these means is subtracted
 cell by cell, because it is largest in cells with both passing and failing trials. The standard
-deviation of S_ij is computed for two factors without an interaction.
+deviation of S_ij is computed as if the two factors had no interaction.
 """
 
 from __future__ import annotations

@@ -30,9 +30,13 @@ Interval = tuple[float, float]
 def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     """Return the warnings of a campaign before its trials.
 
-    Warnings are for: plants outside the intervals for which the controller was verified; a model
-    without identified parameters, at another temperature or with presliding; example values in the
-    bench.
+    There are warnings for
+
+    - plants outside the intervals for which the controller was verified,
+    - a controller with blocks that were changed after the verification,
+    - a model without identified parameters, or with presliding,
+    - a scenario with a temperature,
+    - documents with example values.
     """
     plant = plant_of(setting.plant)
     controller = setting.controller

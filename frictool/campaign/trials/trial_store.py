@@ -1,4 +1,4 @@
-"""File of completed trials, from which a killed campaign is continued; one batch may be lost.
+"""File of completed trials. A killed campaign is continued from it; one batch may be lost.
 
 The file has one JSON value per line. The first value is the header, which identifies the campaign.
 A trial is [draw, metric values, met], or [draw, reason] if it could not be simulated. A completed

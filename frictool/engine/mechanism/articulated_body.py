@@ -8,10 +8,12 @@ needs the force INERTIA x + NEED from the joint to its parent; at the root this 
 at rest needs a force in [NEED, NEED_HIGH]. A tree stays at rest as long as the interval of its root
 contains 0, and a contact at rest stays closed as long as its interval contains a pressing force.
 
-The array `guard` has the sections of the modes (motion, contact, branch, flank, stop). Each guard
-is the distance of a mode from its end in units of the tolerance; a mode continues while its guard
-is above -1. Guards of positions are the distances of open flanks and stops. Guards of speeds belong
-to roots and are positive in the direction of motion.
+A guard is a number that shows when a mode ends, for example the rest of a block or the contact of
+two flanks: the mode continues while the guard is above -1. The guard is the distance of a force, a
+speed or a position from the value at which the mode ends, in units of the tolerance. The array
+`guard` has the sections of the modes (motion, contact, branch, flank, stop). Guards of positions
+are the distances of open flanks and stops. Guards of speeds belong to roots and are positive in the
+direction of motion.
 
 Stages within a step need fewer results: with `whole` False, the guards of speeds and positions and
 the scale GROSS of rounding errors are not computed.

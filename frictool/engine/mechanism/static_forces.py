@@ -121,7 +121,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @inset_kernel
 def unload(tree: JointTree) -> bool:
-    """Set the branch of each self-locking joint to 0 unless it is the joint's loaded side.
+    """Set the branch to 0 for each self-locking joint that is not loaded on the branch's side.
 
     The tree is at rest. Returns True if there are self-locking joints.
     """
