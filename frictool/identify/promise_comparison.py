@@ -1,6 +1,7 @@
-"""Comparison of the identified half widths with the promise of the test.
+"""Comparison of the identified half widths with those in the `promise.yaml` of the test.
 
-If a half width is larger than promised, the reasons that the log shows are listed in this order:
+`promise.yaml` states for each parameter the half width to expect from a test of `frictool excite`.
+If an identified half width is larger, the reasons that the log shows are listed in this order:
 length of the log, noise of the drive, noise of the position, and Cramér-Rao bound of the recorded
 strokes. If none of these applies, the reason is an effect that the friction model does not include.
 """
@@ -34,9 +35,9 @@ SHORT = 0.95  # share of the test's duration below which a log is shorter
 class PromisedParameter:
     """Comparison of one parameter in SI units.
 
-    - promised: promised half width
+    - promised: half width in `promise.yaml`
     - reached: half width of the identified interval; None if the parameter was refused
-    - reasons: reasons for a larger half width; empty if the promise was kept
+    - reasons: reasons for a larger half width; empty if the half width is not larger
     """
 
     parameter: str
@@ -74,7 +75,7 @@ class PromisedParameter:
 def compare_with_promise(
     outcome: IdentifiedModel, bench: Bench, promise: Promise
 ) -> list[PromisedParameter]:
-    """Return the comparison of each promised parameter.
+    """Return the comparison of each parameter that `promise` contains.
 
     Parameters
     ----------

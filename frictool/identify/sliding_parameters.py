@@ -47,7 +47,7 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 
 
 def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
-    """Return the accepted parameters, and the fit with refused ones at the model's values.
+    """Return the accepted parameters, and the fit in which refused ones have the model's values.
 
     The fit with the model's values (`fixed_parameter_refit.py`) is used only if it explains the
     effort and identifies all parameters that `fit` identifies. Otherwise a bench value that

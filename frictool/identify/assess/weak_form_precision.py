@@ -8,8 +8,8 @@ difference. Convolved (*) with g, the equation of motion contains no derivative 
 
 e_u and e_x are the errors of effort and position. Ordinary least squares with the regressors G has
 the covariance N^-1 C N^-1, with N = G'G and the covariance C of G'n. The encoder's noise also
-enters the regressor c*x. This noise attenuates the inertia by its share of the regressor's power,
-so that a window that is too short has a large error.
+enters the regressor c*x. This noise decreases the fitted inertia by the noise's share of the
+regressor's power, so that a window that is too short has a large error.
 
 The result exceeds the Cramér-Rao bound, because all rows have equal weight. It is a standard
 deviation, whereas thesis (4.3) and (4.8) are worst-case bounds: the errors of counts are nearly

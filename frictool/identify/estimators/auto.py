@@ -138,7 +138,7 @@ def _at_inertia(
 ) -> SlidingFit:
     """Return the parameters of `fit` except the inertia, fitted again with the inertia `inertia`.
 
-    The encoder's noise attenuates the inertia of `fit`, which shifts the other parameters.
+    The encoder's noise makes the inertia of `fit` too small, which shifts the other parameters.
     """
     try:
         known = refit(records, bench, settings, fit, {"inertia": inertia})

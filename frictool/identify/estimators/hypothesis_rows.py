@@ -98,8 +98,8 @@ class ReducedRows:
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
         """Return True if the rows determine `tested`, and if its effort exceeds the noise's effort.
 
-        The encoder's noise attenuates the inertia. A column of `tested` that resembles the
-        acceleration, or its derivative, would explain the effort that is then missing.
+        The encoder's noise makes the fitted inertia too small. A column of `tested` that resembles
+        the acceleration, or its derivative, would explain the effort that is then missing.
         """
         columns = self.columns([*others, tested])
         names = [self.names[k] for k in columns]

@@ -1,7 +1,7 @@
 """Plain least squares on position differences, as for thesis tables 4.2 and 4.3.
 
-Errors in the regressors attenuate the inertia, and samples at rest within a stroke have full
-weight.
+Errors in the regressors make the fitted inertia too small, and samples at rest within a stroke have
+full weight.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Total least squares, for an encoder with much noise in acceleration and velocity.
 
-Ordinary least squares attenuates the parameters of noisy regressors. Here the noise of the rows is
-known: acceleration and velocity have the filtered noise of the position (`position_noise`), sign
-and constant have none, and the noise of the effort is computed from the residuals. M is the mean of
-row^T row over the rows [regressors, effort], and S is the same mean for their noise. The estimate
-theta solves (Golub and Van Loan 1980, generalised)
+In ordinary least squares, the parameters of noisy regressors become too small. Here the noise of
+the rows is known: acceleration and velocity have the filtered noise of the position
+(`position_noise`), sign and constant have none, and the noise of the effort is computed from the
+residuals. M is the mean of row^T row over the rows [regressors, effort], and S is the same mean for
+their noise. The estimate theta solves (Golub and Van Loan 1980, generalised)
 
     (M - lambda S) [theta; -1] = 0
 

@@ -12,10 +12,10 @@ prediction of unseen strokes (`weak_structure`). Coulomb friction and offset are
 range of positions, and viscous friction is that below the first knee.
 
 The expected precision (assess/weak_form_precision.py) determines the length of the window, and
-whether the inertia is identifiable. The encoder's noise attenuates the inertia by at most the value
-for white noise. Half of this value is added to the inertia, and the interval is widened by half of
-it to either side. If strokes repeat each other, nothing is added, and the interval is widened by
-the whole value to either side.
+whether the inertia is identifiable. The encoder's noise decreases the fitted inertia by at most the
+value for white noise. Half of this value is added to the inertia, and the interval is widened by
+half of it to either side. If strokes repeat each other, nothing is added, and the interval is
+widened by the whole value to either side.
 """
 
 from __future__ import annotations
@@ -121,9 +121,10 @@ def _widened(
     window: int,
     confidence: float,
 ) -> Interval:
-    """Return the inertia, corrected for half of its possible attenuation, with a wider interval.
+    """Return the inertia plus half of its possible error by encoder noise, with a wider interval.
 
-    The interval includes no attenuation and full attenuation.
+    The noise makes the fitted inertia too small. The interval includes an error of 0 and the full
+    error.
     """
     inertia = fit.parameters["inertia"]
     if not np.isfinite(inertia.half_width):

@@ -4,14 +4,14 @@ An inertia that cannot be identified remains in the regression as a nuisance par
 strokes, acceleration is nearly orthogonal to velocity and its sign, so that this parameter hardly
 widens the other intervals.
 
-Noise attenuates this parameter. If all strokes have one speed, only the reversals separate viscous
-from Coulomb friction, and the attenuation shifts both. The intervals of the other parameters
-therefore contain the fits with every inertia from the fitted one to the one without attenuation
-(`_unattenuated`).
+Noise makes the fitted value of this parameter too small. If all strokes have one speed, only the
+reversals separate viscous from Coulomb friction, and the error of the inertia shifts both. The
+intervals of the other parameters therefore include the fits with every inertia from the fitted
+value to the value without this error (`_unattenuated`).
 
 The window is chosen twice. The first window is long enough for an inertia of any precision. The
-second window is the shortest one with which encoder noise attenuates the inertia by less than a
-fifth of the inertia's standard deviation. A short window loses fewer samples near reversals.
+second window is the shortest one with which encoder noise decreases the fitted inertia by less than
+a fifth of the standard deviation of the inertia. A short window loses fewer samples near reversals.
 """
 
 from __future__ import annotations

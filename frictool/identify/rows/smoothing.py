@@ -16,7 +16,8 @@ with the inertia J and the other parameters of the unsmoothed equation, for any 
 The window W is the smallest odd number for which the noise of the position causes at most a share s
 of the rms acceleration. W is between 11 samples and a sixth of the median stroke. The noise of the
 position is the larger of the quantisation noise, step/sqrt(12), and the estimate from fourth
-differences. The noise attenuates the estimated inertia by s^2; `slip_fit` chooses s.
+differences. The noise makes the estimated inertia too small by the fraction s^2; `slip_fit` chooses
+s.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ def refuse_unknown_temperature(records: Sequence[MotionRecord], bench: Bench) ->
 
 
 def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> SlidingFit:
-    """Return the fit with a law of its effects of the temperature, if it has any."""
+    """Return the fit, with its effects of the temperature (if there are any) as a law."""
     law = temperatures(records)
     slope, dry, curvature = (fit.effects.get(name) for name in TEMPERATURE_NAMES)
     if law is None or (slope is None and dry is None):
@@ -74,7 +74,7 @@ def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> Sl
 
 
 def with_reference(laws: Laws | None, records: Sequence[MotionRecord]) -> Laws | None:
-    """Return the laws with the temperature for which friction is valid, if the records have one."""
+    """Return the laws with the reference temperature of the records, if they have temperatures."""
     law = temperatures(records)
     if law is None or (laws is not None and laws.temperature is not None):
         return laws

@@ -47,7 +47,7 @@ class Wrap:
     count: number of wraps.
     time: time of the first wrap in s.
     before, after: positions before and after the first wrap, in `unit`.
-    line: line to write under `encoder` of the bench.
+    line: line to write into the section `encoder` of `bench.yaml`.
     unit: unit of `before` and `after`.
     """
 
