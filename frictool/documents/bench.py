@@ -9,13 +9,17 @@ import msgspec
 
 from frictool.documents.load_terms import LoadTerms
 from frictool.documents.quantity import (
+    ArmLength,
     Axis,
+    BackEmf,
     DriveConstant,
     DriveLimit,
     Effort,
     Inertia,
     NonNegativeEffort,
     NonNegativeLength,
+    NonNegativeMass,
+    NonNegativeTime,
     PositionSpan,
     PositiveLength,
     PositiveTime,
@@ -47,6 +51,11 @@ Signal = Literal[
     "voltage",
     "effort",
     "temperature",
+    "gain",
+    "supply",
+    "torque_enabled",
+    "pendulum_mass",
+    "pendulum_length",
 ]
 Channel = Literal["time", Signal]
 
@@ -113,6 +122,43 @@ class Winding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     voltage_v: PositiveNumber
 
 
+class Servo(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Firmware of a position-controlled smart servo, which computes its voltage from a goal.
+
+    duty = duty_per_error * gain * (goal - position), limited to +-duty_limit; the voltage is duty
+    times the supply voltage. `identify` fits a quantity with low and high; one without is exact.
+
+    - `duty_per_error`: Duty cycle per rad of position error and per unit of the gain.
+    - `gain`: Proportional gain in the firmware's unit, if no channel `gain` contains it.
+    - `duty_limit`: Largest duty cycle.
+    - `goal_speed`: Speed limit of the firmware's profile from the old goal to a new one.
+    - `delay`: Time from the logged goal until the logged position responds, such as the bus delay.
+    - `back_emf`: Voltage per speed, such as the supply voltage over the no-load speed.
+    - `loop_period_s`: Sample period of the firmware.
+    """
+
+    duty_per_error: PositiveNumber
+    goal_speed: PositiveVelocity
+    delay: NonNegativeTime
+    back_emf: BackEmf
+    gain: PositiveNumber | None = None
+    duty_limit: Annotated[float, msgspec.Meta(gt=0, le=1)] = 1.0
+    loop_period_s: Annotated[float, msgspec.Meta(ge=1e-4, le=0.1)] = 0.001
+
+
+class Pendulum(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Known pendulum on a rotary axis; position 0 is the arm that points downward.
+
+    - `mass`: Point mass at the end of the arm.
+    - `length`: Length of the arm.
+    - `arm_mass`: Mass of the uniform arm. By default 0.
+    """
+
+    mass: NonNegativeMass
+    length: ArmLength
+    arm_mass: NonNegativeMass | None = None
+
+
 class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Actuator of the axis: type of drive, effort per ampere or volt, limit and lag of the drive.
 
@@ -121,6 +167,7 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `limit`: Largest magnitude of the drive.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for none.
     - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
+    - `servo`: Firmware of a smart servo; `limit` is then the nominal supply voltage.
     - `rms_limit`: Largest rms of the drive over a test, such as the continuous current on the
       nameplate. By default `limit`.
     """
@@ -131,12 +178,15 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     loop_time_constant_s: Annotated[float, msgspec.Meta(ge=0, le=10)] = 0.0
     winding: Winding | None = None
     rms_limit: DriveLimit | None = None
+    servo: Servo | None = None
 
     def __post_init__(self) -> None:
         if self.rms_limit is not None and self.rms_limit.value > self.limit.value:
             raise ValueError("rms_limit is above `limit`; allowed: at most `limit`")
         if self.winding is not None and self.drive != "current":
             raise ValueError("`winding` is for `drive: current`; a voltage is limited by `limit`")
+        if self.servo is not None and self.drive != "voltage":
+            raise ValueError("`servo` is for `drive: voltage`; found `drive: current`")
 
 
 class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -334,6 +384,7 @@ class Bench(
     - `load`: Load terms that `identify` estimates. By default an offset; method `auto` also tests
       the others.
     - `target`: Processor of the controller, and the budget of its code.
+    - `pendulum`: Known pendulum on the axis; `mechanics.inertia` includes it.
     """
 
     format: Literal["bench/1"]
@@ -351,8 +402,11 @@ class Bench(
     examples: tuple[str, ...] = ()
     load: LoadTerms | None = None
     target: Target | None = None
+    pendulum: Pendulum | None = None
 
     def __post_init__(self) -> None:
+        if self.axis == "linear" and (self.pendulum is not None or self.actuator.servo is not None):
+            raise ValueError("pendulum and actuator.servo belong to a rotary axis")
         if self.axis == "linear" and self.encoder.counts_per_revolution is not None:
             raise ValueError(
                 "encoder.counts_per_revolution belongs to a rotary axis; write encoder.step"

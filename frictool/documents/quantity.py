@@ -48,6 +48,8 @@ SI_UNITS: dict[str, tuple[str, str]] = {
     "temperature": ("degC", "degC"),
     "change per kelvin": ("1/K", "1/K"),
     "change per square kelvin": ("1/K^2", "1/K^2"),
+    "number": ("1", "1"),
+    "voltage per speed": ("V s/rad", "V s/m"),
     # dimensions of a mechanism, whose blocks can be rotary or linear
     "rotary inertia": ("kg m^2", "kg m^2"),
     "mass": ("kg", "kg"),
@@ -102,7 +104,15 @@ CHANNEL_DIMENSIONS: dict[str, str] = {
     "voltage": "voltage",
     "effort": "effort",
     "temperature": "temperature",
+    "gain": "number",
+    "supply": "voltage",
+    "torque_enabled": "number",
+    "pendulum_mass": "mass",
+    "pendulum_length": "length",
 }
+
+# channels of a servo's log, which no name or unit of a column shows reliably
+SERVO_CHANNELS = ("gain", "supply", "torque_enabled", "pendulum_mass", "pendulum_length")
 
 
 class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -178,6 +188,10 @@ PositiveAcceleration = Annotated[Quantity, _of("acceleration", 0.0, exclusive=Tr
 PositiveJerk = Annotated[Quantity, _of("jerk", 0.0, exclusive=True)]
 Time = Annotated[Quantity, _of("time")]
 PositiveTime = Annotated[Quantity, _of("time", 0.0, exclusive=True)]
+NonNegativeTime = Annotated[Quantity, _of("time", 0.0)]
+NonNegativeMass = Annotated[Quantity, _of("mass", 0.0)]
+ArmLength = Annotated[Quantity, _of("length", 0.0, exclusive=True)]
+BackEmf = Annotated[Quantity, _of("voltage per speed", 0.0, exclusive=True)]
 Inertia = Annotated[Quantity, _of("inertia", 0.0, exclusive=True)]
 Effort = Annotated[Quantity, _of("effort")]
 NonNegativeEffort = Annotated[Quantity, _of("effort", 0.0)]

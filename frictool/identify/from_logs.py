@@ -23,6 +23,7 @@ from frictool.identify.model_document import bench_model, model_of
 from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.identify.presliding.presliding_laws import with_presliding
 from frictool.identify.record_plausibility import repeats_plausibility_warning
+from frictool.identify.servo_identification import identify_servo
 from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
 from frictool.runtime.object_view import ResultView
@@ -95,6 +96,8 @@ def identify(
     refuse_duplicates([*records, *slopes, *slow])
     loops_alone = bool(loops) and not (logs or ramps)
     origin = provenance or provenance_of_call("frictool.identify.identify", bench=bench)
+    if bench.actuator.servo is not None:
+        return _identify_servo(bench, request, origin, records, [*slopes, *slow])
     try:
         result = identify_records(records, slopes, bench, request.method, request.settings)
         if request.breakaway_table is not None:
@@ -125,6 +128,25 @@ def identify(
             tell(doubt)
         model = msgspec.structs.replace(model, measurement=measured)
     return IdentifiedModel(model, result, tuple(records), tuple(slopes))
+
+
+def _identify_servo(
+    bench: Bench,
+    request: IdentificationRequest,
+    origin: Provenance,
+    records: list[MotionRecord],
+    others: list[MotionRecord],
+) -> IdentifiedModel:
+    """Return the model of a bench with a servo; raise UnusableLogs for ramps, loops and tables."""
+    if others or request.breakaway_table is not None or request.measurement:
+        raise UnusableLogs(
+            "a bench with actuator.servo has no measured effort, which --ramp, --loops, "
+            "--breakaway-table and --measurement need; leave them out"
+        )
+    servo = identify_servo(records, bench, request.method, request.settings)
+    return IdentifiedModel(
+        model_of(servo.result, servo.bench, origin), servo.result, tuple(records)
+    )
 
 
 @dataclass(frozen=True)

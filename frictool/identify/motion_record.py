@@ -24,7 +24,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from frictool.adapters.servo_firmware import PendulumLoad, firmware_law, pendulum_load
 from frictool.documents.bench import Bench
+from frictool.engine.firmware_servo import ServoDrive, profile_of
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
 from frictool.logs.quality.time_base import encoder_step
@@ -68,6 +70,18 @@ class TemperatureSignal:
 
 
 @dataclass(frozen=True, eq=False)
+class ServoSignals:
+    """Inputs of a servo's firmware besides the goal, and the pendulum of the log.
+
+    - drive: gain, supply voltage and torque switch (n,)
+    - pendulum: known pendulum of the log; None without one
+    """
+
+    drive: ServoDrive
+    pendulum: PendulumLoad | None
+
+
+@dataclass(frozen=True, eq=False)
 class MotionRecord:
     """Uniformly sampled motion and effort of one log; records are compared by identity.
 
@@ -81,6 +95,7 @@ class MotionRecord:
     - reference: reference of the bench's controller, (n,), rad | m, or None
     - velocity: measured velocity, (n,), rad/s | m/s; None if the position was measured
     - temperature: temperature and the shape of friction over it; None if it was not measured
+    - servo: inputs of a servo's firmware; None for another actuator
     """
 
     name: str
@@ -94,6 +109,7 @@ class MotionRecord:
     reference: Vector | None = None
     velocity: Vector | None = None
     temperature: TemperatureSignal | None = None
+    servo: ServoSignals | None = None
 
     @property
     def measured(self) -> Vector:
@@ -116,6 +132,9 @@ class MotionRecord:
         if self.temperature is not None:
             values = self.temperature.values[kept]
             signals["temperature"] = replace(self.temperature, values=values)
+        if self.servo is not None:
+            drive = ServoDrive(*(values[kept] for values in self.servo.drive))
+            signals["servo"] = replace(self.servo, drive=drive)
         return replace(self, **signals, piece=piece - piece[0])
 
 
@@ -295,14 +314,16 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
     The effort is the channel `effort` or, without one, the drive signal times the bench's effort
     constant.
 
-    The temperature may be in any stream; it is interpolated.
+    The effort of a servo is computed from goal and position by its firmware. The temperature may be
+    in any stream; it is interpolated.
 
     Raises
     ------
     LogError
-        If position and velocity are both missing, or drive and effort are both missing.
+        If position and velocity are both missing, or drive and effort are both missing. For a
+        servo, if the goal, the position or the gain is missing.
     """
-    return _with_temperature(_motion_of(log, bench), log)
+    return _with_temperature(_with_servo(_motion_of(log, bench), log, bench), log)
 
 
 def _motion_of(log: Log, bench: Bench) -> MotionRecord:
@@ -318,6 +339,46 @@ def _motion_of(log: Log, bench: Bench) -> MotionRecord:
     (position,) = log.require(stream, "position")
     return make_record(
         log.source, stream.time, position, effort, bench.encoder.resolution, lag, reference
+    )
+
+
+def _with_servo(record: MotionRecord, log: Log, bench: Bench) -> MotionRecord:
+    """Return the record with the inputs of the servo's firmware, each held at the record's times.
+
+    The record is unchanged if the bench has no servo.
+    """
+    if bench.actuator.servo is None:
+        return record
+    stream = log.main
+    at = np.searchsorted(stream.time, record.time, side="right") - 1
+    drive = ServoDrive(*(signal[at] for signal in _servo_drive(log, stream, bench)))
+    known = {
+        name: float(np.median(stream.signals[f"pendulum_{name}"]))
+        for name in ("mass", "length")
+        if f"pendulum_{name}" in stream.signals
+    }
+    return replace(record, servo=ServoSignals(drive, pendulum_load(bench.pendulum, **known)))
+
+
+def _servo_drive(log: Log, stream: Stream, bench: Bench) -> ServoDrive:
+    """Return the inputs (n,) of the firmware at the samples of a stream; the bench completes them.
+
+    The torque is on in a log without the channel `torque_enabled`.
+    """
+    servo = bench.actuator.servo
+    assert servo is not None
+    size = stream.time.size
+    gain = stream.signals.get("gain")
+    if gain is None and servo.gain is None:
+        raise LogError(
+            log.source,
+            "has no channel `gain`, and actuator.servo of the bench states no gain; map the column "
+            "in columns.gain, or write actuator.servo.gain",
+        )
+    return ServoDrive(
+        np.full(size, servo.gain) if gain is None else gain,
+        stream.signals.get("supply", np.full(size, bench.actuator.limit.value)),
+        stream.signals.get("torque_enabled", np.ones(size)),
     )
 
 
@@ -348,6 +409,8 @@ def _effort(log: Log, stream: Stream, bench: Bench) -> Vector:
     actuator = bench.actuator
     if "effort" in stream.signals:
         return stream.signals["effort"]
+    if actuator.servo is not None:
+        return _servo_effort(log, stream, bench)
     if actuator.drive not in stream.signals:
         for other in log.streams:
             for name in ("effort", actuator.drive):
@@ -358,3 +421,20 @@ def _effort(log: Log, stream: Stream, bench: Bench) -> Vector:
                         "--resample S",
                     )
     return log.require(stream, actuator.drive)[0] * actuator.constant.value
+
+
+def _servo_effort(log: Log, stream: Stream, bench: Bench) -> Vector:
+    """Return the effort (n,) of a servo from goal and position with the bench's firmware, N m."""
+    if "reference" not in stream.signals:
+        raise LogError(
+            log.source,
+            "has no channel `reference`, which is the goal of the servo; map the column of the "
+            "goal position in columns.reference",
+        )
+    goal, position = log.require(stream, "reference", "position")
+    law = firmware_law(bench)
+    drive = _servo_drive(log, stream, bench)
+    period = float(np.median(np.diff(stream.time)))
+    profile = profile_of(goal, law, period)[:: law.steps(period)]
+    volts = law.volts(profile, position, drive.gain, drive.supply)
+    return np.asarray(law.constant * np.where(drive.enabled > 0.5, volts, 0.0))

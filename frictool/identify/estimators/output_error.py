@@ -47,7 +47,7 @@ from frictool.identify.rows.load_terms import (
     laws_of,
     load_values,
 )
-from frictool.identify.rows.segments import of_each_record, whole
+from frictool.identify.rows.segments import RecordSegment, of_each_record, whole
 from frictool.identify.rows.slip_fit import WITH_BENCH_INERTIA, known_inertia
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
@@ -68,7 +68,7 @@ def influences(
     `regressed`: parameters of the regression, with which the effort errors are computed.
     """
     errors = simulated.missing_effort({**fitted.values, **regressed})
-    numbers = _cluster_numbers(simulated, errors)
+    numbers = cluster_numbers(simulated.segments)
     count = 1 + max(int(number.max()) for number in numbers)
     inverse = np.linalg.pinv(fitted.jacobian)
     out = np.zeros((count, fitted.jacobian.shape[1]))
@@ -85,23 +85,20 @@ def influences(
     return out
 
 
-def _cluster_numbers(
-    simulated: SegmentSimulation, errors: Sequence[Vector]
-) -> list[NDArray[np.int64]]:
+def cluster_numbers(segments: Sequence[RecordSegment]) -> list[NDArray[np.int64]]:
     """Return the cluster of each sample, (m,) per segment, at most MOST_CLUSTERS in all."""
     numbers = []
     above = 0
     known = of_each_record(
-        simulated.segments, lambda record: (find_strokes(record), observer_rate(record))
+        segments, lambda record: (find_strokes(record), observer_rate(record))
     )
-    for segment, error, (strokes, rate) in zip(simulated.segments, errors, known, strict=True):
+    for segment, (strokes, rate) in zip(segments, known, strict=True):
         part = slice(segment.first, segment.last)
         counts = np.abs(np.gradient(segment.position)) / segment.record.resolution
         shortest = round(1.0 / (rate * segment.record.period))
         number = clusters(strokes.number[part], strokes.sign[part], counts, shortest)
         numbers.append(number + above)
         above += int(number.max()) + 1
-        assert number.size == error.size
     joined = -(-above // MOST_CLUSTERS)
     return [number // joined for number in numbers]
 
@@ -126,9 +123,7 @@ def _closed_loop_deviation(
     simulated: SegmentSimulation, fitted: SimulationFit
 ) -> tuple[Vector, Vector]:
     """Return standard deviations and degrees of freedom (p,) in closed loop, by the jackknife."""
-    numbers = np.concatenate(
-        _cluster_numbers(simulated, [segment.effort for segment in simulated.segments])
-    )
+    numbers = np.concatenate(cluster_numbers(simulated.segments))
     values = np.array(list(fitted.values.values()))
     columns = -fitted.jacobian
     try:

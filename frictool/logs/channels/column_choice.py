@@ -22,7 +22,13 @@ from typing import get_args
 import numpy as np
 
 from frictool.documents.bench import OPEN, Channel
-from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, si_unit, unit_scale
+from frictool.documents.quantity import (
+    CHANNEL_DIMENSIONS,
+    SERVO_CHANNELS,
+    Axis,
+    si_unit,
+    unit_scale,
+)
 from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.channels.column_names import (
     QUANTITIES,
@@ -218,7 +224,8 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
     compatible = [
         name
         for name in dict.fromkeys((*CHANNEL_DIMENSIONS, TIME))
-        if one.unit is None or fits(one.unit, dimension_of(name), axis)
+        if name not in SERVO_CHANNELS
+        and (one.unit is None or fits(one.unit, dimension_of(name), axis))
     ]
     named = quantities(one.name)
     if is_command(one.name):

@@ -2,6 +2,11 @@
 
     {"t": 0.001, "axis": {"pos": [0.1, 0.2]}}  ->  t, axis.pos[0], axis.pos[1]
 
+A file may also be one JSON document with one list of samples, as BAM writes it. Each sample is a
+row; the numbers outside the list are constant columns.
+
+    {"kp": 32, "entries": [{"position": 0.1}, {"position": 0.2}]}  ->  kp, position
+
 The first key with a date or a time of day gives the times of the rows. A line that contains none of
 the requested numbers gives no row; a single missing number is an empty cell.
 """
@@ -15,6 +20,7 @@ from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
+import msgspec
 import numpy as np
 
 from frictool.documents.bench import Layout
@@ -38,9 +44,11 @@ from frictool.logs.text.cells import is_stamp
 
 _START = re.compile(rb"(?:\xef\xbb\xbf)?\s*(\{\s*\"|\{\s*\}|\[\s*\{)")
 NAMED_LINES = 200  # lines whose numbers are the columns
+LARGEST_DOCUMENT = 100_000_000  # bytes
 ONE_DOCUMENT = (
-    "is one JSON document; write one object per line, for example by jq -c '.[]' or jq -c "
-    "'.entries[]'"
+    "is one JSON document; allowed: one object per line, or one object of at most "
+    f"{LARGEST_DOCUMENT // 1_000_000} MB with one list of samples; write one object per line, for "
+    "example by jq -c '.[]'"
 )
 
 
@@ -66,8 +74,9 @@ class JsonLinesTable:
         names: dict[str, None] = {}
         stamps: dict[str, None] = {}
         messages: list[Mapping[str, object]] = []
+        self._document = _document_rows(path)
         with open_log(path) as stream:
-            for row, (_, line) in enumerate(islice(_lines(stream), NAMED_LINES)):
+            for row, (_, line) in enumerate(islice(self._rows(stream), NAMED_LINES)):
                 try:
                     message = _object(line)
                     names.update(dict.fromkeys(self._decoder.names(line)))
@@ -78,7 +87,7 @@ class JsonLinesTable:
                 stamps.update(dict.fromkeys(_dated(message)))
                 messages.append(message)
         if len(messages) == 1 and any(map(_is_series, messages[0].values())):
-            raise LogError(path, ONE_DOCUMENT)
+            raise LogError(path, ONE_DOCUMENT)  # several lists of samples
         self.names = tuple(names)
         self.clock = next(iter(stamps), None)
         self.units: Mapping[str, str | None] = dict.fromkeys(self.names)
@@ -103,7 +112,7 @@ class JsonLinesTable:
         clock = DayClock()
         first = done = 0
         with open_log(self._path) as stream:
-            numbered = _lines(stream)
+            numbered = self._rows(stream)
             while batch := list(islice(numbered, BLOCK_ROWS)):
                 rows: list[Sequence[float]] = []
                 times: list[int] = []
@@ -137,6 +146,13 @@ class JsonLinesTable:
                     first += len(rows)
         if not first:
             raise LogError(self.source, "has no rows")
+
+    def _rows(self, stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
+        """Yield number and JSON text of each row: a line, or a sample of the document."""
+        if self._document is None:
+            yield from _lines(stream)
+        else:
+            yield from enumerate(map(msgspec.json.encode, self._document), 1)
 
     def _row(self, line: bytes, wanted: Sequence[str]) -> Sequence[float] | None:
         """Return the requested numbers, NaN for each missing number; None if all are missing."""
@@ -172,6 +188,32 @@ def _lines(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
             line = line.removeprefix(codecs.BOM_UTF8)
         if line.strip():
             yield number, line
+
+
+def _document_rows(path: Path) -> list[dict[str, object]] | None:
+    """Return the samples of a document with one list of samples; None for any other file.
+
+    Each sample contains the keys of the document outside the list.
+    """
+    with open_log(path) as stream:
+        lines = _lines(stream)
+        first = next(lines, (0, b""))[1]
+        whole = not first.rstrip().endswith((b"}", b"]")) or next(lines, None) is None
+    if not whole or path.stat().st_size > LARGEST_DOCUMENT:
+        return None
+    with open_log(path) as stream:
+        try:
+            document = msgspec.json.decode(stream.read(LARGEST_DOCUMENT))
+        except (msgspec.DecodeError, UnicodeDecodeError):
+            return None
+    if not isinstance(document, dict):
+        return None
+    series = [name for name, value in document.items() if _is_series(value)]
+    if len(series) != 1:
+        return None
+    constants = {name: value for name, value in document.items() if name != series[0]}
+    samples = [one for one in document[series[0]] if isinstance(one, dict)]
+    return [constants | sample for sample in samples]
 
 
 def _object(line: bytes) -> Mapping[str, object]:

@@ -1,0 +1,142 @@
+"""Axis under the firmware of a smart servo, which follows a logged goal.
+
+    goal -> [delay] -> [speed limit of the profile] -> profile
+    duty = duty_per_error gain (profile - position), limited to +-duty_limit
+    effort = constant * supply * duty
+
+The effort of a voltage includes no back-EMF; the viscous friction of the axis contains it. While
+the torque is disabled, the motor is an open circuit: the effort is 0 and the viscous friction is
+that of the mechanics alone. The firmware samples faster than the log; its loop is that of
+engine/bench_position_loop.py.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool.engine.bench_position_loop import PositionServo, follow_reference
+from frictool.engine.status_codes import OK
+from frictool.plant.axis import VISCOUS
+from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
+
+
+class FirmwareLaw(NamedTuple):
+    """Firmware of a servo, and the motor's constants.
+
+    duty_per_error: duty cycle per rad and unit of the gain. goal_speed: rad/s. delay: s. back_emf:
+    V s/rad. constant: N m/V. loop_period: s.
+    """
+
+    duty_per_error: float
+    duty_limit: float
+    goal_speed: float
+    delay: float
+    back_emf: float
+    constant: float
+    loop_period: float
+
+    def steps(self, period: float) -> int:
+        """Return the number of firmware periods in a sample period [s] of the log."""
+        return max(1, round(period / self.loop_period))
+
+    def volts(self, profile: Vector, position: Vector, gain: Vector, supply: Vector) -> Vector:
+        """Return the applied voltage (n,) at a profile and a position (n,), rad."""
+        duty = self.duty_per_error * gain * (profile - position)
+        return np.asarray(supply * np.clip(duty, -self.duty_limit, self.duty_limit))
+
+
+class ServoDrive(NamedTuple):
+    """Gain [firmware units], supply voltage [V] and torque switch (n,) at the samples of a log."""
+
+    gain: Vector
+    supply: Vector
+    enabled: Vector
+
+
+@kernel
+def limited_profile(goal: Vector, start: float, largest: float) -> Vector:
+    """Return a goal (n,) followed from `start` by steps of at most `largest`."""
+    out = np.empty(goal.shape[0])
+    at = start
+    for k in range(goal.shape[0]):
+        at += min(max(goal[k] - at, -largest), largest)
+        out[k] = at
+    return out
+
+
+def profile_of(goal: Vector, law: FirmwareLaw, period: float) -> Vector:
+    """Return the profile (n s,) at the s firmware periods of each sample of a goal (n,), rad."""
+    steps = law.steps(period)
+    times = np.arange(goal.size * steps) / steps - law.delay / period
+    delayed = np.interp(times, np.arange(goal.size), goal)
+    return limited_profile(delayed, float(goal[0]), law.goal_speed * period / steps)
+
+
+def follow_goal(
+    p: Vector,
+    load: Vector,
+    state: Vector,
+    law: FirmwareLaw,
+    drive: ServoDrive,
+    goal: Vector,
+    period: float,
+) -> tuple[int, Vector, Vector]:
+    """Follow a goal (n,) [rad] from `state` (7,), in place.
+
+    Parameters
+    ----------
+    p, load
+        Axis (engine/effort_replay.py `replay_parameters`) and load (plant/position_load.py).
+    state
+        State of the axis, changed in place.
+    law, drive
+        Firmware, and its logged inputs.
+    goal
+        Logged goal (n,), rad.
+    period
+        Sample period of the log, s.
+
+    Returns
+    -------
+    tuple
+        Status of engine/status_codes.py; position (n,), rad; applied effort (n,), N m.
+    """
+    steps = law.steps(period)
+    profile = profile_of(goal, law, period)
+    late = np.clip(np.arange(goal.size) - round(law.delay / period), 0, None)
+    on = drive.enabled[late] > 0.5
+    gain = drive.gain[late]
+    changes = np.flatnonzero(np.diff(gain) != 0.0) + 1
+    switches = np.flatnonzero(np.diff(on)) + 1
+    edges = np.unique(np.concatenate(([0], changes, switches, [goal.size])))
+    position = np.empty(profile.size)
+    velocity = np.empty(profile.size)
+    effort = np.empty(profile.size)
+    loose = p.copy()
+    loose[VISCOUS] = max(p[VISCOUS] - law.constant * law.back_emf, 0.0)
+    for first, last in itertools.pairwise(edges.tolist()):
+        part = slice(first * steps, last * steps)
+        scale = law.constant * float(np.median(drive.supply[first:last])) * float(on[first])
+        servo = PositionServo(
+            proportional=scale * law.duty_per_error * float(gain[first]),
+            limit=scale * law.duty_limit,
+        )
+        status = follow_reference(
+            p if on[first] else loose,
+            load,
+            state,
+            np.array(servo),
+            profile[part],
+            0.0,
+            period / steps,
+            position[part],
+            velocity[part],
+            effort[part],
+        )
+        if status != OK:
+            return status, position[::steps], effort[::steps]
+    return OK, position[::steps], effort[::steps]
