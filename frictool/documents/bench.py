@@ -20,6 +20,7 @@ from frictool.documents.quantity import (
     NonNegativeLength,
     NonNegativeMass,
     NonNegativeTime,
+    Position,
     PositionSpan,
     PositiveLength,
     PositiveTime,
@@ -134,6 +135,8 @@ class Servo(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     - `goal_speed`: Speed limit of the firmware's profile from the old goal to a new one.
     - `delay`: Time from the logged goal until the logged position responds, such as the bus delay.
     - `back_emf`: Voltage per speed, such as the supply voltage over the no-load speed.
+    - `zero`: Angle of the pendulum's arm from the downward direction at position 0. By default
+      within half a radian.
     - `loop_period_s`: Sample period of the firmware.
     """
 
@@ -143,11 +146,12 @@ class Servo(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     back_emf: BackEmf
     gain: PositiveNumber | None = None
     duty_limit: Annotated[float, msgspec.Meta(gt=0, le=1)] = 1.0
+    zero: Position | None = None
     loop_period_s: Annotated[float, msgspec.Meta(ge=1e-4, le=0.1)] = 0.001
 
 
 class Pendulum(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Known pendulum on a rotary axis; position 0 is the arm that points downward.
+    """Known pendulum on a rotary axis; its arm points downward at position 0.
 
     - `mass`: Point mass at the end of the arm.
     - `length`: Length of the arm.

@@ -16,6 +16,7 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.status_codes import OK
@@ -107,26 +108,27 @@ def follow_goal(
     """
     steps = law.steps(period)
     profile = profile_of(goal, law, period)
-    late = np.clip(np.arange(goal.size) - round(law.delay / period), 0, None)
-    on = drive.enabled[late] > 0.5
-    gain = drive.gain[late]
-    changes = np.flatnonzero(np.diff(gain) != 0.0) + 1
-    switches = np.flatnonzero(np.diff(on)) + 1
-    edges = np.unique(np.concatenate(([0], changes, switches, [goal.size])))
+    late = np.arange(profile.size) / steps - law.delay / period
+    row = np.clip(np.floor(late), 0, goal.size - 1).astype(np.int64)
+    gain, supply = drive.gain[row], drive.supply
+    on = _mean_over_step(drive.enabled > 0.5, late, 1.0 / steps)
+    switches = np.flatnonzero((np.diff(gain) != 0.0) | (np.diff(on) != 0.0)) + 1
+    edges = np.concatenate(([0], switches, [profile.size]))
     position = np.empty(profile.size)
     velocity = np.empty(profile.size)
     effort = np.empty(profile.size)
-    loose = p.copy()
-    loose[VISCOUS] = max(p[VISCOUS] - law.constant * law.back_emf, 0.0)
+    electrical = min(law.constant * law.back_emf, p[VISCOUS])
+    axis = p.copy()
     for first, last in itertools.pairwise(edges.tolist()):
-        part = slice(first * steps, last * steps)
-        scale = law.constant * float(np.median(drive.supply[first:last])) * float(on[first])
+        part = slice(first, last)
+        scale = law.constant * on[first] * float(np.median(supply[row[first] : row[last - 1] + 1]))
         servo = PositionServo(
             proportional=scale * law.duty_per_error * float(gain[first]),
             limit=scale * law.duty_limit,
         )
+        axis[VISCOUS] = p[VISCOUS] - (1.0 - on[first]) * electrical
         status = follow_reference(
-            p if on[first] else loose,
+            axis,
             load,
             state,
             np.array(servo),
@@ -140,3 +142,16 @@ def follow_goal(
         if status != OK:
             return status, position[::steps], effort[::steps]
     return OK, position[::steps], effort[::steps]
+
+
+def _mean_over_step(switch: NDArray[np.bool_], late: Vector, step: float) -> Vector:
+    """Return the mean (m,) of a held switch (n,) from each index `late` (m,) to `late` + step.
+
+    A fraction keeps the simulation a continuous function of the delay.
+    """
+    held = np.concatenate(([0.0], np.cumsum(switch)))
+    at = np.arange(held.size)
+    before = np.minimum(late, 0.0) * float(switch[0])
+    after = np.minimum(late + step, 0.0) * float(switch[0])
+    rise = np.interp(late + step, at, held) + after - np.interp(late, at, held) - before
+    return np.asarray(np.round(rise / step, 12))

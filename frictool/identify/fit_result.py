@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from frictool.documents.laws import Laws
 from frictool.documents.load_terms import LoadTerms
-from frictool.documents.quantity import Axis, Estimate, si_unit
+from frictool.documents.quantity import Axis, Estimate, Quantity, si_unit
 from frictool.errors import EXIT_NO, FrictoolError
 
 # effort = inertia a + viscous v + coulomb sign(v) + offset
@@ -127,6 +127,7 @@ class SlidingFit:
     - force_error: force error (`force_error.py`), comparable between methods; None if no sample
       slips
     - tried: models that were compared, with their scores
+    - constants: identified constants of a servo
     """
 
     parameters: dict[str, Interval]
@@ -146,3 +147,4 @@ class SlidingFit:
     fixed: dict[str, Interval] = field(default_factory=dict)
     force_error: float | None = None
     tried: tuple[TriedModel, ...] = ()
+    constants: dict[str, Quantity] = field(default_factory=dict)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace as with_fields
 
-from frictool.adapters.servo_firmware import PendulumLoad, pendulum_load
+from frictool.adapters.servo_firmware import pendulum_load
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.identify.axis_logs import SLIDING_LOG
@@ -25,7 +25,6 @@ from frictool.identify.estimators.output_error import OUTPUT_ERROR, cluster_numb
 from frictool.identify.estimators.servo_simulation import (
     COSINE,
     LOOSE,
-    SERVO,
     SINE,
     ZERO,
     ServoFit,
@@ -146,9 +145,7 @@ def _start(records: Sequence[MotionRecord], bench: Bench) -> dict[str, float]:
         start[LOOSE] = max(viscous - electrical, 0.05 * electrical)
     else:
         start["viscous"] = max(viscous, 0.05 * electrical)
-    if _has_pendulum(records):
-        start[ZERO] = 0.0
-    elif bench.load is None or "gravity" in bench.load.terms:
+    if not _has_pendulum(records) and (bench.load is None or "gravity" in bench.load.terms):
         start |= {SINE: 0.0, COSINE: 0.0}
     return start
 
@@ -164,7 +161,7 @@ def _free(
     known = servo_quantities(bench)
     exact = {name for name, one in known.items() if one.interval[0] == one.interval[1]}
     if not _has_pendulum(records):
-        exact.add("constant")
+        exact |= {"constant", ZERO}
     if LOOSE not in start:
         exact.add("back_emf")
     return tuple(name for name in start if name not in exact)
@@ -256,7 +253,7 @@ def _identified(
     offered = {name: intervals[name] for name in SLIDING if name in intervals}
     outcome = accept(offered, bench, reasons)
     constants, warnings = _constants(intervals, bench)
-    laws = laws_of(gravity, bench) if gravity else None
+    laws = laws_of(gravity, bench)
     rms = float(np.sqrt(np.mean(fit.residual**2)))
     sliding = SlidingFit(
         offered,
@@ -273,6 +270,7 @@ def _identified(
         laws,
         method=OUTPUT_ERROR,
         why="the bench has a servo, whose firmware drives the simulation along the logged goal",
+        constants=constants,
     )
     result = Identification(
         outcome.identified,
@@ -293,9 +291,10 @@ def _gravity(intervals: Mapping[str, Interval], bench: Bench) -> dict[str, Inter
     if SINE in intervals:
         return {name: intervals[name] for name in (SINE, COSINE)}
     nominal = pendulum_load(bench.pendulum)
-    if nominal is None or ZERO not in intervals:
+    if nominal is None:
         return {}
-    angle = intervals[ZERO]
+    known = servo_quantities(bench)[ZERO]
+    angle = intervals.get(ZERO, Interval(known.value, *known.interval))
     torque = nominal.torque
     return {
         SINE: Interval.around(torque * np.cos(angle.value), torque * angle.half_width**2),

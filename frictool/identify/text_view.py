@@ -15,12 +15,14 @@ from frictool.documents.quantity import Estimate, si_unit
 from frictool.identify.absolute_intervals import parameter_intervals
 from frictool.identify.breakaway.rate_table import rate_lines
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
+from frictool.identify.estimators.servo_simulation import servo_quantities
 from frictool.identify.fit_result import PARAMETERS, Explanation
 from frictool.identify.from_logs import IdentifiedModel
 from frictool.identify.methods import METHODS
 from frictool.identify.rows.effects import EFFECTS
 from frictool.presentation.line_breaking import bounded
 
+FIRMWARE = "fit of the position simulated along the goal by the firmware of the bench's servo"
 REMOVED = frozenset(effect.term for effect in EFFECTS if not effect.needs_temperature)
 
 
@@ -250,15 +252,37 @@ def parameter_lines(model: Model) -> list[str]:
     return lines
 
 
+def servo_lines(outcome: IdentifiedModel) -> list[str]:
+    """Return the lines on the constants of a servo, and on the position error along the goals."""
+    fit = outcome.result.fit
+    assert fit is not None
+    rms, mean = (fit.details[f"position_error_{name}"] for name in ("rms", "mean"))
+    lines = []
+    for name, one in servo_quantities(outcome.model.bench).items():
+        low, high = one.interval
+        ends = f" [{low:.5g}, {high:.5g}]" if low < high else ""
+        source = "bench" if name not in fit.constants else "identified"
+        lines.append(f"servo: {name} {one.value:.5g} {one.unit}{ends}, {source}")
+    return [
+        *lines,
+        f"position error along the goals: {rms:.4g} rad rms, {mean:.4g} rad on average; condition "
+        f"{fit.condition:.3g}; {fit.samples} samples",
+    ]
+
+
 def table(outcome: IdentifiedModel) -> str:
     """Return the whole identification as text."""
     model, result = outcome.model, outcome.result
     lines = [f"{Path(name).name}: {kind}" for name, kind in result.kinds.items()]
-    lines.append(f"{result.method}: {METHODS[result.method].what}")
+    servo = model.bench.actuator.servo is not None and result.fit is not None
+    what = FIRMWARE if servo else METHODS[result.method].what
+    lines.append(f"{result.method}: {what}")
     chosen = result.fit is not None and result.fit.why
     lines.append(f"  chosen: {chosen}" if chosen else f"  right for {METHODS[result.method].when}")
     lines += parameter_lines(model)
-    if result.fit is not None:
+    if servo:
+        lines += servo_lines(outcome)
+    elif result.fit is not None:
         lines.append(
             f"{force_line(result.fit.force_error)}; condition {result.fit.condition:.3g}; "
             f"{result.fit.samples} samples"

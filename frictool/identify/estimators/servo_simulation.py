@@ -24,16 +24,19 @@ from frictool.engine.status_codes import OK
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.rows.load_terms import GRAVITY, TERMS, axis_and_load
 from frictool.identify.rows.segments import RecordSegment
-from frictool.typing import Matrix, Vector
+from frictool.identify.rows.strokes import find_strokes
+from frictool.typing import IntVector, Matrix, Vector
 
 SINE, COSINE = TERMS[GRAVITY]
-ZERO = "zero_angle"  # angle of the pendulum at position 0, rad
+ZERO = "zero"  # angle of the pendulum at position 0, rad
 LOOSE = "loose_viscous"  # viscous friction with the torque disabled
 SERVO = ("constant", "goal_speed", "delay", "back_emf")
 STEP = 1e-4  # step of the differences, in units of a parameter's scale
 SMALLEST = 1e-3  # least value of a positive parameter in the search, relative to the bench's
-LARGEST_ZERO = 0.5  # rad, largest zero angle of a pendulum
+# zero angle of a pendulum if the bench does not state it
+USUAL_ZERO = Quantity(0.0, -0.5, 0.5, "rad")
 MOST_RUNS = 60  # largest number of evaluations in the trust region
+FIRST_STROKES = 3  # strokes of a free swing that are added to the search one by one
 FAILED = 10.0  # rad, residual of a failed simulation; it makes the search turn back
 
 
@@ -46,6 +49,7 @@ def servo_quantities(bench: Bench) -> dict[str, Quantity]:
         "goal_speed": servo.goal_speed,
         "delay": servo.delay,
         "back_emf": servo.back_emf,
+        ZERO: servo.zero or USUAL_ZERO,
     }
 
 
@@ -126,8 +130,29 @@ class ServoFit:
 def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> ServoFit:
     """Return the values that minimise the squared residual; the search starts at `start` [SI].
 
-    Raises UnusableLogs if the search does not converge.
+    A free swing without torque amplifies errors of the friction with each stroke. The first
+    searches therefore include only the first strokes of a swing. Raises UnusableLogs if a search
+    does not converge.
     """
+    strokes = np.concatenate([free_strokes(segment) for segment in simulated.segments])
+    for most in range(min(FIRST_STROKES, int(strokes.max()))):
+        start = _search(simulated, start, (strokes <= most).astype(np.float64)).values
+    return _search(simulated, start, np.ones(strokes.size))
+
+
+def free_strokes(segment: RecordSegment) -> IntVector:
+    """Return the stroke (n,) of each sample since the torque was disabled; 0 with torque."""
+    servo = segment.record.servo
+    assert servo is not None
+    part = slice(segment.first, segment.last)
+    off = servo.drive.enabled[part] <= 0.5
+    number = find_strokes(segment.record).number[part]
+    began = np.maximum.accumulate(np.where(np.diff(off, prepend=False) & off, number, 0))
+    return np.where(off, number - began, 0)
+
+
+def _search(simulated: ServoSimulation, start: Mapping[str, float], weight: Vector) -> ServoFit:
+    """Return the fit of the samples with weights (n,) above 0; see `fitted`."""
     names = simulated.names
     known = servo_quantities(simulated.bench)
     scale = np.array([_scale(name, simulated.bench, start) for name in names])
@@ -135,7 +160,7 @@ def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> ServoFit:
     high = np.array([_end(name, known, start, 1) for name in names]) / scale
 
     def residual(z: Vector) -> Vector:
-        return simulated.residual(
+        return weight * simulated.residual(
             {**simulated.fixed, **dict(zip(names, (z * scale).tolist(), strict=True))}
         )
 
@@ -159,12 +184,11 @@ def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> ServoFit:
 
 def _scale(name: str, bench: Bench, start: Mapping[str, float]) -> float:
     """Return a typical size of a parameter, SI."""
-    if name == ZERO:
-        return 0.1
     if name in (SINE, COSINE):
         return start["constant"] * bench.actuator.limit.value
-    if name in SERVO:
-        return max(servo_quantities(bench)[name].interval[1], 1e-9)
+    known = servo_quantities(bench)
+    if name in known:
+        return max(abs(end) for end in known[name].interval)
     return max(start[name], 1e-9)
 
 
@@ -174,8 +198,6 @@ def _end(
     """Return the lower (side -1) or upper (side 1) end of a parameter in the search, SI."""
     if name in known:
         return known[name].interval[(side + 1) // 2]
-    if name == ZERO:
-        return side * LARGEST_ZERO
     if name == LOOSE:
         return math.inf if side > 0 else 0.0
     if name in (SINE, COSINE):

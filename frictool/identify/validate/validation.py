@@ -3,6 +3,7 @@
 - open loop: the measured effort drives the model
 - closed loop: the bench's controller drives the model along the measured reference; the effort
   error is measured minus simulated effort
+- servo: the firmware of the model's servo drives the model along the logged goal
 
 If the model and the log have a temperature, the friction of the model is computed for the log's
 mean temperature.
@@ -25,6 +26,7 @@ import scipy
 
 from frictool.adapters.axis_dynamic_law import dynamic_law_of
 from frictool.adapters.axis_model import axis_of, load_of
+from frictool.adapters.servo_firmware import firmware_law
 from frictool.adapters.temperature_factors import factors_at
 from frictool.documents.model import Model
 from frictool.documents.quantity import Axis, si_unit
@@ -34,9 +36,11 @@ from frictool.engine.dynamic_law_axis import with_contact, with_dynamic_law
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
+from frictool.identify.estimators.servo_simulation import ZERO, servo_quantities, simulated_position
 from frictool.identify.fit_result import CURVE, PARAMETERS
 from frictool.identify.force_error import slip_rows
 from frictool.identify.motion_record import MotionRecord, record_of
+from frictool.identify.rows.load_terms import load_values
 from frictool.identify.rows.segments import RecordSegment, whole
 from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
@@ -44,7 +48,7 @@ from frictool.plant.axis import VELOCITY
 from frictool.runtime.object_view import ResultView
 from frictool.typing import Vector
 
-OPEN, CLOSED = "open", "closed"
+OPEN, CLOSED, SERVO = "open", "closed", "servo"
 FILTER_ORDER = 4
 FIELDS = (*PARAMETERS, *CURVE)  # fields of a model's parameters
 HIGHEST_CUTOFF = 0.4  # highest cut-off relative to the sampling rate
@@ -81,7 +85,7 @@ class Validation(ResultView):
     """Measured and simulated signals of a model, and their errors, as JSON and as text.
 
     - axis: kind of the axis
-    - loop: `open` or `closed`
+    - loop: `open`, `closed` or `servo`
     - skip: number of samples left out at the start of each gap-free part of the log
     - time: time of each sample, (n,), s
     - measured, simulated: name -> signal (n,), SI units; the force is NaN where it is unknown
@@ -120,6 +124,7 @@ class Validation(ResultView):
         how = {
             OPEN: "the measured effort drives the model",
             CLOSED: "controller and model follow the measured reference",
+            SERVO: "the servo's firmware drives the model along the logged goal",
         }
         return [
             f"{self.loop} loop: {how[self.loop]}, {self.time.size} samples after the first "
@@ -165,6 +170,11 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
     """
     skip = request.skip
     record = record_of(match_bench(log, model.bench), model.bench)
+    if record.servo is not None and request.servo is not None:
+        raise LogError(
+            record.name,
+            "the bench has a servo, whose firmware is the controller; leave the gains out",
+        )
     _check(record, request)
     pieces = _pieces(record, skip)
     cutoff = min(request.cutoff_hz, HIGHEST_CUTOFF / record.period)
@@ -228,10 +238,11 @@ def _compared(
     """Return the signals (measured, simulated) without the skipped samples, and their errors."""
     skip, closed = request.skip, request.servo is not None
     gap = signals["position"][0] - signals["position"][1]
+    loop = SERVO if pieces[0].record.servo is not None else CLOSED if closed else OPEN
     references = [piece.reference[skip:] for piece in pieces if piece.reference is not None]
     return Validation(
         axis,
-        CLOSED if closed else OPEN,
+        loop,
         skip,
         np.concatenate([piece.record.time[piece.first + skip : piece.last] for piece in pieces]),
         {name: pair[0] for name, pair in signals.items()},
@@ -239,7 +250,7 @@ def _compared(
         float(np.sqrt(np.mean(gap**2))),
         float(np.max(np.abs(gap))),
         {name: _relative(pair[0], pair[1]) for name, pair in signals.items()},
-        np.concatenate(references) if closed else None,
+        np.concatenate(references) if loop != OPEN else None,
     )
 
 
@@ -275,6 +286,8 @@ def _run(
 ) -> dict[str, tuple[Vector, Vector]]:
     """Return a mapping of signal to (measured, simulated), each (n,)."""
     record, servo = piece.record, request.servo
+    if record.servo is not None:
+        return _compared_positions(piece, _servo_position(model, piece), cutoff)
     p, state = _free_axis(model, piece)
     load = load_of(model).as_array()
     n = piece.last - piece.first
@@ -296,13 +309,30 @@ def _run(
         status = replay(p, load, state, effort, piece.position, FREE, period, x, v)
     if status != OK:
         raise NoSolutionError(f"{record.name}: {MESSAGES[status]}; check the model's parameters")
-    rates = [_rates(position, period, cutoff) for position in (piece.position, x)]
+    return _compared_positions(piece, x, cutoff) | simulated_effort
+
+
+def _compared_positions(
+    piece: RecordSegment, simulated: Vector, cutoff: float
+) -> dict[str, tuple[Vector, Vector]]:
+    """Return (measured, simulated) position, velocity and acceleration, each (n,)."""
+    pair = (piece.position, simulated)
+    rates = [_rates(position, piece.record.period, cutoff) for position in pair]
     return {
-        "position": (piece.position, x),
+        "position": pair,
         "velocity": (rates[0][0], rates[1][0]),
         "acceleration": (rates[0][1], rates[1][1]),
-        **simulated_effort,
     }
+
+
+def _servo_position(model: Model, piece: RecordSegment) -> Vector:
+    """Return the position (n,) [rad] of the model along the goal of a servo's log."""
+    zero = servo_quantities(model.bench)[ZERO].value
+    values = {**parameter_values(model), **load_values(model.laws), ZERO: zero}
+    status, position = simulated_position(piece, model.bench, values, firmware_law(model.bench))
+    if status != OK or not np.all(np.isfinite(position)):
+        raise NoSolutionError(f"{piece.record.name}: {MESSAGES[status]}")
+    return position
 
 
 def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
