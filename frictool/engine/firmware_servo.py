@@ -70,11 +70,15 @@ def limited_profile(goal: Vector, start: float, largest: float) -> Vector:
 
 
 def profile_of(goal: Vector, law: FirmwareLaw, period: float) -> Vector:
-    """Return the profile (n s,) at the s firmware periods of each sample of a goal (n,), rad."""
+    """Return the profile (n s,) at the s firmware periods of each sample of a goal (n,), rad.
+
+    The delay acts on the profile, so that the profile is a continuous function of the delay.
+    """
     steps = law.steps(period)
-    times = np.arange(goal.size * steps) / steps - law.delay / period
-    delayed = np.interp(times, np.arange(goal.size), goal)
-    return limited_profile(delayed, float(goal[0]), law.goal_speed * period / steps)
+    times = np.arange(goal.size * steps) / steps
+    goals = np.interp(times, np.arange(goal.size), goal)
+    profile = limited_profile(goals, float(goal[0]), law.goal_speed * period / steps)
+    return np.asarray(np.interp(times - law.delay / period, times, profile))
 
 
 def follow_goal(

@@ -9,13 +9,13 @@ logs or, with few logs, over strokes, because neighbouring samples have dependen
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from msgspec.structs import replace as with_fields
 
-from frictool.adapters.servo_firmware import pendulum_load
+from frictool.adapters.servo_firmware import firmware_law, pendulum_load
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.identify.axis_logs import SLIDING_LOG
@@ -205,6 +205,25 @@ def _solution(simulated: ServoSimulation, fit: ServoFit) -> LeastSquaresSolution
     return solve(columns, fit.residual + columns @ values, ones, _clusters(simulated))
 
 
+def _rounding(simulated: ServoSimulation, fit: ServoFit) -> Vector:
+    """Return the standard deviation (p,) due to roundings that last for a whole log.
+
+    The firmware reads rounded positions, and an axis at rest keeps its rounding error; the phase of
+    the firmware's period against the log is unknown. Each log has two independent errors, uniform
+    over one count and over one period.
+    """
+    inverse = np.linalg.pinv(_of_driven_viscous(simulated.names, fit))
+    edges = np.cumsum([one.last - one.first for one in simulated.segments])[:-1]
+    law = firmware_law(simulated.bench)
+    count = simulated.bench.encoder.resolution
+    variance = np.zeros(len(simulated.names))
+    for segment, part in zip(simulated.segments, np.split(inverse, edges, axis=1), strict=True):
+        moved = law.loop_period * np.gradient(segment.position, segment.record.period)
+        for error in (np.full(moved.size, count), moved):
+            variance += (part @ error) ** 2 / 12.0
+    return np.asarray(np.sqrt(variance))
+
+
 def _reported(values: Mapping[str, float], name: str) -> float:
     return driven_viscous(values) if name == LOOSE else values[name]
 
@@ -241,7 +260,9 @@ def _identified(
     bench = simulated.bench
     solution = _solution(simulated, fit)
     names = ["viscous" if name == LOOSE else name for name in simulated.names]
-    half = solution.half_width(settings.confidence)
+    rounding = _rounding(simulated, fit)
+    wider = replace(solution, deviation=np.hypot(solution.deviation, rounding))
+    half = wider.half_width(settings.confidence)
     intervals = {
         name: Interval.around(value, width)
         for name, value, width in zip(names, solution.value.tolist(), half.tolist(), strict=True)

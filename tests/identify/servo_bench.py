@@ -11,8 +11,8 @@ import numpy as np
 from frictool.typing import Vector
 
 COUNT = 2.0 * np.pi / 4096  # rad, one count of the servo's encoder
-STEP = 2.5e-4  # s, of the simulation
-LOOP = 4  # steps of a firmware period
+STEP = 1e-4  # s, of the simulation
+LOOP = 10  # steps of a firmware period
 PERIOD = 0.01  # s, of the log
 WEIGHT = 9.80665  # m/s^2
 

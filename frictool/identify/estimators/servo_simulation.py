@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -31,12 +31,16 @@ SINE, COSINE = TERMS[GRAVITY]
 ZERO = "zero"  # angle of the pendulum at position 0, rad
 LOOSE = "loose_viscous"  # viscous friction with the torque disabled
 SERVO = ("constant", "goal_speed", "delay", "back_emf")
-STEP = 1e-4  # step of the differences, in units of a parameter's scale
+DIFFERENCE = 1e-3  # relative step of the differences; smaller ones see single events
+MARGIN = 1e-4  # least distance of the start from the ends of a range, in units of the scale
 SMALLEST = 1e-3  # least value of a positive parameter in the search, relative to the bench's
 # zero angle of a pendulum if the bench does not state it
 USUAL_ZERO = Quantity(0.0, -0.5, 0.5, "rad")
+DELAY_SHARES = (0.2, 0.4, 0.6, 0.8)  # first delays of the search, as shares of the bench's range
+SHORT_RUNS = 8  # evaluations of the search from each delay
 MOST_RUNS = 60  # largest number of evaluations in the trust region
 FIRST_STROKES = 3  # strokes of a free swing that are added to the search one by one
+OTHER_FRICTIONS = (0.8, 1.25)  # Coulomb frictions of further searches, relative to the best one
 FAILED = 10.0  # rad, residual of a failed simulation; it makes the search turn back
 
 
@@ -131,13 +135,41 @@ def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> ServoFit:
     """Return the values that minimise the squared residual; the search starts at `start` [SI].
 
     A free swing without torque amplifies errors of the friction with each stroke. The first
-    searches therefore include only the first strokes of a swing. Raises UnusableLogs if a search
-    does not converge.
+    searches therefore include only the first strokes of a swing. An axis that comes to rest makes
+    the residual uneven, so that the search is repeated from other frictions. Raises UnusableLogs if
+    a search does not converge.
     """
     strokes = np.concatenate([free_strokes(segment) for segment in simulated.segments])
+    start = _best_delay(simulated, start, (strokes == 0).astype(np.float64))
     for most in range(min(FIRST_STROKES, int(strokes.max()))):
         start = _search(simulated, start, (strokes <= most).astype(np.float64)).values
-    return _search(simulated, start, np.ones(strokes.size))
+    every = np.ones(strokes.size)
+    best = _search(simulated, start, every)
+    for factor in OTHER_FRICTIONS:
+        other = {**best.values, "coulomb": factor * best.values["coulomb"]}
+        again = _search(simulated, other, every)
+        if np.sum(again.residual**2) < np.sum(best.residual**2):
+            best = again
+    return best
+
+
+def _best_delay(
+    simulated: ServoSimulation, start: Mapping[str, float], weight: Vector
+) -> Mapping[str, float]:
+    """Return the best of short searches with fixed delays of the bench's range.
+
+    A shorter delay with a larger inertia is a local minimum of the full search.
+    """
+    if "delay" not in simulated.names:
+        return start
+    low, high = servo_quantities(simulated.bench)["delay"].interval
+    delays = [start["delay"], *(low + share * (high - low) for share in DELAY_SHARES)]
+    names = tuple(name for name in simulated.names if name != "delay")
+    fits = []
+    for delay in delays:
+        held = replace(simulated, names=names, fixed={**simulated.fixed, "delay": delay})
+        fits.append(_search(held, {**start, "delay": delay}, weight, SHORT_RUNS))
+    return min(fits, key=lambda one: float(np.sum((weight * one.residual) ** 2))).values
 
 
 def free_strokes(segment: RecordSegment) -> IntVector:
@@ -151,8 +183,10 @@ def free_strokes(segment: RecordSegment) -> IntVector:
     return np.where(off, number - began, 0)
 
 
-def _search(simulated: ServoSimulation, start: Mapping[str, float], weight: Vector) -> ServoFit:
-    """Return the fit of the samples with weights (n,) above 0; see `fitted`."""
+def _search(
+    simulated: ServoSimulation, start: Mapping[str, float], weight: Vector, runs: int = MOST_RUNS
+) -> ServoFit:
+    """Return the fit of the samples with weights (n,) above 0 after at most `runs` evaluations."""
     names = simulated.names
     known = servo_quantities(simulated.bench)
     scale = np.array([_scale(name, simulated.bench, start) for name in names])
@@ -167,13 +201,13 @@ def _search(simulated: ServoSimulation, start: Mapping[str, float], weight: Vect
     first = np.array([start[name] for name in names]) / scale
     solution = scipy.optimize.least_squares(
         residual,
-        np.clip(first, low + STEP, high - STEP),
+        np.clip(first, low + MARGIN, high - MARGIN),
         bounds=(low, high),
-        diff_step=STEP,
+        diff_step=DIFFERENCE,
         x_scale="jac",
-        max_nfev=MOST_RUNS,
-        xtol=1e-5,
-        ftol=1e-6,
+        max_nfev=runs,
+        xtol=1e-6,
+        ftol=1e-7,
         gtol=1e-9,
     )
     if not solution.success and solution.status != 0:
