@@ -96,7 +96,8 @@ def test_interpolated_positions_are_named(tmp_path: Path) -> None:
     low, high = intervals(outcome)["constant"]
     assert low <= servo.constant <= high
     assert not any(
-        "between the encoder's counts" in text for text in identified(logs, tmp_path).result.warnings
+        "between the encoder's counts" in text
+        for text in identified(logs, tmp_path).result.warnings
     )
 
 
@@ -167,8 +168,7 @@ def test_a_method_that_needs_an_effort_is_refused(tmp_path: Path) -> None:
         identify(read, bench, IdentificationRequest("least-squares"))
 
 
-def test_a_servo_needs_a_voltage_and_a_rotary_axis(tmp_path: Path) -> None:
+def test_a_servo_needs_a_voltage(tmp_path: Path) -> None:
+    text = BENCH.replace("drive: voltage", "drive: current").replace("N m/V}", "N m/A}")
     with pytest.raises(FrictoolError, match="`servo` is for `drive: voltage`"):
-        bench_in(
-            tmp_path, BENCH.replace("drive: voltage", "drive: current").replace("N m/V", "N m/A")
-        )
+        bench_in(tmp_path, text.replace("unit: V}\n  servo", "unit: A}\n  servo"))

@@ -78,7 +78,7 @@ def test_a_damaged_line_is_named_or_lost(tmp_path: Path) -> None:
     [
         '[{"pos": 1}]\n',
         '{"entries":\n[{"pos": 1}]}\n',
-        '{"kp": 3, "entries": [{"pos": 1}, {"pos": 2}]}\n',
+        '{"kp": 3, "entries": [{"pos": 1}, {"pos": 2}], "more": [{"pos": 1}, {"pos": 2}]}\n',
     ],
 )
 def test_one_document_is_refused_with_a_command(text: str, tmp_path: Path) -> None:
@@ -94,3 +94,15 @@ def test_a_byte_order_mark_is_left_out(tmp_path: Path) -> None:
 def test_an_object_without_numbers_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="has no number in its first 200 lines"):
         table_of(tmp_path, '{"a": "b"}\n')
+
+
+@pytest.mark.parametrize("indent", [None, 2])
+def test_a_document_with_one_list_of_samples_is_a_table(indent: int | None, tmp_path: Path) -> None:
+    """Numbers outside the list are constant columns; a sample's own number takes precedence."""
+    samples = [{"t": 0.01 * k, "pos": 0.5 * k, "on": k > 1} for k in range(4)]
+    document = {"kp": 12, "motor": "servo", "pos": 9.0, "entries": samples, "none": []}
+    table = table_of(tmp_path, json.dumps(document, indent=indent))
+    assert set(table.names) == {"kp", "pos", "t", "on"}
+    assert column(table, "pos") == [0.0, 0.5, 1.0, 1.5]
+    assert column(table, "on") == [0.0, 0.0, 1.0, 1.0]
+    assert column(table, "kp") == [12.0] * 4

@@ -89,9 +89,7 @@ def cluster_numbers(segments: Sequence[RecordSegment]) -> list[NDArray[np.int64]
     """Return the cluster of each sample, (m,) per segment, at most MOST_CLUSTERS in all."""
     numbers = []
     above = 0
-    known = of_each_record(
-        segments, lambda record: (find_strokes(record), observer_rate(record))
-    )
+    known = of_each_record(segments, lambda record: (find_strokes(record), observer_rate(record)))
     for segment, (strokes, rate) in zip(segments, known, strict=True):
         part = slice(segment.first, segment.last)
         counts = np.abs(np.gradient(segment.position)) / segment.record.resolution

@@ -226,9 +226,7 @@ def _scale(name: str, bench: Bench, start: Mapping[str, float]) -> float:
     return max(start[name], 1e-9)
 
 
-def _end(
-    name: str, known: Mapping[str, Quantity], start: Mapping[str, float], side: int
-) -> float:
+def _end(name: str, known: Mapping[str, Quantity], start: Mapping[str, float], side: int) -> float:
     """Return the lower (side -1) or upper (side 1) end of a parameter in the search, SI."""
     if name in known:
         return known[name].interval[(side + 1) // 2]

@@ -46,9 +46,8 @@ _START = re.compile(rb"(?:\xef\xbb\xbf)?\s*(\{\s*\"|\{\s*\}|\[\s*\{)")
 NAMED_LINES = 200  # lines whose numbers are the columns
 LARGEST_DOCUMENT = 100_000_000  # bytes
 ONE_DOCUMENT = (
-    "is one JSON document; allowed: one object per line, or one object of at most "
-    f"{LARGEST_DOCUMENT // 1_000_000} MB with one list of samples; write one object per line, for "
-    "example by jq -c '.[]'"
+    "is one JSON document; write one object per line, for example by jq -c '.[]', or one object of "
+    f"at most {LARGEST_DOCUMENT // 1_000_000} MB with one list of samples"
 )
 
 
