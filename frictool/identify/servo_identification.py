@@ -77,8 +77,8 @@ def identify_servo(
     """
     if method not in METHODS:
         raise UnusableLogs(
-            f"--method {method} needs a measured effort, which a bench with actuator.servo does not "
-            f"have; allowed: {', '.join(METHODS)}"
+            f"--method {method} needs a measured effort, which a bench with actuator.servo lacks; "
+            f"allowed: {', '.join(METHODS)}"
         )
     refuse_duplicates(records)
     _refuse_unusable(records)
@@ -100,7 +100,7 @@ def identify_servo(
 
 
 def _refuse_unusable(records: Sequence[MotionRecord]) -> None:
-    """Raise UnusableLogs if no log moves with its torque enabled, or if only some have pendulums."""
+    """Raise UnusableLogs if no log moves under torque, or if only some logs have a pendulum."""
     moving = False
     for record in records:
         assert record.servo is not None
@@ -178,7 +178,7 @@ def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str,
         low, high = (simulated.residual({**start, name: end}) for end in known[name].interval)
         if float(np.max(np.abs(high - low))) < VISIBLE * count:
             out[name] = (
-                "it does not change the simulated position in the bench's range; record faster goals"
+                "no value in the bench's range changes the simulated position; record faster goals"
             )
     return out
 

@@ -23,6 +23,7 @@ from frictool.logs.log_reader import read_log
 from studies.field.manifest import Machine, bench_path, files_of, read_manifest
 from studies.field.methods import METHODS, peer_rows
 from studies.field.scores import MethodScore, scored
+from studies.field.servo_rotation import rotation_lines
 
 BEGIN, END = "<!-- begin: make field -->", "<!-- end: make field -->"
 HEAD = (
@@ -108,10 +109,12 @@ def table(folder: Path) -> list[str]:
                 f"- {machine.name}, {score.method}: {reason}"
                 for reason in dict.fromkeys(score.reasons)
             ]
+    servos = rotation_lines(folder)
     if not lines:
-        return []
+        return servos
     peers = [f"| all | {name} | {state} | - | - | - | - |" for name, state in peer_rows().items()]
-    return [HEAD, *lines, *peers, "", "Refusals and their reasons:", "", *reasons]
+    servos += [""] if servos else []
+    return [HEAD, *lines, *peers, "", *servos, "Refusals and their reasons:", "", *reasons]
 
 
 def main() -> int:

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
+import numba
 import numpy as np
-from numba import njit
 
 from frictool.typing import Vector
 
+compiled: Any = numba.njit  # untyped, as in frictool/runtime/kernels.py
 FIRMWARE = (0.166, 0.97)  # duty cycle per rad and unit of the gain, and largest duty cycle
 SUBSTEPS = 5  # steps of a sample
 WEIGHT = 9.80665  # m/s^2
@@ -44,7 +46,7 @@ def parameters(path: Path) -> Vector:
     return np.array([published[name] for name in NAMES])
 
 
-@njit
+@compiled
 def _friction(p: Vector, motor: float, external: float, speed: float) -> float:
     """Return the largest friction torque without its viscous part, N m."""
     fall = np.exp(-(abs(speed / p[12]) ** p[13]))
@@ -58,7 +60,7 @@ def _friction(p: Vector, motor: float, external: float, speed: float) -> float:
     return float(gear)
 
 
-@njit
+@compiled
 def simulated(
     p: Vector,
     pendulum: tuple[float, float],

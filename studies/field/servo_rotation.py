@@ -20,6 +20,7 @@ from frictool.identify.from_logs import identify
 from frictool.identify.validate.validation import ValidationRequest, validate
 from frictool.logs.log import Log
 from frictool.logs.log_reader import read_log
+from frictool.typing import Vector
 from studies.field.bam_m6 import FIRMWARE, WEIGHT, parameters, simulated
 from studies.field.manifest import HERE
 
@@ -67,7 +68,7 @@ def published_errors(
     return [[_published_error(p, log, supply) for log in logs[name]] for name in TRAJECTORIES]
 
 
-def _published_error(p: np.ndarray, log: Log, supply: float | None) -> float:
+def _published_error(p: Vector, log: Log, supply: float | None) -> float:
     stream = log.main
     signals = stream.signals
     mass, length = (float(signals[f"pendulum_{name}"][0]) for name in ("mass", "length"))
@@ -76,7 +77,9 @@ def _published_error(p: np.ndarray, log: Log, supply: float | None) -> float:
     period = float(np.median(np.diff(stream.time)))
     pendulum = (mass * length**2, mass * WEIGHT * length)
     measured = signals["position"]
-    position = simulated(p, pendulum, signals["reference"], inputs, float(measured[0]), period)
+    position: Vector = simulated(
+        p, pendulum, signals["reference"], inputs, float(measured[0]), period
+    )
     return float(np.mean(np.abs(position - measured)))
 
 

@@ -126,8 +126,9 @@ def recorded(
 ) -> ServoLogs:
     """The logs of eight moves with different gains, masses and lengths.
 
-    Short steps of the mean speed; friction stops the axis within a step if it can. The firmware reads
-    the counted position. The log states the goal at once, and the servo obeys it after the delay.
+    Short steps of the mean speed; friction stops the axis within a step if it can. The firmware
+    reads the counted position. The log states the goal at once, and the servo obeys it after the
+    delay.
     """
     goal, enabled = goals(seconds, swing)
     gain = np.array([8.0, 16.0, 16.0, 24.0, 32.0, 12.0, 24.0, 8.0])
