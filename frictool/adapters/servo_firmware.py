@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from frictool.documents.bench import Bench, Pendulum
-from frictool.engine.firmware_servo import FirmwareLaw
+from frictool.plant.servo_firmware import FirmwareLaw
 
 GRAVITY = 9.80665  # m/s^2
 

@@ -1,9 +1,6 @@
 """Axis under the firmware of a smart servo, which follows a logged goal.
 
-    goal -> [delay] -> [speed limit of the profile] -> profile
-    duty = duty_per_error gain (profile - position), limited to +-duty_limit
-    effort = constant * supply * duty
-
+The firmware is that of plant/servo_firmware.py; the effort is the drive constant times its voltage.
 The effort of a voltage includes no back-EMF; the viscous friction of the axis contains it. While
 the torque is disabled, the motor is an open circuit: the effort is 0 and the viscous friction is
 that of the mechanics alone. The firmware samples faster than the log; its loop is that of
@@ -13,7 +10,6 @@ engine/bench_position_loop.py.
 from __future__ import annotations
 
 import itertools
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,41 +17,9 @@ from numpy.typing import NDArray
 from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.status_codes import OK
 from frictool.plant.axis import VISCOUS
+from frictool.plant.servo_firmware import FirmwareLaw, ServoDrive
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
-
-
-class FirmwareLaw(NamedTuple):
-    """Firmware of a servo, and the motor's constants.
-
-    duty_per_error: duty cycle per rad and unit of the gain. goal_speed: rad/s. delay: s. back_emf:
-    V s/rad. constant: N m/V. loop_period: s.
-    """
-
-    duty_per_error: float
-    duty_limit: float
-    goal_speed: float
-    delay: float
-    back_emf: float
-    constant: float
-    loop_period: float
-
-    def steps(self, period: float) -> int:
-        """Return the number of firmware periods in a sample period [s] of the log."""
-        return max(1, round(period / self.loop_period))
-
-    def volts(self, profile: Vector, position: Vector, gain: Vector, supply: Vector) -> Vector:
-        """Return the applied voltage (n,) at a profile and a position (n,), rad."""
-        duty = self.duty_per_error * gain * (profile - position)
-        return np.asarray(supply * np.clip(duty, -self.duty_limit, self.duty_limit))
-
-
-class ServoDrive(NamedTuple):
-    """Gain [firmware units], supply voltage [V] and torque switch (n,) at the samples of a log."""
-
-    gain: Vector
-    supply: Vector
-    enabled: Vector
 
 
 @kernel

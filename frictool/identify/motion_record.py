@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 
 from frictool.adapters.servo_firmware import PendulumLoad, firmware_law, pendulum_load
 from frictool.documents.bench import Bench
-from frictool.engine.firmware_servo import ServoDrive, profile_of
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
 from frictool.logs.quality.time_base import encoder_step
+from frictool.plant.servo_firmware import ServoDrive
 from frictool.typing import IntVector, Vector
 
 JITTER = 0.1  # relative deviation of an interval from the period above which the record is split
@@ -431,6 +431,8 @@ def _servo_effort(log: Log, stream: Stream, bench: Bench) -> Vector:
             "has no channel `reference`, which is the goal of the servo; map the column of the "
             "goal position in columns.reference",
         )
+    from frictool.engine.firmware_servo import profile_of  # compiled; other logs do not need it
+
     goal, position = log.require(stream, "reference", "position")
     law = firmware_law(bench)
     drive = _servo_drive(log, stream, bench)

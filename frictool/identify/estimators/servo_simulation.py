@@ -19,12 +19,13 @@ import scipy
 from frictool.adapters.servo_firmware import PendulumLoad, firmware_law, pendulum_load
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
-from frictool.engine.firmware_servo import FirmwareLaw, ServoDrive, follow_goal
+from frictool.engine.firmware_servo import follow_goal
 from frictool.engine.status_codes import OK
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.rows.load_terms import GRAVITY, TERMS, axis_and_load
 from frictool.identify.rows.segments import RecordSegment
 from frictool.identify.rows.strokes import find_strokes
+from frictool.plant.servo_firmware import FirmwareLaw, ServoDrive
 from frictool.typing import IntVector, Matrix, Vector
 
 SINE, COSINE = TERMS[GRAVITY]
