@@ -42,7 +42,7 @@ from frictool.identify.regression.clusters import FEWEST_CLUSTERS
 from frictool.identify.regression.regression import LeastSquaresSolution, solve
 from frictool.identify.rows.load_terms import laws_of
 from frictool.identify.rows.segments import whole
-from frictool.typing import Matrix, Vector
+from frictool.typing import IntVector, Matrix, Vector
 
 LARGEST_ERROR = 0.5  # rms position error relative to the rms motion; a larger one is refused
 # least concentration of the positions about the counts of the encoder, 0 to 1
@@ -171,7 +171,7 @@ def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str,
     """Return parameter -> reason for the constants that do not affect the simulated position."""
     known = servo_quantities(simulated.bench)
     count = simulated.bench.encoder.resolution
-    out = {}
+    out: dict[str, str] = {}
     for name in ("goal_speed", "delay"):
         if name not in simulated.names:
             continue
@@ -242,7 +242,7 @@ def _of_driven_viscous(names: Sequence[str], fit: ServoFit) -> Matrix:
     return out
 
 
-def _clusters(simulated: ServoSimulation) -> Vector:
+def _clusters(simulated: ServoSimulation) -> IntVector:
     """Return the cluster (n,) of each sample: its log, or with few logs its stroke."""
     segments = simulated.segments
     if len(segments) >= FEWEST_CLUSTERS:

@@ -10,14 +10,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
-import numba
 import numpy as np
 
+from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-compiled: Any = numba.njit  # untyped, as in frictool/runtime/kernels.py
 FIRMWARE = (0.166, 0.97)  # duty cycle per rad and unit of the gain, and largest duty cycle
 SUBSTEPS = 5  # steps of a sample
 WEIGHT = 9.80665  # m/s^2
@@ -46,7 +44,7 @@ def parameters(path: Path) -> Vector:
     return np.array([published[name] for name in NAMES])
 
 
-@compiled
+@kernel
 def _friction(p: Vector, motor: float, external: float, speed: float) -> float:
     """Return the largest friction torque without its viscous part, N m."""
     fall = np.exp(-(abs(speed / p[12]) ** p[13]))
@@ -60,7 +58,7 @@ def _friction(p: Vector, motor: float, external: float, speed: float) -> float:
     return float(gear)
 
 
-@compiled
+@kernel
 def simulated(
     p: Vector,
     pendulum: tuple[float, float],

@@ -14,7 +14,7 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.engine.bench_position_loop import PositionServo
-from frictool.identify.estimators.output_error import _cluster_numbers, simulation_error
+from frictool.identify.estimators.output_error import cluster_numbers, simulation_error
 from frictool.identify.estimators.segment_simulation import SegmentSimulation, estimate
 from frictool.identify.estimators.structure_selection import choose_terms, halves
 from frictool.identify.fit_result import SLIDING, UnusableLogs
@@ -191,8 +191,7 @@ def test_strokes_are_joined_to_at_most_sixty_clusters(strokes: int) -> None:
     position = np.concatenate([a + (b - a) * share for a, b in itertools.pairwise(ends)])
     time = np.arange(position.size) * PERIOD
     record = make_record("log", time, position, np.zeros(time.size), ENCODER_STEP, 0.0)
-    simulated = SegmentSimulation(whole([record]), linear_bench())
-    (number,) = _cluster_numbers(simulated, [record.effort])
+    (number,) = cluster_numbers(whole([record]))
     used = np.unique(number)
     assert np.array_equal(used, np.arange(used.size))
     assert used.size == -(-strokes // (-(-strokes // 60)))
