@@ -9,8 +9,8 @@ A vertex or a randomly drawn plant has one number for Coulomb friction and one f
               with c times this number has c times every slope, and the same knees. If the model has
               no viscous friction, the number of a plant is its slope at every speed
 
-A knee is a speed at which the slope changes. The friction map keeps its shape. A plant with the
-numbers of the model is the model.
+A knee is a speed at which the slope changes. The friction map keeps its shape. If both numbers
+equal those of the model, the plant equals the model.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ MOST_WEAR = 3.0
 
 
 class ObserverProgram(NamedTuple):
-    """A program with the inputs `position` [rad | m] and `effort` [N m | N], and its estimates."""
+    """Program with the inputs `position` [rad | m] and `effort` [N m | N], and the estimates."""
 
     program: Program
     estimates: ObserverNodes

@@ -12,10 +12,10 @@ from frictool.plant.lti import Lti, gain
 
 
 def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
-    """Return the nominal filter H(s), then H(s) at the ends of the intervals.
+    """Return the nominal filter H(s) and, with intervals, two further filters.
 
-    All frequencies are first at the low ends, then at the high ends of their intervals. Without
-    intervals, the result is the nominal filter only.
+    In the second filter all frequencies are at the low ends of their intervals, in the third filter
+    at the high ends.
     """
     filters = [_filter(resonances, None)]
     if any(one.interval_rad_s is not None for one in (*resonances.poles, *resonances.zeros)):

@@ -109,7 +109,7 @@ class DesignTest:
     def worst_at_places(
         self, judges: Sequence[ControllerJudge], controller: Controller, found: JudgedRuns
     ) -> list[PlayedVerdict]:
-        """Return the results of a controller on its worst plants, from each of `judges`.
+        """Return the results of each of `judges` for the worst plants of a controller.
 
         For each requirement, the WORST plants with the smallest reserve are simulated.
 

@@ -1,4 +1,4 @@
-"""`frictool excite --for`: test with requested precisions, its files and promised half widths."""
+"""`frictool excite --for`: test with requested precisions, and the half widths to expect."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def summary(sequence: ExcitationSequence) -> dict[str, Any]:
 
 
 def text(sequence: ExcitationSequence, output: Path, bench: Bench) -> str:
-    """Return a test as text, with the unit of each figure."""
+    """Return a test as text, with the unit of each number."""
     where = "stdout" if output == STDOUT else output.name
     lines = [
         f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.time.size} "
@@ -91,7 +91,7 @@ def text(sequence: ExcitationSequence, output: Path, bench: Bench) -> str:
 
 
 def unit_of_figure(name: str, bench: Bench) -> str:
-    """Return the SI unit of a figure of a test; "" for a number without a unit."""
+    """Return the SI unit of a number that describes a test; "" for a number without a unit."""
     from frictool.documents.quantity import drive_dimension, si_unit
     from frictool.identify.model_document import unit_of
 

@@ -256,7 +256,7 @@ def command(
 
 @dataclass(frozen=True)
 class IdentifyViews:
-    """Views of one model: picture, page, comparison with promised intervals, and JSON."""
+    """Views of one model: picture, page, comparison with `promise.yaml`, and JSON."""
 
     plot: Path | None
     page: Path | None

@@ -58,7 +58,7 @@ def block_digests(controller: Controller) -> dict[str, str]:
 
 
 def uncomputed_figures(verified: Verified) -> dict[str, float]:
-    """Return the figures of `verified` that `frictool verify` cannot recompute, by key."""
+    """Return the values under `verified` that `frictool verify` cannot recompute, by key."""
     figures = {f"verified.{name}": getattr(verified, name) for name in GIVEN}
     if verified.robustness is not None:
         figures |= {

@@ -154,7 +154,8 @@ class EffectRegression:
     def accepted(self) -> list[AcceptedEffects]:
         """Return single effects and groups of effects that explain the residual.
 
-        The result includes effects that explain the residual equally well as a used effect.
+        The result includes effects that explain the residual as well as an effect that the model
+        includes.
         """
         if self._values(self.used) is None or self.rows.squares(self.used) is None:
             return []

@@ -69,7 +69,7 @@ class Identification(Outcome):
     over_rate: BreakawayOverRate | None = None
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
-        """Return the identification with the breakaway of a table in place of its own."""
+        """Return the identification with the breakaway replaced by the breakaway of a table."""
         outcome = Outcome(self.identified, self.refused, narrowed=self.narrowed)
         outcome = outcome.merge(accept({"breakaway": over_rate.interval}, bench))
         coulomb = outcome.identified.get("coulomb")

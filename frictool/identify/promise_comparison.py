@@ -48,7 +48,7 @@ class PromisedParameter:
 
     @property
     def kept(self) -> bool:
-        """Return True if the interval is at most as wide as promised."""
+        """Return True if the identified half width is at most that in `promise.yaml`."""
         return self.reached is not None and self.reached <= self.promised
 
     def line(self) -> str:

@@ -98,8 +98,8 @@ def synthesise_verified(
 
     `scope` selects the verification between the vertices. `progress` is called with the name of
     each step. Raises NoSolutionError (exit 4) if the method finds no controller, if the
-    verification fails (the message names the vertex and its figure), or if the drive cannot hold
-    the load of the model.
+    verification fails (the message names the vertex and the value), or if the drive cannot hold the
+    load of the model.
     """
     disturbance(model)  # refuses loads that these structures cannot handle
     possible = check_feasible(model, spec, design)

@@ -5,8 +5,8 @@ The inequalities of thesis (5.62) are solved on a grid, and also checked between
 assumes constant or slowly varying parameters and reaches a lower gamma. All plants on the grid are
 exact; no plant is linearised. Coulomb friction only scales an input: if Coulomb friction is
 scheduled, its largest value is used everywhere. The target runs only one controller, the frozen
-controller: that of the plant `frozen_at` in the design (thesis 5.3.4). The loop with this
-controller is verified at every vertex.
+controller. It is the controller of the plant `frozen_at` in the design (thesis 5.3.4). The loop
+with this controller is verified at every vertex.
 """
 
 from __future__ import annotations

@@ -79,9 +79,9 @@ class Verification(ResultView):
 
 
 def verify(controller: Controller, model: Model | None = None) -> Verification:
-    """Prove the certificate of a controller in integers, and recompute its stored figures.
+    """Prove the certificate of a controller in integers, and recompute the stored values.
 
-    The figures are those under `verified` and `schedule`.
+    The stored values are in the sections `verified` and `schedule`.
 
     Parameters
     ----------
@@ -93,9 +93,9 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
     Returns
     -------
     Verification
-        Stored figures that differ from the computed ones by more than rounding errors, which depend
-        on the processor; blocks of the document changed since its verification; the check with
-        the model.
+        Stored values that differ from the computed ones by more than rounding errors, which depend
+        on the processor; blocks of the document changed since its verification; the check with the
+        model.
 
     Raises
     ------

@@ -139,7 +139,8 @@ WIDTH = 6
 def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> IntVector:
     """Return addresses (n + 1, WIDTH): a row with the kernels of the law for each of n frictions.
 
-    Columns are in the order of FUNCTIONS; the last row is for the engine's own kernels.
+    Columns are in the order of FUNCTIONS; the last row contains the addresses of kernels of the
+    engine.
     """
     addresses = np.zeros((len(laws) + 1, WIDTH), dtype=np.int64)
     for row, law, kind in zip(addresses[:-1], laws, kinds, strict=True):

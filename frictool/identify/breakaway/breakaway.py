@@ -16,9 +16,9 @@ slip is assumed to be proportional to the breakaway (thesis 4.42).
   immediate fall if the encoder's changes allow one. The interval includes the breakaways that are
   computed with all allowed falls.
 - interval: spread between onsets (jackknife), and the ranges of the axis's parameters
-  (`combined_interval`). A step of a sampled ramp is its increase in one sample. Two errors of half
-  a step are added, because they do not average out: the breakaway lies anywhere within a step, and
-  the encoder's changes are late by up to half a sample.
+  (`combined_interval`). A sampled ramp rises by one step per sample. Two errors of half a step are
+  added, because they do not average out: the breakaway lies anywhere within a step, and the
+  encoder's changes are late by up to half a sample.
 """
 
 from __future__ import annotations

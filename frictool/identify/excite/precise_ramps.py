@@ -43,7 +43,7 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     Returns
     -------
     PreciseTest
-        Drive command with its rules, and the promised half width.
+        Drive command with the rules of the ramps, and the half width to expect.
 
     Raises
     ------

@@ -110,7 +110,7 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     Returns
     -------
     PreciseTest
-        Reference of the position loop, and the promised half widths. If `request.duration` is set,
+        Reference of the position loop, and the half widths to expect. If `request.duration` is set,
         these half widths may be wider than requested.
 
     Raises

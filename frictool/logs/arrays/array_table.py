@@ -1,6 +1,6 @@
 """Table of arrays that a file stores one after the other (MATLAB, NumPy).
 
-Each column is read from a byte stream of its own; a block takes the same rows from every stream.
+Each column is read from a separate byte stream; a block takes the same rows from every stream.
 """
 
 from __future__ import annotations
