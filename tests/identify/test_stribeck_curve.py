@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import scipy
 
 from frictool.adapters.axis_model import axis_of
 from frictool.documents.provenance import Provenance
+from frictool.identify.estimators.auto import auto
 from frictool.identify.estimators.stribeck_curve import ConstantSpeedRuns, find_runs, stribeck_curve
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
+from frictool.identify.motion_record import MotionRecord, make_record
 from studies.rigs.curve_logs import RUN_SPEEDS, STRIBECK_VELOCITY, constant_speeds, stribeck_axis
 from studies.rigs.identification_rigs import clutch, record
 from studies.rigs.sample_logs import sines
@@ -60,11 +65,10 @@ def test_the_model_has_the_curve_and_can_be_simulated() -> None:
 def test_the_exponent_is_found(exponent: float) -> None:
     generator = np.random.default_rng(5)
     speed = np.tile(np.geomspace(0.5, 200.0, 30), 2)
-    runs = ConstantSpeedRuns(speed, np.repeat([1.0, -1.0], 30), np.zeros(60), np.full(60, 300.0))
+    still, samples = np.zeros(60), np.full(60, 300.0)
+    runs = ConstantSpeedRuns(speed, np.repeat([1.0, -1.0], 30), still, samples, still)
     exact = runs.design(10.0, exponent) @ np.array([0.1, 0.03, 1e-4, 0.004])
-    runs = ConstantSpeedRuns(
-        speed, runs.sign, exact + 1e-4 * generator.standard_normal(60), runs.samples
-    )
+    runs = replace(runs, effort=exact + 1e-4 * generator.standard_normal(60))
     from frictool.identify.estimators.stribeck_curve import _choice
 
     velocity, found = _choice(runs)
@@ -75,3 +79,48 @@ def test_the_exponent_is_found(exponent: float) -> None:
 def test_sines_are_no_runs() -> None:
     with pytest.raises(UnusableLogs, match="runs at a constant speed forward"):
         stribeck_curve([record(sines(1))], clutch(), IdentificationSettings())
+
+
+INERTIA, VISCOUS, COULOMB = (1.3e-5, 3e-4, 0.05)
+
+
+def triangles(settling: float, samples: int, count: float, fall: float = 0.0) -> MotionRecord:
+    """Return strokes at four speeds, each of `samples` samples, from an encoder with this count.
+
+    A servo reaches each speed with the time constant `settling` [s]. Coulomb friction falls by
+    `fall` with the speed of 15 rad/s.
+    """
+    period = 1e-3
+    time = np.arange(samples) * period
+    velocity = np.concatenate(
+        [
+            sign * speed * (1.0 - 2.0 * np.exp(-time / settling))
+            for speed in np.tile([20.0, 60.0, 120.0, 200.0], 4)
+            for sign in (1.0, -1.0)
+        ]
+    )
+    acceleration = np.gradient(velocity, period)
+    friction = COULOMB + fall * np.exp(-((velocity / 15.0) ** 2))
+    effort = INERTIA * acceleration + VISCOUS * velocity + friction * np.sign(velocity)
+    effort += np.random.default_rng(6).normal(0.0, 1e-3, effort.size)
+    position = scipy.integrate.cumulative_simpson(velocity, dx=period, initial=0.0)
+    counts = np.round(position / count) * count
+    clock = np.arange(velocity.size) * period
+    return make_record("triangles", clock, counts, effort, resolution=count, lag=1.0)
+
+
+def test_the_curve_holds_while_the_speed_still_settles() -> None:
+    """The inertia's mean effort in a run would change viscous friction by several per cent."""
+    fit = stribeck_curve([triangles(0.06, 400, 0.11)], clutch(), IdentificationSettings())
+    for name, truth in (("viscous", VISCOUS), ("coulomb", COULOMB)):
+        assert fit.parameters[name].low <= truth <= fit.parameters[name].high
+
+
+@pytest.mark.parametrize(("fall", "curve"), [(0.0, False), (0.03, True)])
+def test_the_reversals_between_runs_show_the_inertia(fall: float, curve: bool) -> None:
+    fit = auto([triangles(0.04, 700, 0.05, fall)], clutch(), IdentificationSettings())
+    assert (fit.method == "stribeck-curve") is curve
+    assert fit.parameters["inertia"].value == pytest.approx(INERTIA, rel=0.03)
+    assert "inertia" not in fit.refused
+    for name, truth in (("viscous", VISCOUS), ("coulomb", COULOMB)):
+        assert fit.parameters[name].value == pytest.approx(truth, rel=0.01)

@@ -16,8 +16,10 @@ supported ones together with the sliding parameters.
 5. If steps 1 to 4 do not identify the inertia, it comes from the weak form if `assess` proposes
    this, otherwise from output error, which differentiates nothing.
 
-If more than 70 % of the motion is at constant speed, and the bench declares no loads, the method is
-`stribeck-curve` in place of all these steps.
+If more than 70 % of the motion is at constant speed, and the bench declares no loads, the runs
+determine the Stribeck curve (`stribeck-curve`). If the reversals determine the inertia, the curve
+is fitted with this inertia; and if friction does not fall with speed, the fit of the above steps is
+used instead, which also has the samples near the reversals.
 
 Viscous friction, and an offset that the bench does not declare, are dropped if the prediction of
 unseen strokes does not become worse.
@@ -45,6 +47,7 @@ from frictool.identify.estimators.power_balance import POWER_BALANCE, by_speed
 from frictool.identify.estimators.stribeck_curve import runs_prevail
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import bench_with_inertia, refit
+from frictool.identify.interval_checks import why_uninformative
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import REFERENCE, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
@@ -65,8 +68,19 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     """
     measured = any(record.velocity is not None for record in records)
     undeclared = bench.load in (None, ONLY_OFFSET)
-    if undeclared and not measured and (curve := _speeds(records, bench, settings)):
-        return curve
+    if undeclared and not measured and runs_prevail(records):
+        try:
+            return _of_runs(records, bench, settings)
+        except UnusableLogs:
+            pass  # too few runs or speeds for a curve
+    return _of_strokes(records, bench, settings)
+
+
+def _of_strokes(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
+    """Return the fit of strokes (steps 1 to 5 of the module) with the supported explanations."""
+    measured = any(record.velocity is not None for record in records)
     load, explanations = search_explanations(records, bench, settings)
     explained = bench if load is None else msgspec.structs.replace(bench, load=load)
     fit = _suitable(records, explained, settings)
@@ -161,18 +175,32 @@ def _more_precise(
     return narrower and disagreement(efficient, means) is None
 
 
-def _speeds(
+def _of_runs(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
-) -> SlidingFit | None:
-    """Return the Stribeck curve if the records are runs at constant speeds, else None."""
-    if not runs_prevail(records):
-        return None
+) -> SlidingFit:
+    """Return the Stribeck curve of runs at constant speed, or the fit of the strokes.
+
+    The fit of the strokes is used if it has all parameters and friction does not fall with speed.
+    If friction falls, the curve is fitted with the inertia of the strokes. Raises UnusableLogs if
+    the runs do not determine a curve.
+    """
+    why = "most of the motion consists of runs at constant speed"
+    curve = run(STRIBECK_CURVE, records, bench, settings)
+    curve = replace(curve, method=STRIBECK_CURVE, why=f"{why}, which do not show the inertia")
     try:
-        fit = run(STRIBECK_CURVE, records, bench, settings)
+        strokes = _of_strokes(records, bench, settings)
     except UnusableLogs:
-        return None
-    why = "most of the motion consists of runs at constant speed, which do not show the inertia"
-    return replace(fit, method=STRIBECK_CURVE, why=why)
+        return curve
+    inertia = strokes.parameters.get("inertia")
+    known = why_uninformative("inertia", inertia, bench.mechanics.inertia) if inertia else ""
+    if inertia is None or known is not None:
+        return curve
+    falls = curve.laws is not None or "stribeck_velocity" in curve.refused
+    if not falls and {"viscous", "coulomb"} <= strokes.parameters.keys():
+        return strokes
+    curve = run(STRIBECK_CURVE, records, bench_with_inertia(bench, inertia), settings)
+    curve = replace(curve, method=STRIBECK_CURVE, why=why)
+    return joined(curve, strokes, strokes.method or REFERENCE, "the reversals show it")
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:

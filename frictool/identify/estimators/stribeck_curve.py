@@ -5,8 +5,12 @@
 s is the direction of motion, +1 or -1. A run is a part of a stroke in which the position stays
 within two counts of a straight line in time. If there are too few runs, whole strokes are used: the
 position must deviate from a line by at most 2.7 % of the stroke's distance, and the speed may drift
-by at most a twentieth. At constant speed the inertia has no effect. If all runs have the same
-direction, the bench's offset is used, and its range widens the interval of Coulomb friction.
+by at most a twentieth. Speed, acceleration and effort of a run are means with the weights
+(1 - s^2)^2, where s is the time from -1 at its start to +1 at its end: these means satisfy the
+equation of motion, and differentiate no position. The effort of the bench's inertia is subtracted,
+because the speed still settles in short runs; the intervals include the effect of every inertia in
+the bench's range. If all runs have the same direction, the bench's offset is used, and its range
+widens the interval of Coulomb friction.
 
 For fixed (v_s, delta) the other parameters are linear. v_s is searched; delta is 2 or, if the data
 support it, 1 or 1/2. Schwarz's criterion (BIC) decides between the curve and a straight line. For
@@ -31,6 +35,7 @@ from frictool.identify.interval_checks import below_coulomb, too_vague
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.regression import solve
+from frictool.identify.rows.slip_fit import known_inertia
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
 
@@ -48,6 +53,9 @@ FEWEST_SPEEDS = 6  # least number of runs in each direction
 NAMES = ("coulomb", "fall", "viscous", "offset")
 FALL = ("breakaway", "stribeck_velocity")
 
+# speed, sign, mean effort, samples and mean acceleration of a run
+RunRow = tuple[float, float, float, float, float]
+
 
 @dataclass(frozen=True)
 class ConstantSpeedRuns:
@@ -57,12 +65,14 @@ class ConstantSpeedRuns:
     - sign: direction, +-1, (m,)
     - effort: mean effort, (m,), N m | N
     - samples: number of samples, (m,)
+    - acceleration: mean acceleration, (m,), rad/s^2 | m/s^2
     """
 
     speed: Vector
     sign: Vector
     effort: Vector
     samples: Vector
+    acceleration: Vector
 
     @property
     def one_way(self) -> bool:
@@ -98,7 +108,8 @@ def stribeck_curve(
 
     Curve and line have Coulomb friction, viscous friction and offset; the curve also has breakaway
     and Stribeck velocity. The line is fitted if friction does not fall with speed, or if the runs
-    do not determine breakaway and Stribeck velocity, which are then refused.
+    do not determine breakaway and Stribeck velocity, which are then refused. The intervals of the
+    line then reach to the values of the curve.
 
     Raises
     ------
@@ -106,13 +117,16 @@ def stribeck_curve(
         If a direction has one to five runs at constant speed, if all runs have the same speed, or
         if all runs have the same direction and the bench has no `mechanics.offset`.
     """
+    inertia = known_inertia(bench)
     runs = find_runs(records)
+    runs = replace(runs, effort=runs.effort - inertia.value * runs.acceleration)
+    reach = max(inertia.high - inertia.value, inertia.value - inertia.low)
     offset = None
     if runs.one_way:
         offset = _known_offset(bench)
         runs = replace(runs, effort=runs.effort - offset.value)
     velocity, exponent = _choice(runs)
-    fit = _with_offset(_fitted(runs, velocity, exponent, settings.confidence), offset)
+    fit = _with_offset(_fitted(runs, velocity, exponent, reach, settings.confidence), offset)
     if velocity == 0.0:
         return fit
     reason = next(
@@ -122,9 +136,18 @@ def stribeck_curve(
         reason = below_coulomb(fit.parameters["breakaway"], fit.parameters["coulomb"])
     if reason is None:
         return fit
-    straight = _with_offset(_fitted(runs, 0.0, exponent, settings.confidence), offset)
+    straight = _with_offset(_fitted(runs, 0.0, exponent, reach, settings.confidence), offset)
+    reaching = {
+        name: replace(
+            one,
+            low=min(one.low, fit.parameters[name].value),
+            high=max(one.high, fit.parameters[name].value),
+        )
+        for name, one in straight.parameters.items()
+    }
     return replace(
         straight,
+        parameters=reaching,
         refused={
             **straight.refused,
             **dict.fromkeys(FALL, f"{reason}; slower runs would determine it"),
@@ -164,9 +187,12 @@ def _with_offset(fit: SlidingFit, offset: Interval | None) -> SlidingFit:
 
 
 def _fitted(
-    runs: ConstantSpeedRuns, velocity: float, exponent: float, confidence: float
+    runs: ConstantSpeedRuns, velocity: float, exponent: float, reach: float, confidence: float
 ) -> SlidingFit:
-    """Return the fit of a curve with this Stribeck velocity and exponent; a line at velocity 0."""
+    """Return the fit of a curve with this Stribeck velocity and exponent; a line at velocity 0.
+
+    The intervals include the effect of an inertia that differs by up to `reach` from the known one.
+    """
     design = runs.design(velocity, exponent)
     names = [name for name in NAMES if velocity > 0.0 or name != "fall"][: design.shape[1]]
     weight = np.sqrt(runs.samples)
@@ -177,7 +203,8 @@ def _fitted(
         ratio = (runs.speed / velocity) ** exponent
         columns = np.column_stack((design, value[1] * design[:, 1] * ratio * exponent / velocity))
     solution = solve(columns, runs.effort, weight, cluster)
-    half = solution.half_width(confidence)
+    by_inertia = np.linalg.lstsq(columns * weight[:, None], runs.acceleration * weight, rcond=None)
+    half = solution.half_width(confidence) + reach * np.abs(by_inertia[0])
     estimates = intervals_around(names, value, half)
     if velocity > 0.0:
         estimates |= {
@@ -215,7 +242,7 @@ def _sum(one: Interval, other: Interval) -> Interval:
 def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
     """Return every run at constant speed; raise UnusableLogs if there are too few."""
     rows = _rows(records)
-    table = np.array(rows, dtype=np.float64).reshape(-1, 4)
+    table = np.array(rows, dtype=np.float64).reshape(-1, 5)
     counts = _directions(rows)
     if not _enough(*counts):
         raise UnusableLogs(
@@ -234,8 +261,8 @@ def runs_prevail(records: list[MotionRecord]) -> bool:
     return sum(row[3] + 2.0 * BLOCK for row in rows) > SPEEDS_SHARE * moving
 
 
-def _rows(records: list[MotionRecord]) -> list[tuple[float, float, float, float]]:
-    """Return (speed, sign, mean effort, samples) of each run, or of whole strokes.
+def _rows(records: list[MotionRecord]) -> list[RunRow]:
+    """Return a row for each run, or for each whole stroke.
 
     Whole strokes are used if there are too few runs, because the ripple of a servo's speed exceeds
     an encoder count.
@@ -247,7 +274,7 @@ def _rows(records: list[MotionRecord]) -> list[tuple[float, float, float, float]
     return whole if _enough(*_directions(whole)) else rows
 
 
-def _directions(rows: list[tuple[float, float, float, float]]) -> tuple[int, int]:
+def _directions(rows: list[RunRow]) -> tuple[int, int]:
     """Return the number of runs forward and backward."""
     return sum(row[1] > 0.0 for row in rows), sum(row[1] < 0.0 for row in rows)
 
@@ -258,7 +285,7 @@ def _enough(forward: int, backward: int) -> bool:
     return most >= FEWEST_SPEEDS and not 0 < min(forward, backward) < FEWEST_SPEEDS
 
 
-def _whole_strokes(record: MotionRecord) -> list[tuple[float, float, float, float]]:
+def _whole_strokes(record: MotionRecord) -> list[RunRow]:
     """Return a row for each stroke with a constant speed."""
     number = find_strokes(record).number
     edges = [int(edge) for edge in np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)]
@@ -267,8 +294,8 @@ def _whole_strokes(record: MotionRecord) -> list[tuple[float, float, float, floa
     ]
 
 
-def _runs(record: MotionRecord) -> list[tuple[float, float, float, float]]:
-    """Return (speed, sign, mean effort, samples) of each run of a record.
+def _runs(record: MotionRecord) -> list[RunRow]:
+    """Return a row for each run of a record.
 
     Blocks of one stroke are joined as long as they form a line.
     """
@@ -286,9 +313,7 @@ def _runs(record: MotionRecord) -> list[tuple[float, float, float, float]]:
     return rows
 
 
-def _whole_stroke(
-    record: MotionRecord, start: int, end: int
-) -> list[tuple[float, float, float, float]]:
+def _whole_stroke(record: MotionRecord, start: int, end: int) -> list[RunRow]:
     """Return one row for a stroke without its ends, in a list; empty if its speed varies.
 
     The speed is treated as constant if the position deviates from a line in time by at most
@@ -314,7 +339,7 @@ def _straight(record: MotionRecord, first: int, last: int) -> bool:
     return bool(np.max(np.abs(position - line)) < STRAIGHT_COUNTS * record.resolution)
 
 
-def _row(record: MotionRecord, first: int, last: int) -> list[tuple[float, float, float, float]]:
+def _row(record: MotionRecord, first: int, last: int) -> list[RunRow]:
     """Return one row for a run without its first and last block, in a list.
 
     The speed settles in these blocks. The list is empty if too few samples or counts are left.
@@ -322,14 +347,14 @@ def _row(record: MotionRecord, first: int, last: int) -> list[tuple[float, float
     inner: NDArray[np.int64] = np.arange(first + BLOCK, last - BLOCK)
     if inner.size < BLOCK:
         return []
-    slope = float(
-        np.polyfit(record.time[inner] - record.time[inner[0]], record.position[inner], 1)[0]
-    )
-    if abs(slope) * inner.size * record.period < FEWEST_COUNTS * record.resolution:
+    time = record.time[inner]
+    weight = (1.0 - np.linspace(-1.0, 1.0, inner.size) ** 2) ** 2
+    velocity = np.gradient(record.position[inner], time)
+    signals = (velocity, np.gradient(velocity, time), record.effort[inner])
+    mean, acceleration, effort = (float(np.average(one, weights=weight)) for one in signals)
+    if abs(mean) * inner.size * record.period < FEWEST_COUNTS * record.resolution:
         return []
-    return [
-        (abs(slope), float(np.sign(slope)), float(np.mean(record.effort[inner])), float(inner.size))
-    ]
+    return [(abs(mean), float(np.sign(mean)), effort, float(inner.size), acceleration)]
 
 
 def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
