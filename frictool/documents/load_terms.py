@@ -22,6 +22,7 @@ Term = Literal[
     "temperature",
     "eccentricity",
     "stribeck",
+    "wide_stribeck",
     "friction_over_position",
     "load_over_position",
     "inertial_friction",

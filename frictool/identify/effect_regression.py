@@ -151,6 +151,11 @@ class EffectRegression:
         names = [self.rows.names[k] for k in columns]
         return intervals_around(names, solution.value, solution.half_width(self.confidence))
 
+    def attenuation(self) -> float:
+        """Return the share of the inertia that noise of the acceleration hides, 0 to 1."""
+        left = self.rows.left_by_others(self.used)
+        return min(self.rows.noise**2 / left, 1.0) if left > 0.0 else 1.0
+
     def accepted(self) -> list[AcceptedEffects]:
         """Return single effects and groups of effects that explain the residual.
 
@@ -343,10 +348,12 @@ def effect_regression(
     bench: Bench,
     confidence: float,
     smoother: float = 1.0,
+    hides: bool = True,
 ) -> EffectRegression | None:
     """Return the regression of the effort, or None if no row slips or no parameter is free.
 
-    `smoother` is a factor on the smoothing windows.
+    `smoother` is a factor on the smoothing windows. If `hides`, the inertia is fixed if noise of
+    the acceleration attenuates it by more than its interval.
     """
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:
@@ -354,15 +361,10 @@ def effect_regression(
         search = replace(search.smoother(smoother), widens=True)
         waves = wave_numbers(fit.load) or search.declared_waves
         samples = search.samples(waves)
-        fixed = dict(fit.fixed)
         noisy = search.noisy(samples)
-        if noisy:
-            fixed["inertia"] = {**sliding_intervals(fit.parameters, bench), **fit.parameters}[
-                "inertia"
-            ]
         loads = {name: one for name, one in samples.loads.items() if name not in fit.refused}
         samples = replace(_without_knees(samples, fit, bench), loads=loads)
-        samples = with_fixed(samples, fixed)
+        samples = with_fixed(samples, fit.fixed)
         rows = search.reduced_rows(samples, waves)
     except UnusableLogs:
         return None
@@ -373,7 +375,21 @@ def effect_regression(
     used = tuple(one for one in search.hypotheses if declared_term(one) in terms)
     ripples = tuple(harmonic(term) for term in RIPPLES[len(search.declared_waves) : len(waves)])
     free = tuple(one for one in search.hypotheses if one not in used)
-    return EffectRegression(rows, (*used, *ripples), free, names, confidence, noisy)
+    regression = EffectRegression(rows, (*used, *ripples), free, names, confidence, noisy)
+    if noisy and hides and _hidden(fit, regression):
+        known = {**sliding_intervals(fit.parameters, bench), **fit.parameters}["inertia"]
+        rows = search.reduced_rows(with_fixed(samples, {**fit.fixed, "inertia": known}), waves)
+        names = tuple(name for name in names if name != "inertia")
+        return replace(regression, rows=rows, names=names)
+    return regression
+
+
+def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
+    """Return whether noise attenuates the free inertia by more than its half width in the fit."""
+    inertia = fit.parameters.get("inertia")
+    if "inertia" not in regression.rows.base:
+        return False
+    return inertia is None or inertia.half_width < regression.attenuation() * inertia.value
 
 
 def _states(samples: RegressionSamples) -> IntVector:

@@ -1,8 +1,8 @@
 """Widening of intervals by effects that the model does not include and the residual shows.
 
 An effect that the model lacks leaves the same residual in every stroke, so that the covariance over
-strokes (`regression`) does not include the resulting error. Six sources of this error are examined
-(docs/theory/identify.md):
+strokes (`regression`) does not include the resulting error. Seven sources of this error are
+examined (docs/theory/identify.md):
 
 1. Residuals that repeat over position and state (velocity, sign of the acceleration) add a variance
    (`regression/multiway.py`). If only few rows determine viscous friction, as in strokes of one
@@ -20,6 +20,8 @@ strokes (`regression`) does not include the resulting error. Six sources of this
    regression gives a longer delay, its value is used.
 6. If the model has no eccentric encoder, but one would improve the prediction of strokes outside
    the fit, the effect of the encoder's local gain on inertia and viscous friction is a shift.
+7. If the encoder's noise hides the inertia, the change of the inertia to that of windows of twice
+   the length, which have less noise, is a shift.
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, because effects that look alike may shift a
@@ -27,8 +29,9 @@ parameter in opposite directions. If several effects move an end, only the large
 applied. If an interval overlaps the bench's interval, its ends do not move beyond the ends of the
 bench's interval.
 
-A regression on accelerations with much encoder noise would make the inertia too small. In this case
-the inertia is fixed at its value in the fit (or in the bench), and its interval is not widened.
+A regression on accelerations with much encoder noise would make the inertia too small. If it
+becomes smaller by more than its half width, noise hides the inertia. The inertia is then fixed at
+its value in the fit (or in the bench).
 """
 
 from __future__ import annotations
@@ -112,6 +115,8 @@ def widened(
     parameters = dict(fit.parameters)
     accepted = regression.accepted()
     moved = _of_windows(fit, records, bench, confidence, regression)
+    if regression.noisy and "inertia" not in regression.names:
+        moved += _of_noise(fit, records, bench, confidence)
     moved += _of_delay(fit, records, bench, confidence, regression)
     apart = READ_APART * max(record.period for record in records)
     timing = regression.timing(apart, _rates(fit, records, bench, confidence, apart))
@@ -160,20 +165,43 @@ def _of_windows(
     return out
 
 
+def _of_noise(
+    fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
+) -> list[AcceptedEffects]:
+    """Return the change of the inertia, beyond chance, to that of windows of twice the length.
+
+    These windows have less noise, which attenuates the inertia.
+    """
+    fitted = fit.parameters.get("inertia")
+    smoother = effect_regression(fit, records, bench, confidence, SMOOTHER, hides=False)
+    after = None if smoother is None else smoother.intervals().get("inertia")
+    if fitted is None or after is None:
+        return []
+    return [AcceptedEffects((), 1.0, {"inertia": _unlikely(fitted, after)})]
+
+
+def _unlikely(one: Interval, other: Interval) -> float:
+    """Return the change from the value of `one` to that of `other`, beyond chance.
+
+    `one` has the smaller variance if the model is true, so that the variance of the change is the
+    difference of the variances (Hausman, 1978).
+    """
+    change = other.value - one.value
+    chance = max(other.half_width**2 - one.half_width**2, 0.0)
+    return float(np.copysign(np.sqrt(max(change**2 - chance, 0.0)), change))
+
+
 def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -> AcceptedEffects:
     """Return the change from the intervals `before` to those with a longer window, beyond chance.
 
-    The estimate with the shorter window has the smaller variance if the model is true, so that the
-    variance of the difference is the difference of the variances (Hausman, 1978).
+    The estimate with the shorter window has the smaller variance if the model is true.
     """
     after = smoother.intervals()
-    shift = {}
-    for name in smoother.names:
-        if name in before and name in after:
-            change = after[name].value - before[name].value
-            chance = max(after[name].half_width ** 2 - before[name].half_width ** 2, 0.0)
-            size = float(np.sqrt(max(change**2 - chance, 0.0)))
-            shift[name] = float(np.copysign(size, change))
+    shift = {
+        name: _unlikely(before[name], after[name])
+        for name in smoother.names
+        if name in before and name in after
+    }
     return AcceptedEffects((), 1.0, shift)
 
 

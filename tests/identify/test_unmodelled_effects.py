@@ -86,6 +86,51 @@ def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: B
     assert "coulomb" in warning
 
 
+def coarse_record(step: float, stiffness: float, seed: int) -> MotionRecord:
+    """Return a record of two sines with a spring, from an encoder with counts of `step` rad."""
+    time = np.arange(12_000) * PERIOD
+    position = 4.0 * np.sin(4.0 * time) + 2.0 * np.sin(9.1 * time)
+    effort = effort_at(time) + stiffness * position
+    effort += np.random.default_rng(seed).normal(0.0, 3e-3, time.size)
+    counts = np.round(position / step) * step
+    return make_record("log", time, counts, effort, resolution=step, lag=1.0)
+
+
+def test_a_lacking_spring_widens_the_inertia_of_a_coarse_encoder(bench: Bench) -> None:
+    """Noise attenuates this inertia by 0.05 %, and the spring changes it by 7 %."""
+    record = coarse_record(0.01, 0.004, seed=0)
+    fit, result = both(record, bench)
+    regression = effect_regression(fit, [record], bench, 0.95)
+    assert regression is not None
+    assert regression.noisy
+    plain, wide = fit.parameters["inertia"], result.fit.parameters["inertia"]
+    assert plain.high < INERTIA
+    assert wide.low <= INERTIA <= wide.high
+
+
+def test_a_coarse_encoder_alone_hardly_widens_the_inertia(bench: Bench) -> None:
+    for seed in range(3):
+        _, result = both(coarse_record(0.01, 0.0, seed), bench)
+        inertia = result.fit.parameters["inertia"]
+        assert inertia.low <= INERTIA <= inertia.high
+        assert inertia.half_width < 0.005 * INERTIA
+
+
+def test_a_fall_wider_than_its_columns_widens_viscous_and_coulomb(bench: Bench) -> None:
+    """The columns of the Stribeck fall end at 20 % of the top speed; this fall has 30 %."""
+    _, _, velocity = axis()
+    fall = 0.03 * np.sign(velocity) * np.exp(-((velocity / (0.3 * 34.0)) ** 2))
+    record = axis(fall)[0]
+    used = LoadTerms(("offset", "stribeck"))
+    declared = msgspec.structs.replace(bench, load=used)
+    fit = replace(least_squares([record], declared, IdentificationSettings()), load=used)
+    wide = widened(fit, [record], bench, 0.95).fit.parameters
+    for name, truth in (("viscous", VISCOUS), ("coulomb", COULOMB)):
+        plain = fit.parameters[name]
+        assert not plain.low <= truth <= plain.high
+        assert wide[name].low <= truth <= wide[name].high
+
+
 def test_a_ripple_longer_than_the_strokes_widens_the_interval_of_the_inertia(bench: Bench) -> None:
     """A spring and gravity do not have the curvature of this ripple."""
     time = np.arange(6000) * PERIOD

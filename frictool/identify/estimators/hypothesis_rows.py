@@ -132,6 +132,10 @@ class ReducedRows:
         inertia = float(self.fitted(fewer)[0])
         return inertia**2 * noise**2 * (1.0 / after - 1.0 / before)
 
+    def left_by_others(self, hypotheses: Sequence[Hypothesis]) -> float:
+        """Return the mean square of the acceleration that the other columns do not explain."""
+        return self._left([k for k in self.columns(hypotheses) if k != 0], 0)
+
     def _left(self, columns: Sequence[int], target: int) -> float:
         """Return the mean square of the column `target` that these columns do not explain."""
         triangle = merged(self.sides[:, :, [*columns, target]])

@@ -13,6 +13,7 @@ is the direction of the motion, u the effort, h the temperature minus the refere
     temperature             v h I(p), s h I(q h), v h^2 I(p)    friction over temperature
     eccentricity            (sin x)'', (cos x)'', (sin x)', (cos x)'    eccentric encoder
     stribeck                s exp(-(v / w)^2)                   w = 5, 10, 20 % of the top speed
+    wide_stribeck           s exp(-(v / w)^2)                   w = 20, 40 % of the top speed
     friction_over_position  s P_k(x), k = 1 to 3                over the record's travel
     load_over_position      P_k(x), k = 1 to 3                  part of a ripple longer than that
     inertial_friction       s |a|                               friction under the inertial load
@@ -56,13 +57,15 @@ WHAT: dict[Term, str] = {
     "temperature": "friction that changes with the measured temperature",
     "eccentricity": "an eccentric encoder",
     "stribeck": "friction that falls with speed",
+    "wide_stribeck": "friction that falls up to high speed",
     "friction_over_position": "friction over position",
     "load_over_position": "a load over the position",
     "inertial_friction": "friction proportional to the inertial load",
     "delay": "a delay or lag between effort and position",
     "resonance": "a resonance",
 }
-SLOW_SHARES = (0.05, 0.1, 0.2)  # of the top speed, widths of the columns of `stribeck`
+# shares of the top speed, widths of the columns of `stribeck` and of `wide_stribeck`
+SLOW_SHARES, WIDE_SHARES = ((0.05, 0.1, 0.2), (0.2, 0.4))
 
 
 @dataclass(frozen=True)
@@ -183,11 +186,19 @@ def _eccentricity(motion: SmoothedMotion) -> tuple[Vector, ...]:
     return a * cosine - v**2 * sine, -a * sine - v**2 * cosine, v * cosine, -v * sine
 
 
-def _stribeck(motion: SmoothedMotion) -> tuple[Vector, ...]:
+def _falls(motion: SmoothedMotion, shares: tuple[float, ...]) -> tuple[Vector, ...]:
     top = float(np.nanmax(np.abs(motion.velocity), initial=0.0)) or 1.0
     return tuple(
-        motion.sign * np.exp(-((motion.velocity / (share * top)) ** 2)) for share in SLOW_SHARES
+        motion.sign * np.exp(-((motion.velocity / (share * top)) ** 2)) for share in shares
     )
+
+
+def _stribeck(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    return _falls(motion, SLOW_SHARES)
+
+
+def _wide_stribeck(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    return _falls(motion, WIDE_SHARES)
 
 
 def _friction_over_position(motion: SmoothedMotion) -> tuple[Vector, ...]:
@@ -270,6 +281,15 @@ EFFECTS = (
         "record runs at constant speeds, slow ones too, for --method stribeck-curve, or declare "
         "load.terms: [offset, stribeck]",
         columns=_stribeck,
+    ),
+    Effect(
+        "wide_stribeck",
+        _numbered("wide_stribeck", len(WIDE_SHARES)),
+        WHAT["wide_stribeck"],
+        "record runs at constant speeds, fast ones too, for --method stribeck-curve, or declare "
+        "load.terms: [offset, wide_stribeck]",
+        columns=_wide_stribeck,
+        only_widens=True,
     ),
     Effect(
         "friction_over_position",
