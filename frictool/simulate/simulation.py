@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.controller import Controller
 from frictool.documents.key_lines import document_error
 from frictool.documents.mechanism import Mechanism
@@ -13,11 +12,8 @@ from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.documents.scenario import Scenario
 from frictool.errors import DocumentError
 from frictool.logs.log import Log
-from frictool.plant.mechanism.element_error import ElementError
 from frictool.simulate.closed_loop import PLAIN, SimulationRequest, simulate_closed_loop
 from frictool.simulate.document_agreement import DOCUMENTS, DocumentNames
-from frictool.simulate.mechanism_plant import MechanismPlant
-from frictool.simulate.open_loop import simulate_open_loop
 from frictool.simulate.simulated_plant import SimulatedPlant, V
 
 
@@ -73,21 +69,38 @@ def simulate(
         "scenario": scenario,
     }
     origin = provenance or provenance_of_call("frictool.simulate.simulate", **documents)
+    if isinstance(plant, Mechanism):
+        return _simulate_mechanism(plant, controller, scenario, request, origin, names, progress)
+    if controller is None:
+        raise DocumentError(
+            names.model,
+            "a model is one axis, which a controller drives; give a controller",
+            line=None,
+            key="",
+        )
+    return simulate_closed_loop(plant, controller, scenario, origin, names, progress, request)
+
+
+def _simulate_mechanism(
+    plant: Mechanism,
+    controller: Controller | None,
+    scenario: Scenario,
+    request: SimulationRequest,
+    origin: Provenance,
+    names: DocumentNames,
+    progress: Callable[[int, int], None],
+) -> Log:
+    # imported late: an axis does not need the engine of mechanisms
+    from frictool.adapters.mechanism.assembly import assemble
+    from frictool.plant.mechanism.element_error import ElementError
+    from frictool.simulate.mechanism_plant import MechanismPlant
+    from frictool.simulate.open_loop import simulate_open_loop
+
     try:
+        assembled = assemble(plant)
         if controller is None:
-            if not isinstance(plant, Mechanism):
-                raise DocumentError(
-                    names.model,
-                    "a model is one axis, which a controller drives; give a controller",
-                    line=None,
-                    key="",
-                )
-            return simulate_open_loop(plant, assemble(plant), scenario, origin, names, progress)
-        if isinstance(plant, Mechanism):
-            driven = MechanismPlant(plant, assemble(plant), lambda moved: None)
-            return simulate_closed_loop(
-                driven, controller, scenario, origin, names, progress, request
-            )
+            return simulate_open_loop(plant, assembled, scenario, origin, names, progress)
+        driven = MechanismPlant(plant, assembled, lambda moved: None)
+        return simulate_closed_loop(driven, controller, scenario, origin, names, progress, request)
     except ElementError as wrong:
         raise document_error(names.model, wrong.key, str(wrong)) from None
-    return simulate_closed_loop(plant, controller, scenario, origin, names, progress, request)
