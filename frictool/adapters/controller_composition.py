@@ -9,8 +9,8 @@
 y is the measured position. Near the target, the band or the limiter releases the drive
 (control/target_band.py, control/limit_cycle_limiter.py). A profile replaces the prefilter. With a
 feedforward, the filtered reference in e is delayed by the number of samples after which the drive
-acts, and a cascade adds the speed of the delayed reference to omega_c. A linear controller with the
-input `speed_error` takes omega_c minus the measured speed instead of eta.
+acts. A cascade then adds the speed of this delayed reference to omega_c. A linear controller with
+the input `speed_error` takes omega_c minus the measured speed instead of eta.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ class ObserverProgram(NamedTuple):
 
 
 def observer_program(observer: Observer) -> ObserverProgram:
-    """Return the program of the observer alone; its output is the velocity."""
+    """Return a program with the observer only; the output is the estimated velocity."""
     program = Program()
     most = _most_effort(observer.bench)
     position = program.input("position", *reach(observer.bench))

@@ -108,7 +108,7 @@ def bend_speeds(side: SlipCurve) -> list[float]:
 
 
 def is_plain(model: Model) -> bool:
-    """Return True if Coulomb and viscous friction alone give the friction of a slip."""
+    """Return True if the friction in slip consists of Coulomb and viscous friction only."""
     sides = [slip_curve(model, forward=one) for one in (True, False)]
     return sides[0] == sides[1] and not bend_speeds(sides[0])
 

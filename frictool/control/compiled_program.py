@@ -81,7 +81,10 @@ class CompiledProgram(NamedTuple):
 
 
 def compile_program(program: Program, *, single: bool = False) -> CompiledProgram:
-    """Return the program in float64, or float32 if `single`, at rest at the position 0."""
+    """Return the program as arrays, in the state of rest at the position 0.
+
+    single: True for float32, False for float64.
+    """
     values = np.zeros(len(program.nodes) + len(program.updates))
     code: list[list[int]] = []
     terms: list[tuple[int, int, int]] = []

@@ -47,8 +47,8 @@ def block_digests(controller: Controller) -> dict[str, str]:
     """Return the SHA-256 of each block of the document, by the name of the block.
 
     The digest `header` is computed from the scalar fields at the top level, the digest `verified`
-    from those figures of `verified` that cannot be recomputed. Digests are computed from values, so
-    that number format, comments and layout of the file may change.
+    from those values under `verified` that `frictool verify` cannot recompute. Digests are computed
+    from values, so that number format, comments and layout of the file may change.
     """
     fields = msgspec.to_builtins(controller)
     blocks = {name: fields[name] for name in sorted(fields) if name not in (*UNTOUCHED, *HEADER)}

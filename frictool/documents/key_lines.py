@@ -38,7 +38,7 @@ def document_error(name: Path | str, key: str, message: str) -> DocumentError:
 
 
 def in_file(error: FrictoolError, paths: Mapping[str, Path]) -> FrictoolError:
-    """Return the error with the file and line of its key in front of its message.
+    """Return the error with a message that begins with the file and line of the key.
 
     `paths` maps the names of documents to their files.
     """

@@ -1,4 +1,4 @@
-"""`promise.yaml`: the precision that a test of `frictool excite --for` promises."""
+"""`promise.yaml`: the precision to expect from a test of `frictool excite --for`."""
 
 from __future__ import annotations
 

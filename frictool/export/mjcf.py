@@ -70,7 +70,7 @@ class MjcfAttribute:
 
 
 def time_step(model: Model) -> float:
-    """Return the time step [s], a whole fraction of the bench's sample period."""
+    """Return the time step [s]: the bench's sample period divided by an integer."""
     longest = LONGEST_STEP
     contact = _contact(model)
     if contact is not None:

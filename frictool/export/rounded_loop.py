@@ -56,9 +56,9 @@ def rounded_loop(
     """Verify a controller with rounded coefficients.
 
     `biquads`: linear controller with the biquads' coefficients and without anti-windup; it replaces
-    the linear controller of `controller`. Raises NoSolutionError (exit 4) with vertex and value if
-    the loop or the rounded anti-windup is unstable, the modulus margin is below the specified one,
-    or the norm is above the claimed one.
+    the linear controller of `controller`. Raises NoSolutionError (exit 4) if the loop or the
+    rounded anti-windup is unstable, if the modulus margin is below the specified margin, or if the
+    norm is above the claimed norm. The message states vertex and value.
     """
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer, coefficient_rounder(number))

@@ -4,9 +4,9 @@
     F(v) = g(v) sign(v) + sigma_v v
 
 F_c is the Coulomb friction, F_s the breakaway, v_s the Stribeck velocity, delta an exponent, and
-sigma_v the viscous coefficient. The other laws use g(v) in (2.39) and (3.4). (2.39) has
-(v/v_s)^delta without the modulus; |v/v_s| as in (2.34) is meant, since an odd or fractional delta
-makes no sense for v < 0.
+sigma_v the viscous coefficient. The other laws use g(v) in (2.39) and (3.4). In (2.39),
+(v/v_s)^delta lacks the modulus |v/v_s| of (2.34). The code has this modulus, since v/v_s < 0 with
+an odd or fractional delta makes no sense.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def _power(ratio: float, exponent: float) -> float:
 
 @kernel
 def curve(v: float, p: Vector) -> float:
-    """Return the slip friction without viscous part g(v) [N | N m], even in v."""
+    """Return g(v), the friction in slip without the viscous part [N | N m]; g(-v) = g(v)."""
     fall = _power(abs(v) / p[STRIBECK_VELOCITY], p[STRIBECK_EXPONENT])
     return float(p[COULOMB] + (p[BREAKAWAY] - p[COULOMB]) * math.exp(-fall))
 

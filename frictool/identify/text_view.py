@@ -178,7 +178,7 @@ def force_line(error: float | None) -> str:
 
 
 def explanation_place(one: Explanation) -> str:
-    """Return as text whether the part is in the model, removed, or left in the residual."""
+    """Return a text that says if a part of the effort is in the model, removed, or unexplained."""
     if one.state == "left":
         return "left in the residual"
     return (

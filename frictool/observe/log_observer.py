@@ -175,7 +175,7 @@ class LogObserver:
         )
 
     def wear_alone(self) -> WearEstimate:
-        """Read the whole log for the wear alone, and return the final wear estimate."""
+        """Read the whole log, estimate the wear only, and return the final estimate."""
         for piece in self.feed.pieces():
             self.wear.take(piece)
         self.wear.finish()

@@ -28,7 +28,7 @@ Uncertain = tuple[tuple[Path, Quantity], ...]
 
 
 def uncertain(mechanism: Mechanism) -> Uncertain:
-    """Return every quantity with an interval, with the keys that lead to it in the document."""
+    """Return every quantity that has an interval, and the path of keys to it in the document."""
     return tuple(
         (path, one)
         for path, one in _quantities(mechanism, ())

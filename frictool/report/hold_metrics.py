@@ -37,12 +37,12 @@ class HoldMetrics:
 
     @property
     def is_step(self) -> bool:
-        """Return True if the hold begins with a step."""
+        """Return True if the hold (period of constant reference) begins with a step."""
         return self.hold.origin is not None
 
 
 def needed_metrics(spec: Spec) -> tuple[Metric, ...]:
-    """Return the metrics of a hold that the specification needs."""
+    """Return the metrics of a hold (period of constant reference) that `spec` needs."""
     return tuple(
         metric
         for metric in HOLD_METRICS.values()
@@ -53,7 +53,7 @@ def needed_metrics(spec: Spec) -> tuple[Metric, ...]:
 def measure_holds(
     spec: Spec, evidence: StreamEvidence, wanted: Sequence[Metric] = tuple(HOLD_METRICS.values())
 ) -> list[HoldMetrics]:
-    """Return the `wanted` metrics of every hold."""
+    """Return the `wanted` metrics of every hold, a period of constant reference."""
     metrics = []
     for number, hold in enumerate(evidence.holds, start=1):
         one = HoldMetrics(hold, number, float(evidence.stream.time[hold.start]))

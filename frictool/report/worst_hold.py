@@ -127,6 +127,6 @@ def judge_cycle(spec: Spec, evidence: JudgedStreams, controller: Controller | No
 
 
 def judge_of(metric: Metric) -> Judge:
-    """Return the function that judges a metric by the value of its worst hold or stream."""
+    """Return the function that judges a metric by the worst value of all holds or streams."""
     worst = {"hold": worst_hold, "stream": worst_stream}[metric.scope]
     return lambda spec, evidence, controller: worst(spec, metric, evidence)

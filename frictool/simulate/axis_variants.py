@@ -70,7 +70,7 @@ class AxisVariant:
         return array if self.dynamic is None else with_dynamic_law(array, self.dynamic)
 
     def rest(self, start: float) -> NDArray[np.float64]:
-        """Return the state of the axis at rest at `start` [rad | m], with a relaxed contact."""
+        """Return the state of the axis at rest at `start` [rad | m]; it has not moved before."""
         state = rest(start)
         return state if self.dynamic is None else with_contact(state, self.dynamic)
 

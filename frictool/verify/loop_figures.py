@@ -126,7 +126,7 @@ class LinearLoops:
         )
 
     def count_drive(self) -> float:
-        """Return the largest drive after a displacement by one encoder count from rest [A | V]."""
+        """Return the largest drive [A | V] that one encoder count causes at rest."""
         return max(count_current(from_position(loop), self.count) for loop in self.feedbacks())
 
     def margins(self) -> stored.Margins:

@@ -10,10 +10,11 @@ y is the measured position, u the drive, T the period, and v^ the estimated spee
 The observer uses only the difference of measured and estimated position. A common shift of both
 positions is therefore not a state of the speed loop.
 
-The linear system of a tracking observer corrects by the whole difference, a good approximation for
-motion over many counts. (Within one encoder cell the observer makes no correction, and its speed
-follows its model.) A switched observer has one system per mode in slip; the loop with each system
-is checked. Dry friction and offset are constant in slip; backlash and knees are left out.
+The linear system of a tracking observer is corrected by the whole difference. This is a good
+approximation for motion over many counts. (Within one encoder cell the observer makes no
+correction, and the estimated speed follows the model.) A switched observer has one system per mode
+in slip; the loop with each system is checked. Dry friction and offset are constant in slip;
+backlash and knees are left out.
 """
 
 from __future__ import annotations

@@ -5,9 +5,9 @@
 If power flows from end a to end b with the efficiency eta, effort_a = ratio lambda/eta, so that
 drive_loss = |ratio| (1/eta - 1) per unit of lambda. If power flows from end b to end a with the
 efficiency eta_back, effort_a = ratio lambda eta_back, so that back_loss = |ratio| (1 - eta_back).
-The same friction in both directions means eta_back = 2 - 1/eta. For a thread with the lead angle
-alpha and the friction coefficient mu = tan phi, the torque at the screw per force of the nut is
-radius tan(alpha + phi) if the screw drives, and radius tan(alpha - phi) if the nut drives.
+The same friction in both directions means eta_back = 2 - 1/eta. For a thread, let alpha be the lead
+angle and mu = tan phi the friction coefficient. The torque at the screw per force of the nut is
+radius tan(alpha + phi) if the screw drives. It is radius tan(alpha - phi) if the nut drives.
 Equations of the thesis: gear (2.3), with stiffness and damping (2.4)-(2.5); belt (2.6); thread
 (2.10)-(2.13); pistons (2.16); play (2.18); rack (2.19)-(2.20).
 """

@@ -39,7 +39,7 @@ class Findings:
 
     @property
     def reached(self) -> bool:
-        """Return True if all trials pass or, if a rate is required, this rate is shown."""
+        """Return True if all trials pass or, with a required pass rate, if this rate is shown."""
         if self.required is None:
             return 0 < self.rate.count == self.rate.passed
         return self.rate.count > 0 and self.rate.reaches(self.required)

@@ -8,15 +8,15 @@
 - viscous friction by direction, which competes with the others, but is never added here:
   `structure_selection` decides on it
 
-A fit to one half of the strokes predicts the other half. The best hypothesis is used if the squared
-prediction errors decrease significantly and noticeably, and if the parameters of the hypothesis
-differ from 0 in the joint test over clusters (`joint_test`). A load is not used in two cases: an
-effect predicts the strokes equally well, or the load does not explain the effort with windows of
-twice the length. A longer window changes effort and load alike, but removes the ringing of a
-compliance. If every stroke begins at the same position, this ringing looks like a load over the
-position. If the measured temperature passes these tests, it explains friction that changes along
-the log. A hypothesis is removed again if the errors no longer decrease; harmonics of a ripple stay.
-Significant hypotheses that are not used are reported as left in the residual.
+A fit to one half of the strokes predicts the other half. The best hypothesis is used under two
+conditions. The squared prediction errors decrease significantly and noticeably. The parameters of
+the hypothesis differ from 0 in the joint test over clusters (`joint_test`). A load is not used in
+two cases: an effect predicts the strokes equally well, or the load does not explain the effort with
+windows of twice the length. A longer window changes effort and load alike, but removes the ringing
+of a compliance. If every stroke begins at the same position, this ringing looks like a load over
+the position. If the measured temperature passes these tests, it explains friction that changes
+along the log. A hypothesis is removed again if the errors no longer decrease; harmonics of a ripple
+stay. Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify.md states the levels and limits of the tests.
 """
 

@@ -100,7 +100,7 @@ def predict_halves(
 
 
 def comparison_segments(side: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return the simulated segments of one half."""
+    """Return the segments that are simulated of one half of the data."""
     return thinned(whole(side), MOST_COMPARED)
 
 

@@ -7,7 +7,7 @@
   whether it is kept
 
 The order is chosen again after each knee, because a bend over speed looks like a dependence on
-position until it has its own column.
+position if it has no column.
 """
 
 from __future__ import annotations

@@ -84,7 +84,8 @@ def multisine(
     """Return the motion and the numbers that describe it.
 
     - phases: phases of the harmonics, (harmonics,), rad
-    - frequency: frequency of the first harmonic, Hz; None: travel and speed both reach their limits
+    - frequency: frequency of the first harmonic, Hz; None for the frequency at which travel and
+      speed both reach their limits
     - amplitude: half the range of positions, rad | m; None: as large as the limits allow
     """
     coarse = _sums(_circle(phases), phases)

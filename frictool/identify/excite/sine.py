@@ -49,7 +49,7 @@ def longest_distance(limits: BenchLimits) -> float:
 def best_stroke(
     limits: BenchLimits, axis: PriorAxis, sensing: SensorPrecision, duration: float
 ) -> PlannedStroke:
-    """Return the sine of `duration` [s] with the smallest value of `worst`."""
+    """Return the sine of `duration` [s] with the smallest relative bound (`worst`)."""
     longest = longest_distance(limits)
     shortest = min(longest, max(longest / 50.0, axis.backlash + SHORTEST_COUNTS * sensing.step))
     strokes = [

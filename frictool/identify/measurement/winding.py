@@ -2,17 +2,19 @@
 
     voltage = resistance i + constant v + inductance i' + offset
 
-If the voltage u is held over a period T, and the speed is constant during the period, the currents
-at two successive samples satisfy, with resistance R, constant K, inductance L and offset u0,
+Let R be the resistance, K the constant, L the inductance, u0 the offset and T the sample period. If
+the voltage u is held and the speed is constant during a period, the currents i at two successive
+samples satisfy
 
     u = R i[k] + c (i[k+1] - i[k]) + K (x[k+1] - x[k])/T + u0,    c = R/(1 - e^(-R T/L))
 
 The equation is summed with test functions (1 - s^2)^3 (`plant/weak_form.py`), which average the
 noise. The equation does not contain friction, inertia or load.
 
-The voltage between two rows may be the value of the first row (held), the value of the previous row
-(held and logged late), or the mean of both rows (measured). All three timings are fitted. The
-intervals of all timings whose sum of squares is not clearly larger than the smallest are united.
+The timing of the logged voltage is not known. Between two rows, the voltage may have the value of
+the first row (held), the value of the row before (held and logged late), or the mean of both rows
+(measured). All three timings are fitted. The intervals of all timings whose sum of squares is not
+clearly larger than the smallest are united.
 
 The intervals come from a jackknife over parts of the logs. The noise of current and position biases
 the parameters; the intervals include the largest bias.

@@ -3,10 +3,10 @@
     effort = inertia a + viscous exp(r h + k h^2) v + coulomb exp(q h) s + offset
 
 Here h is the temperature minus the reference. A viscosity falls with the temperature by nearly the
-same ratio per kelvin (Reynolds, 1886), and Bittencourt and Axelsson (2014) identify an exponential
-for the viscous friction of a robot joint; k is 0 unless the logs show a curvature. r, k and q are
-found by Gauss-Newton steps. They determine the columns of the effect `temperature`, whose
-coefficients are fitted with the other parameters.
+same ratio per kelvin (Reynolds, 1886). Bittencourt and Axelsson (2014) identify an exponential for
+the viscous friction of a robot joint. k is 0 unless the logs show a curvature. r, k and q are found
+by Gauss-Newton steps. They determine the columns of the effect `temperature`, whose coefficients
+are fitted with the other parameters.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """Allowed switches of modes from one sample to the next (thesis, figure 6.3).
 
-Modes 1 to n are for forward motion in position intervals 1 to n, modes -1 to -n for backward motion
-in the intervals of that direction, and mode 0 is for a stuck axis. In forward motion, mode i may
-stay, or switch to i + 1 or 0. In backward motion, mode -i may stay, or switch to the next lower
-interval or 0. From mode 0 every mode is allowed. A motion that reverses therefore passes mode 0.
+Modes 1 to n are for forward motion in the position intervals 1 to n. Modes -1 to -n are for
+backward motion in the intervals of that direction. Mode 0 is for a stuck axis. In forward motion,
+mode i may stay, or switch to i + 1 or 0. In backward motion, mode -i may stay, or switch to the
+next lower interval or 0. From mode 0 every mode is allowed. A motion that reverses therefore passes
+mode 0.
 
 If repeated reversals without mode 0 were allowed, the inequalities of the design would have no
 solution (docs/theory/observers.md).

@@ -82,7 +82,10 @@ class PlayedTests:
     hard: tuple[int, ...]
 
     def without_reserve(self, controller: Controller, whole: JudgedRuns) -> Iterator[JudgedRuns]:
-        """Yield the runs of `others` and `places`; `whole` are the runs of the whole test."""
+        """Yield the results of the tests `others` and `places`.
+
+        whole: results of the test `whole`, which determine the plants of `places`.
+        """
         for judge in self.others:
             yield judge(controller, None)
         yield from self.places(controller, whole)
