@@ -5,8 +5,8 @@
 
 F_c is the Coulomb friction, F_s the breakaway, v_s the Stribeck velocity, delta an exponent, and
 sigma_v the viscous coefficient. The other laws use g(v) in (2.39) and (3.4). In (2.39),
-(v/v_s)^delta lacks the modulus |v/v_s| of (2.34). The code has this modulus, since v/v_s < 0 with
-an odd or fractional delta makes no sense.
+(v/v_s)^delta lacks the modulus |v/v_s| of (2.34). The code has this modulus, since a negative
+v/v_s with an odd or fractional delta makes no sense.
 """
 
 from __future__ import annotations

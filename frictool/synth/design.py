@@ -237,8 +237,8 @@ def _posed(model: Model, spec: Spec, design: Design) -> tuple[SynthesisProblem, 
         raise FrictoolError(
             f"prewarp_rad_s: found {design.prewarp_rad_s:g}; allowed: below half the sampling "
             "frequency of the bench, "
-            f"{math.pi / bench.sample_period_s:.6g} rad/s; take weights.bandwidth_rad_s, or leave "
-            "it out"
+            f"{math.pi / bench.sample_period_s:.6g} rad/s; write the value of "
+            "weights.bandwidth_rad_s, or remove the key"
         ).at("design", "prewarp_rad_s")
     posed = SynthesisProblem(
         polytope(model),

@@ -132,7 +132,7 @@ def _refuse(problem: SynthesisProblem) -> None:
     if design.schedule is not None and "regime" in design.schedule:
         raise FrictoolError(
             "method lpv_grid: found schedule regime; allowed: inertia, viscous, coulomb, "
-            "constant; take lpv or lft_lpv for regimes"
+            "constant; for regimes, write method lpv or lft_lpv"
         ).at("design", "schedule")
     if design.poles is not None:
         raise FrictoolError(
@@ -171,8 +171,8 @@ def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
     )
     if np.any(np.abs(scaled) > 1.0 + 1e-9):
         raise NoSolutionError(
-            f"the plant {point.name} is outside the intervals that are scheduled; freeze at the "
-            "centre, or widen the intervals"
+            f"the plant {point.name} of `frozen_at` is outside the scheduled intervals; write "
+            "`frozen_at: centre`, or widen the intervals"
         )
     return scaled
 

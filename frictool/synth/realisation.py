@@ -54,8 +54,8 @@ def stored_forms(k: Lti) -> LinearController:
     direct = whole.response(angles / whole.period)[:, 0, 0]
     if np.max(weight * np.abs(from_sections - direct)) > 1e-6 * np.max(weight * np.abs(direct)):
         raise NoSolutionError(
-            "the second-order sections of the controller do not reproduce it; its poles are too "
-            "ill-conditioned, relax the weights"
+            "the second-order sections do not have the frequency response of the controller, "
+            "because its poles are ill-conditioned; relax the weights"
         )
     return LinearController(
         discrete=stored_state_space(whole),

@@ -146,7 +146,7 @@ class _PlacementSearch:
             raise NoSolutionError(
                 "method rst: no choice of dominant and auxiliary poles is stable at every vertex "
                 "with a stable controller; narrow the "
-                "model's intervals, or take method: minimax"
+                "model's intervals, or write `method: minimax`"
             )
         ranked = sorted(trials, key=self.merit, reverse=True)
         refined = []

@@ -117,7 +117,7 @@ class SynthesisProblem:
             raise NoSolutionError(
                 f"method {self.design.method} in continuous time needs a drive with a time "
                 "constant (actuator.loop_time_constant_s is 0): "
-                "the vertices would have different input matrices; take domain: discrete"
+                "the vertices would have different input matrices; write `domain: discrete`"
             )
         return self
 

@@ -67,8 +67,8 @@ def check_corners(controller: Controller) -> None:
         if _parameters(corner) not in vertices:
             words = plant_words(corner, controller.bench)
             raise NoSolutionError(
-                f"{controller.name}: not verified: the document has no vertex for a corner of its "
-                f"box: {words}; run frictool synth again"
+                f"{controller.name}: not verified: the document has no vertex for a corner of the "
+                f"certificate's intervals: {words}; run frictool synth again"
             )
 
 

@@ -187,8 +187,8 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
             ]
             raise FrictoolError(
                 f"the observer {observer.name} belongs to another rig: its {name} is "
-                f"{shown[0]}, {controller.name} has {shown[1]}; design one from the model of "
-                "the controller"
+                f"{shown[0]}, {controller.name} has {shown[1]}; design an observer from the "
+                "model of the controller"
             )
 
 

@@ -11,10 +11,10 @@ samples satisfy
 The equation is summed with test functions (1 - s^2)^3 (`plant/weak_form.py`), which average the
 noise. The equation does not contain friction, inertia or load.
 
-The timing of the logged voltage is not known. Between two rows, the voltage may have the value of
-the first row (held), the value of the row before (held and logged late), or the mean of both rows
-(measured). All three timings are fitted. The intervals of all timings whose sum of squares is not
-clearly larger than the smallest are united.
+In general, a log does not state the timing of the voltage. Between two rows, the voltage may have
+the value of the first row (held), the value of the row before (held and logged late), or the mean
+of both rows (measured). All three timings are fitted. The intervals of all timings whose sum of
+squares is not clearly larger than the smallest are united.
 
 The intervals come from a jackknife over parts of the logs. The noise of current and position biases
 the parameters; the intervals include the largest bias.
