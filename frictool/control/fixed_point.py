@@ -76,7 +76,7 @@ def coefficient(value: float, bits: int) -> tuple[int, int]:
 
 
 def fixed_program(program: Program, bits: int = BITS["q31"]) -> FixedProgram:
-    """Return the scaling of a program; raise FixedPointOverflow with the name of the value."""
+    """Return the scaling of a program; raise FixedPointOverflow if a value has none."""
     return _Scaling(program, bits).done()
 
 

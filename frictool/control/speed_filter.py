@@ -1,13 +1,13 @@
 """The measured speed: difference quotient of the encoder through a low-pass filter (thesis 5.70).
 
     order 1   v = w u/(s + w)                              u = (y[k] - y[k-1])/T
-    order 2   v = u/(s^2/w^2 + 2 s/w + 1), two equal poles      (5.70) is s y through this filter
+    order 2   v = u/(s^2/w^2 + 2 s/w + 1), two equal poles
 
-y is the measured position, T the sample period, and w the bandwidth. The filter is sampled by
-Tustin's rule. Properties: the lag is T/2 + 1/w (order 1) or T/2 + 2/w (order 2). One encoder count
-causes a peak of u of (encoder step)/T; the peak of v is about w (encoder step). Rule (section
-5.4.3.2 of the thesis): w is ten times w0 of the prefilter. The verification of the loop includes
-this lag.
+y is the measured position, T the sample period, and w the bandwidth. Thesis (5.70) is order 2 with
+the derivative s y in place of u. The filter is sampled by Tustin's rule. Properties: the lag is T/2
++ 1/w (order 1) or T/2 + 2/w (order 2). One encoder count causes a peak of u of (encoder step)/T;
+the peak of v is about w (encoder step). Rule (section 5.4.3.2 of the thesis): w is ten times w0 of
+the prefilter. The verification of the loop includes this lag.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Closed loop of engine/closed_loop.py with a controller as machine code (control/machine_code.py).
 
-The record equals that of `closed_loop.run` bit by bit. If the command cannot move the axis at rest,
-only the state of the drive is computed.
+The record equals the record of `closed_loop.run` bit by bit. While the axis rests and the command
+cannot move it, only the state of the drive is computed.
 """
 
 from __future__ import annotations

@@ -96,7 +96,8 @@ def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> 
     """Return the intersection of the interval and the bench's range.
 
     The intersection contains the true value at the confidence of the interval, because the bench's
-    range contains the true value. Its value is the point nearest to the interval's value.
+    range contains the true value. The value of the result is the point of the intersection that is
+    nearest to the value of `interval`.
 
     Parameters
     ----------

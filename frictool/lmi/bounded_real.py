@@ -44,9 +44,9 @@ ROUNDING = 1e-14
 class ProjectedInequality:
     """Projected inequality of one plant: fixed + gamma level - p v e' - e v p' > 0, v = R or S.
 
-    In discrete time it is fixed + gamma level - p v p' + e v e' > 0. The matrices p and e are P and
-    E of the module, projected. `fixed` and `level` are the parts without v; `disc` is True in
-    discrete time.
+    In discrete time it is fixed + gamma level - p v p' + e v e' > 0. p and e are the matrices P and
+    E of the module after the projection. `fixed` and `level` are the parts without v; `disc` is
+    True in discrete time.
     """
 
     p: Matrix

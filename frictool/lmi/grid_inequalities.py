@@ -213,7 +213,7 @@ class GridInequalities:
     def coupling(self, count: int, b: float | None) -> list[AffineConstraint]:
         """Return [X/gamma bI; bI Y/gamma] >= 0 at every grid point.
 
-        If b is None, b is the unknown after Y/gamma.
+        If b is None, b is the unknown that follows Y/gamma in the decision vector.
         """
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])

@@ -35,7 +35,7 @@ class DataLoss:
 
     channels: paths of the affected signals (column names while a table is read); empty for all.
     reason: why the samples could not be read.
-    start_s, end_s: first and last time of the loss in s of the log's time; None if unknown.
+    start_s, end_s: first and last time of the loss, in s of log time; None if unknown.
     samples: number of lost samples; None if unknown.
 
     If a table leaves both times unknown, the mapper uses the times of the samples before and after

@@ -62,7 +62,7 @@ class ReductionChain:
 class ReductionStopped(NoSolutionError):
     """Error for a reduction that could not be completed.
 
-    steps: steps completed before.
+    steps: steps that were completed before the error.
     """
 
     def __init__(self, message: str, steps: tuple[ReductionStep, ...]) -> None:

@@ -54,8 +54,8 @@ class ControllerSignals(NamedTuple):
     """Internal signals of a controller, each (n,); None if the controller has no such signal.
 
     speed: speed that the controller used. profile: profile that its loop tracked. fault: 1 while
-    the controller is in its fault state, else 0. Without commands of a supervisor it is None,
-    because the measured positions determine the fault.
+    the controller is in the fault state, else 0; None without commands of a supervisor, because the
+    measured positions then determine the fault.
     """
 
     speed: Vector | None = None

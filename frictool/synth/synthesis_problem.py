@@ -36,8 +36,8 @@ class SynthesisProblem:
     """Plants, weights and options of one design.
 
     `period` [s] and `delay` [samples] come from the bench, `lag` [s] from the drive. `box` contains
-    every constant plant of the intervals; the controller is verified for this box. Each method
-    chooses the parameters that it schedules.
+    the interval of each parameter; the controller is verified for all constant plants within these
+    intervals. Each method chooses the parameters that it schedules.
     """
 
     box: Polytope

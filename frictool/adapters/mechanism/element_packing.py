@@ -57,7 +57,7 @@ class CouplingRow(NamedTuple):
 
 
 class ElementArrays:
-    """Rows of all arrays of a packed mechanism, by element name, except rigid links and sources.
+    """Rows of the arrays of a packed mechanism by element name, without rigid links and sources.
 
     springs: (block, block or FRAME) of each spring. pushes: (name, row) of each effort on a block,
     constant or of a cam; a link and a source may have the same name. grounded: blocks that an

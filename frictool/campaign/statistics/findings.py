@@ -49,8 +49,8 @@ class Findings:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
         UNDECIDED: a requirement is undecided in all trials, or no trial fails and some trials are
-            undecided. NOT SHOWN: the trials do not show the required rate, but more draws may show
-            it.
+            undecided.
+        NOT SHOWN: the trials do not show the required pass rate, but more draws may show it.
         """
         if self.reached:
             return "UNDECIDED" if self.undecided_requirements else "PASS"

@@ -96,7 +96,7 @@ def winding(
 ) -> dict[str, Interval | UnusableLogs]:
     """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H].
 
-    If a value is not determined, an UnusableLogs with the reason replaces it. The voltage is
+    A value that is not determined is replaced by an UnusableLogs with the reason. The voltage is
     treated as held if it is the bench's drive and the drive has no lag.
     """
     holds = bench.actuator.drive == "voltage" and bench.actuator.loop_time_constant_s == 0.0

@@ -4,8 +4,9 @@
     F = stiffness z
 
 z is the deflection, x the position, F the friction, and F_s the breakaway. This is thesis (2.44) at
-zero speed, with alpha from thesis (2.45) and (2.46). The search variable for the elastic limit z_ba
-is the ratio z_ba/(z_max - z_ba), its odds, with z_max = F_s/stiffness.
+zero speed, with alpha from thesis (2.45) and (2.46). The largest deflection is z_max =
+F_s/stiffness. The search variable for the elastic limit z_ba is the ratio z_ba/(z_max - z_ba),
+called odds.
 """
 
 from __future__ import annotations

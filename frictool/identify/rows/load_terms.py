@@ -221,7 +221,7 @@ def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
 
 
 def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
-    """Return the bench with `terms` as its load terms; a bench with load terms is not changed.
+    """Return the bench with the load terms `terms`, or unchanged if it declares load terms.
 
     A regression and a simulation with the same terms have comparable parameters. With other terms
     the offset has another meaning: if viscous friction differs by direction, a single viscous

@@ -76,7 +76,7 @@ class EncoderCounter:
         """Return the counts (n,) of the next samples.
 
         time: (n,) in s, increasing.
-        raw: (n,) finite counter values, for which `outside` returns None.
+        raw: (n,) finite counter values within the range of the counter (`outside`).
         """
         if raw.size == 0:
             return raw.copy()
