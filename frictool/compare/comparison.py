@@ -54,7 +54,7 @@ class LawRunner(Protocol):
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return row of thesis table 2.1 -> symbol, for the properties that probes measure.
+        """Return a mapping from rows of thesis table 2.1 to symbols, for properties from probes.
 
         `drift`: trajectory of the drift test.
         """

@@ -241,7 +241,7 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return row of thesis table 2.1 -> symbol, for the properties that probes measure.
+        """Return a mapping from rows of thesis table 2.1 to symbols, for properties from probes.
 
         `drift`: trajectory of the drift test.
         """

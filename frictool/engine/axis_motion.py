@@ -339,7 +339,7 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
 
 @kernel
 def rest_on(state: Vector, command: float, p: Vector, duration: float, decay: float) -> None:
-    """Advance an axis that `command` keeps at rest (`is_held`), as `advance` does.
+    """Advance an axis that stays at rest under `command` (`is_held`); same result as `advance`.
 
     decay: e^(-duration/lag), 0 without a lag.
     """

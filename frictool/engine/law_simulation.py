@@ -76,7 +76,7 @@ class LawRunSettings:
 
     step: step [s] of a law with a fixed time step; the other laws ignore it.
     tolerance: relative tolerance of a dynamic law.
-    speed_scale: smallest speed to which the relative error of the speed refers [m/s | rad/s].
+    speed_scale: speed below which the error of the speed is relative to this scale [m/s | rad/s].
     length_scale: smallest displacement to which the relative error of the presliding refers [m |
     rad].
     extension: friction/law_extension.py; at 0 s the body has just come to rest. most_events:

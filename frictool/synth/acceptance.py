@@ -1,8 +1,8 @@
 """Acceptance test that every controller candidate must pass before it becomes a document.
 
 At every vertex, the sampled loop is rebuilt in physical units from the stored coefficients, with
-the bench's period and delay. The rounded coefficients are checked in the same way. No result of the
-synthesis method is used, such as a bound of the norm.
+the bench's period and delay. The rounded coefficients are checked in the same way. Results of the
+synthesis method, such as a bound of the norm, are not used.
 """
 
 from __future__ import annotations

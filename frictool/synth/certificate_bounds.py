@@ -37,10 +37,11 @@ MOST_SLACK = 1e6  # above this slack, no proof is tried
 def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedBound, ...]]:
     """Return the certificate of a loop's norm and largest sensitivity, for the intervals `box`.
 
-    The second result contains the proved bounds, and for each bound the number of parts (cells)
-    into which the proof divided the box. The certificate states the reason why a bound is not
-    proved. Raises NoSolutionError if the loop is unstable for a plant of the box. The number of
-    cells is limited instead of the time, so that the same inputs give the same certificate.
+    The second result contains the proved bounds, and for each bound the number of cells in the
+    proof (parts of the frequency axis and of the box). The certificate states the reason why a
+    bound is not proved. Raises NoSolutionError if the loop is unstable for a plant of the box. The
+    number of cells is limited instead of the time, so that the same inputs give the same
+    certificate.
     """
     found = {of: _proved(quantity_loops(loop, of), box, of) for of in loop.quantities}
     proved = tuple(bound for bound in found.values() if isinstance(bound, ProvedBound))

@@ -50,10 +50,11 @@ class DerivedValue:
 class ChosenWeights:
     """Weights of a design, with data for `relax: auto`, which changes the weights.
 
-    noise_moves: True if the noise weight was derived from A; it then grows as A falls.
+    noise_moves: True if the noise weight was derived from the amplitude A of the reference; it then
+    grows as A falls.
     command_of_noise: W_u W4 if the weight of the command was derived, else None. least_effort:
-    lower limit of W3, as a fraction of the chosen W3, at which one encoder count alone reaches the
-    limit of W2.
+    smallest allowed factor of W3; with this factor, the noise of one encoder count alone reaches
+    the limit of W2.
     """
 
     weights: PlantWeights

@@ -48,7 +48,7 @@ def _first_mode(k: IntVector) -> int:
 def timed_frictions(
     machine: CompiledMechanism, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> int:
-    """Subtract the friction of laws with a fixed step from the row FORCE; fill their states' rates.
+    """Subtract the friction of fixed-step laws from the row FORCE; fill the rates of their states.
 
     The row NEED must already be filled, without these frictions. Returns a status of
     friction/status_codes.py.

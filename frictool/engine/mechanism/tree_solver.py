@@ -225,7 +225,7 @@ def solve_tree(
     y: Vector,
     w: Vector,
 ) -> int:
-    """Set the modes of the tree with the root at `index` in the order, up to its open contacts.
+    """Set the modes of the tree whose root is at `index` in ORDER, up to its open contacts.
 
     workspace: (blocks + 1,) or longer. Returns a status of engine/status_codes.py. If the tree
     jams, contacts that would pull are open, and the last entry of `workspace` is the index in ORDER

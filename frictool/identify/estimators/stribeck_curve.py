@@ -109,7 +109,7 @@ def stribeck_curve(
     Curve and line have Coulomb friction, viscous friction and offset; the curve also has breakaway
     and Stribeck velocity. The line is fitted if friction does not fall with speed, or if the runs
     do not determine breakaway and Stribeck velocity, which are then refused. The intervals of the
-    line then reach to the values of the curve.
+    line are then extended to the values of the curve.
 
     Raises
     ------
