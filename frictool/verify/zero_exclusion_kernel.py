@@ -162,11 +162,19 @@ def workspace(loop: KernelLoop) -> KernelWorkspace:
     """Return the workspace for a loop."""
     rows = 1 + (loop.drive > 0.0) + (loop.command > 0.0) + (loop.eta > 0.0)
     columns = 1 + (loop.disturbance > 0.0) + (loop.noise[0] > 0.0)
-    return KernelWorkspace(
-        np.zeros((4, rows, columns), np.complex128),
-        np.zeros((columns, columns), np.complex128),
-        np.zeros(max(loop.denominator.shape[1], loop.holds.shape[1]), np.complex128),
-    )
+    size = max(loop.denominator.shape[1], loop.holds.shape[1])
+    parts = np.empty((4, rows, columns), np.complex128)
+    gram = np.empty((columns, columns), np.complex128)
+    polynomial = np.empty(size, np.complex128)
+    for j in range(columns):
+        for i in range(rows):
+            for part in range(4):
+                parts[part, i, j] = 0j
+        for i in range(columns):
+            gram[i, j] = 0j
+    for k in range(size):
+        polynomial[k] = 0j
+    return KernelWorkspace(parts, gram, polynomial)
 
 
 @kernel
@@ -417,6 +425,16 @@ def viscous_rates(loop: KernelLoop, low: float, high: float) -> tuple[float, flo
     return least - 2.0 * U * abs(least), most + 2.0 * U * abs(most)
 
 
+@part_kernel
+def _total(part: ComplexVector) -> float:
+    """Return the sum of the magnitudes of a matrix."""
+    total = 0.0
+    for i in range(part.shape[0]):
+        for j in range(part.shape[1]):
+            total += abs(part[i, j])
+    return total
+
+
 @kernel
 def explore(
     loop: KernelLoop,
@@ -460,10 +478,13 @@ def explore(
             if corner < 0:
                 continue
             for i in range(3):
-                widths[i] = np.sum(np.abs(space.parts[1 + i]))
+                widths[i] = _total(space.parts[1 + i])
         for i in range(3):
             at[i] = 0.5 * (cell[2 * i] + cell[2 * i + 1])
-        split = int(np.argmax(widths))
+        split = 0
+        for i in range(1, 3):
+            if widths[i] > widths[split]:
+                split = i
         # a wide range of frequencies first, unless T hardly changes in it, as at frequency 0
         steady = remainder < math.inf and widths[0] < STEADY * widths[split]
         if cell[1] - cell[0] > 0.5 * cell[1] and not steady:
@@ -498,7 +519,11 @@ def turn(
     """
     low, high = inverse_inertia(box, (plant[0], plant[0]), viscous_rates(loop, plant[1], plant[1]))
     space = workspace(loop)
-    cell = np.array([0.0, 0.0, plant[0], plant[0], plant[1], plant[1]])
+    cell = np.empty(6)
+    for end in range(2):
+        cell[end] = 0.0
+        cell[2 + end] = plant[0]
+        cell[4 + end] = plant[1]
     ends = np.empty(DEPTH)
     before = loop_terms(loop, box, 0, cell, space).whole
     error = before[4] / modulus(before[0])
