@@ -96,7 +96,13 @@ def identify_servo(
         simulated = ServoSimulation(segments, bench, free, fixed)
     fit = fitted(simulated, start)
     _refuse_unexplained(simulated, fit)
-    return _identified(simulated, fit, unseen, settings)
+    without = _without_effect(simulated, fit)
+    if without:
+        kept = [name not in without for name in simulated.names]
+        names = tuple(name for name in simulated.names if name not in without)
+        simulated = replace(simulated, names=names)
+        fit = replace(fit, jacobian=fit.jacobian[:, kept])
+    return _identified(simulated, fit, {**unseen, **without}, settings)
 
 
 def _refuse_unusable(records: Sequence[MotionRecord]) -> None:
@@ -180,6 +186,19 @@ def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str,
             out[name] = (
                 "no value in the bench's range changes the simulated position; record faster goals"
             )
+    return out
+
+
+def _without_effect(simulated: ServoSimulation, fit: ServoFit) -> dict[str, str]:
+    """Return parameter -> reason for the constants of the servo without effect at the fit."""
+    count = simulated.bench.encoder.resolution
+    known = servo_quantities(simulated.bench)
+    out: dict[str, str] = {}
+    for name, column in zip(simulated.names, fit.jacobian.T, strict=True):
+        if name in known:
+            low, high = known[name].interval
+            if float(np.max(np.abs(column))) * (high - low) < VISIBLE * count:
+                out[name] = "near the fit it does not change the position; record faster goals"
     return out
 
 

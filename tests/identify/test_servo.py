@@ -16,6 +16,7 @@ from frictool.errors import FrictoolError
 from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.methods import IdentificationRequest
 from frictool.logs.log_reader import read_log
+from frictool.typing import IntVector
 from studies.command_line import run
 from tests.identify.servo_bench import BENCH, COUNT, PERIOD, ServoLogs, SmartServo, drawn_servo
 from tests.identify.servo_bench import recorded as recorded_logs
@@ -31,6 +32,12 @@ def logs_of(seed: int, swing: bool) -> tuple[SmartServo, ServoLogs]:
     generator = np.random.default_rng(seed)
     servo = drawn_servo(generator)
     return servo, recorded_logs(servo, generator, swing)
+
+
+def part_of(logs: ServoLogs, chosen: IntVector) -> ServoLogs:
+    """The logs with the numbers `chosen`."""
+    rows = (getattr(logs, name)[chosen] for name in vars(logs) if name != "time")
+    return ServoLogs(logs.time, *rows)
 
 
 def bench_in(folder: Path, text: str = BENCH) -> Bench:
@@ -110,11 +117,7 @@ def test_without_a_pendulum_gravity_is_fitted_relative_to_the_constant(tmp_path:
     text = "\n".join(
         line for line in BENCH.splitlines() if not line.startswith("  pendulum_")
     ).replace("{value: 0.4, low: 0.1, high: 2, unit: N m/V}", "{value: 0.5, unit: N m/V}")
-    chosen = np.flatnonzero(same)
-    part = ServoLogs(
-        logs.time,
-        *(getattr(logs, name)[chosen] for name in vars(logs) if name != "time"),
-    )
+    part = part_of(logs, np.flatnonzero(same))
     outcome = identified(part, tmp_path, text)
     laws = outcome.model.laws
     assert laws is not None
@@ -138,6 +141,17 @@ def test_validation_simulates_along_the_goal(tmp_path: Path) -> None:
     assert shown["position_rmse_rad"] < 2.0 * COUNT
     gains = ("--position-gain", "1", "--speed-gain", "1")
     refused(run("validate", model, paths[6], *gains), 3, "is the controller; leave the gains out")
+
+
+def test_a_goal_speed_that_no_goal_reaches_is_refused(tmp_path: Path) -> None:
+    """The sines of these logs need 3.7 rad/s, less than the limit of the firmware."""
+    servo, logs = logs_of(0, True)
+    assert servo.goal_speed > 4.0
+    outcome = identified(part_of(logs, np.array([1, 5])), tmp_path)
+    assert "record faster goals" in outcome.result.refused["goal_speed"]
+    found = intervals(outcome)
+    assert "goal_speed" not in found
+    assert found["delay"][0] <= servo.delay <= found["delay"][1]
 
 
 @pytest.mark.parametrize(
