@@ -11,6 +11,7 @@ of parameter i. The program is stated with cvxpy and solved by clarabel.
 from __future__ import annotations
 
 import math
+import warnings
 from typing import Any
 
 import numpy as np
@@ -65,7 +66,10 @@ def optimal_shares(rate: Matrix, limit: Vector, cost: Vector) -> Vector | None:
         rules.append(share @ cost <= 0.0)
     problem = cp.Problem(cp.Minimize(cp.max(cp.hstack(ratios))), rules)
     try:
-        problem.solve(solver=cp.CLARABEL)
+        with warnings.catch_warnings():
+            # of reduced accuracy; the caller computes the variances of the shares
+            warnings.simplefilter("ignore", UserWarning)
+            problem.solve(solver=cp.CLARABEL)
     except cp.SolverError:
         return None
     if share.value is None:

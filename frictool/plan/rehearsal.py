@@ -51,12 +51,19 @@ class HalfWidthSample:
 
         If the rehearsals ended early, the largest half width is returned in place of a bound.
         """
+        return self._bound(CONFIRMED_SPREAD if len(self.widths) >= 2 * REHEARSALS else SPREAD)
+
+    @property
+    def likely(self) -> float:
+        """Return the upper bound that twice as many rehearsals of the same spread would give."""
+        return self._bound(CONFIRMED_SPREAD)
+
+    def _bound(self, spread: float) -> float:
         if self.refusals or not self.widths:
             return math.inf
         if len(self.widths) < REHEARSALS:
             return max(self.widths)
         logarithms = np.log(self.widths)
-        spread = CONFIRMED_SPREAD if len(self.widths) >= 2 * REHEARSALS else SPREAD
         bound = float(np.exp(logarithms.mean() + spread * logarithms.std(ddof=1)))
         return max(bound, *self.widths)
 

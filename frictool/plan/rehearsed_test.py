@@ -5,34 +5,65 @@ The result is the shortest test with the precision, or the most precise test of 
 wider intervals than this bound; rehearsals of the test measure the ratio of the two for each
 parameter. The design is repeated with the measured ratios until the upper bound of every half width
 is within the request.
+
+A part of a half width may not decrease with the repetitions, because the strokes do not separate an
+effect from inertia or friction. If a longer test is not more precise, the next one of MIXES is
+designed. If no mix reaches the precision within the duration of the default kind of test, the
+default kind is rehearsed. Only if it misses the precision, longer mixes are designed.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from frictool.documents.bench import Bench
 from frictool.errors import NoSolutionError
+from frictool.identify.excite.bench_limits import limits_of
 from frictool.identify.excite.breakaway_ramps import breakaway_range
+from frictool.identify.excite.cramer_rao import SLIDING, cramer_rao
+from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.excite.precise_ramps import precise_ramps
 from frictool.identify.excite.precise_strokes import (
+    QUANTILE,
     PreciseTest,
     PrecisionRequest,
     bench_value,
     precise_strokes,
 )
 from frictool.identify.excite.precision_remedies import remedies
+from frictool.identify.excite.sines import plan
+from frictool.identify.excite.stroke_candidates import EFFECTS, worst_axis, worst_sensing
 from frictool.plan.rehearsal import HalfWidthSample, rehearse
 
 ROUNDS = 6  # designs of a test
 # largest increase of a factor in one round, and the increase after a refusal
 LARGEST_STEP = 2.0
 RESERVE = 1.05  # factor on a measured width, so that the rounds end
+LONGER = 2.0  # duration of a test relative to one that missed the precision, at least
+STALLS = 2  # longer tests that are not more precise, after which another mix is tried
+NOTICEABLE = 0.9  # duration relative to another one, above which both are alike
 SHORTER = 0.7  # half width relative to the request, below which the next round asks for less
+DEFAULT_KIND = "sines"  # test of `excite` that no optimal test exceeds in duration
+# effects that the mix of strokes separates from inertia and friction, in the order of the trials
+MIXES: tuple[tuple[str, ...], ...] = (EFFECTS, ())
 Design = Callable[[Bench, PrecisionRequest], PreciseTest]
 Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class DesignRounds:
+    """Outcome of the rounds of one design.
+
+    - test: shortest test whose rehearsals reach the precision; None if there is none
+    - attempt: request of the last round
+    - refusal: reason why there is no test
+    """
+
+    test: PreciseTest | None
+    attempt: PrecisionRequest
+    refusal: str = ""
 
 
 def rehearsed_strokes(
@@ -54,14 +85,38 @@ def rehearsed_strokes(
     PreciseTest
         Reference of the position loop, and the half width to expect for each parameter. If
         `request.duration` is set, a half width may be larger than requested, and a parameter that a
-        rehearsal did not identify has no half width.
+        rehearsal did not identify has no half width. If the default kind of test has the precision,
+        the test is not longer.
 
     Raises
     ------
     NoSolutionError
         If no test within the limits reaches the precision. The message names the limit.
     """
-    return _rehearsed(precise_strokes, bench, request, bench_value, progress)
+    wanted = {name: part * bench_value(bench, name) for name, part in request.only(SLIDING).items()}
+    trials = TestTrials(bench, request, wanted, progress)
+    if request.duration is not None:
+        return trials.promised(precise_strokes(bench, request))
+    default = default_test(bench, request)
+    usual = default.sequence.duration
+    attempts = [replace(request, effects=effects) for effects in MIXES]
+    refusal = ""
+    for longest in dict.fromkeys((min(usual, request.longest), request.longest)):
+        found = []
+        for number, attempt in enumerate(attempts):
+            rounds = trials.rounds(precise_strokes, replace(attempt, longest=longest))
+            attempts[number] = rounds.attempt
+            refusal = rounds.refusal if number == 0 else refusal
+            if rounds.test is not None:
+                found.append(rounds.test)
+                break
+        if longest == usual and not any(one.sequence.duration <= usual for one in found):
+            reached, _ = trials.rehearsed(default, "the default kind", screened=False)
+            if trials.ratio(reached) <= 1.0:
+                return _promising(default, reached)
+        if found:
+            return found[0]
+    raise NoSolutionError(refusal)
 
 
 def rehearsed_ramps(
@@ -72,59 +127,129 @@ def rehearsed_ramps(
     `rehearsed_strokes` explains parameters, result and errors; the sequence is a command of the
     drive.
     """
-    expected = breakaway_range(bench)[1]
-    return _rehearsed(precise_ramps, bench, request, lambda *_: expected, progress)
+    wanted = {"breakaway": request.wanted["breakaway"] * breakaway_range(bench)[1]}
+    trials = TestTrials(bench, request, wanted, progress)
+    if request.duration is not None:
+        return trials.promised(precise_ramps(bench, request))
+    rounds = trials.rounds(precise_ramps, request)
+    if rounds.test is None:
+        raise NoSolutionError(rounds.refusal)
+    return rounds.test
 
 
-def _rehearsed(
-    design: Design,
-    bench: Bench,
-    request: PrecisionRequest,
-    value_of: Callable[[Bench, str], float],
-    progress: Progress,
-) -> PreciseTest:
-    """Return the shortest of at most ROUNDS tests whose rehearsals reach the precision."""
-    kept: PreciseTest | None = None
-    attempt = request
-    for number in range(1, ROUNDS + 1):
-        try:
-            test = design(bench, attempt)
-        except NoSolutionError:
-            if kept is None:
-                raise
-            break
-        progress(f"rehearsing a test of {test.sequence.duration:.3g} s (round {number})")
-        wanted = {
-            name: request.wanted[name] * value_of(bench, name)
-            if request.duration is None
-            else math.inf
-            for name in test.half_widths
-        }
-        sample = rehearse(test.sequence, bench, wanted, request.noise, request.seed)
-        if request.duration is not None or _largest(sample, wanted) <= 1.0:
-            # this sample selected the test, which biases it; further axes are drawn
-            again = rehearse(test.sequence, bench, wanted, request.noise, request.seed + 1)
-            sample = {name: one.joined(again[name]) for name, one in sample.items()}
-        reached = {name: one.upper for name, one in sample.items()}
-        if request.duration is not None:
-            return _promising(test, reached)
-        ratio = {name: reached[name] / wanted[name] for name in wanted}
-        if max(ratio.values()) <= 1.0:
-            if kept is None or test.sequence.duration < kept.sequence.duration:
-                kept = _promising(test, reached)
-            if max(ratio.values()) >= SHORTER:
+def default_test(bench: Bench, request: PrecisionRequest) -> PreciseTest:
+    """Return the default kind of test, with the Cramér-Rao bounds and without a promise.
+
+    Raises NoSolutionError if a test of this kind exceeds a limit of the bench.
+    """
+    sequence = excite(DEFAULT_KIND, bench, ExcitationSettings(seed=request.seed))
+    least = cramer_rao(
+        plan(limits_of(bench)), worst_axis(bench), worst_sensing(bench, request.noise)
+    )
+    bounds = {name: QUANTILE * float(least[SLIDING.index(name)]) for name in request.only(SLIDING)}
+    return PreciseTest(sequence, {}, bounds)
+
+
+@dataclass(frozen=True)
+class TestTrials:
+    """Rehearsals of the tests of one bench.
+
+    - request: requested precision
+    - wanted: parameter -> requested half width, SI
+    - progress: function that is called with a label before each round of rehearsals
+    """
+
+    bench: Bench
+    request: PrecisionRequest
+    wanted: Mapping[str, float]
+    progress: Progress
+
+    def rounds(self, design: Design, attempt: PrecisionRequest) -> DesignRounds:
+        """Return the shortest of at most ROUNDS tests whose rehearsals reach the precision.
+
+        `attempt` is the request of the first round. The rounds end after STALLS longer tests that are
+        not more precise.
+        """
+        kept: PreciseTest | None = None
+        failed: PreciseTest | None = None
+        refusal = ""
+        least = math.inf
+        stalled = 0
+        for number in range(1, ROUNDS + 1):
+            try:
+                test = _longer(design, self.bench, attempt, failed)
+            except NoSolutionError as error:
+                refusal = refusal or str(error)
                 break
-        elif kept is not None:
-            break
-        spare = {name: wanted[name] / half for name, half in test.half_widths.items()}
-        attempt = replace(attempt, factors=_corrected(attempt, ratio, spare))
-    if kept is None:
-        raise NoSolutionError(_shortfall(bench, attempt, test, sample, wanted))
-    return kept
+            if kept is not None and test.sequence.duration > NOTICEABLE * kept.sequence.duration:
+                break
+            reached, sample = self.rehearsed(test, f"round {number}")
+            ratio = self.ratio(reached)
+            if ratio <= 1.0:
+                kept = _promising(test, reached)
+                failed = None
+                if ratio >= SHORTER:
+                    break
+            elif kept is not None:
+                break
+            else:
+                refusal = _shortfall(self.bench, attempt, test, sample, self.wanted)
+                stalled = stalled + 1 if ratio >= least else 0
+                if stalled == STALLS:
+                    break
+                failed = test
+            least = min(ratio, least)
+            spare = {name: self.wanted[name] / half for name, half in test.half_widths.items()}
+            ratios = {name: reached[name] / self.wanted[name] for name in self.wanted}
+            attempt = replace(attempt, factors=_corrected(attempt, ratios, spare))
+        return DesignRounds(kept, attempt, refusal)
+
+    def rehearsed(
+        self, test: PreciseTest, label: str, screened: bool = True
+    ) -> tuple[dict[str, float], dict[str, HalfWidthSample]]:
+        """Return the upper bounds of the half widths, and the rehearsed half widths.
+
+        If `screened`, a test that probably misses the precision is rehearsed on the first axes
+        only.
+        """
+        self.progress(f"rehearsing a test of {test.sequence.duration:.3g} s ({label})")
+        free = self.request.duration is not None
+        limits = {name: math.inf if free else half for name, half in self.wanted.items()}
+        sample = self._sample(test, limits, self.request.seed)
+        if not screened or all(one.likely <= limits[name] for name, one in sample.items()):
+            # this sample selected the test, which biases it; further axes are drawn
+            again = self._sample(test, limits, self.request.seed + 1)
+            sample = {name: one.joined(again[name]) for name, one in sample.items()}
+        return {name: one.upper for name, one in sample.items()}, sample
+
+    def promised(self, test: PreciseTest) -> PreciseTest:
+        """Return the test with the upper bounds of its rehearsals as promised half widths."""
+        return _promising(test, self.rehearsed(test, "round 1")[0])
+
+    def ratio(self, reached: Mapping[str, float]) -> float:
+        """Return the largest ratio of a half width to the requested one."""
+        return max(reached[name] / half for name, half in self.wanted.items())
+
+    def _sample(
+        self, test: PreciseTest, limits: Mapping[str, float], seed: int
+    ) -> dict[str, HalfWidthSample]:
+        return rehearse(test.sequence, self.bench, limits, self.request.noise, seed)
 
 
-def _largest(sample: Mapping[str, HalfWidthSample], wanted: Mapping[str, float]) -> float:
-    return max(one.upper / wanted[name] for name, one in sample.items())
+def _longer(
+    design: Design, bench: Bench, attempt: PrecisionRequest, failed: PreciseTest | None
+) -> PreciseTest:
+    """Return the test of an attempt, LONGER times as long as the failed one if it is not longer.
+
+    The half widths of a longer test are relative to each other as requested.
+    """
+    test = design(bench, attempt)
+    if failed is None:
+        return test
+    length = min(LONGER * failed.sequence.duration, attempt.longest)
+    if test.sequence.duration >= NOTICEABLE * length:
+        return test
+    return design(bench, replace(attempt, duration=length))
 
 
 def _corrected(

@@ -18,6 +18,12 @@ column for each of their parameters; the strokes are centred on the middle of th
 bench declares that there is no offset, G has no column for it. No unbiased estimator has a variance
 below the diagonal of M^-1.
 
+Effects that a test must separate from friction and inertia (`PriorAxis.effects`) are further
+columns: the spring has the column x - middle, and a delay of the effort the column -du/dt, where
+u = inertia a + viscous v between the reversals. Along half sines of one length, the acceleration is
+proportional to the position, and du/dt is a sum of acceleration and speed: only strokes of
+different lengths separate them.
+
 If the axis moves less than a count per sample, e_x is a sawtooth and not white. It then has less
 power at low frequencies than assumed here.
 """
@@ -31,10 +37,12 @@ import numpy as np
 import scipy
 
 from frictool.identify.excite.stroke_profile import TOP_SPEED, unit_profile
+from frictool.identify.rows.load_terms import SPRING
 from frictool.typing import Vector
 
 # order of the columns of G and of every bound
 SLIDING = ("inertia", "viscous", "coulomb", "offset")
+DELAY = "delay"
 NOISE_COUNTS = 2.0  # counts past the backlash; the slip mask excludes as many
 SLOWEST = 0.02  # least speed relative to the top speed of a stroke
 
@@ -69,6 +77,7 @@ class PriorAxis:
     - backlash: full width, rad | m; samples inside the backlash are not used
     - loads: declared loads
     - middle: middle of the travel and of the strokes, rad | m
+    - effects: effects of unknown size, each with a column: `delay`, `spring`
     """
 
     inertia: float
@@ -77,6 +86,7 @@ class PriorAxis:
     backlash: float = 0.0
     loads: DeclaredLoads = DeclaredLoads()
     middle: float = 0.0
+    effects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -106,7 +116,8 @@ class PlannedStroke:
 def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
     """Return the information matrix M (p, p) of all strokes, each in both directions.
 
-    Rows and columns are in the order of the columns of `regressors`.
+    Rows and columns are in the order of the columns of `regressors`. The leading rows and columns
+    without the effects are the information of an axis without these effects.
     """
     total: Vector | None = None
     for stroke in strokes:
@@ -144,7 +155,7 @@ def regressors(
     """Return the regressors (n, p) at the samples of a stroke that slip outside the backlash.
 
     `side` is 1 for forward and -1 for backward. The columns are inertia, viscous, Coulomb, the
-    offset if the axis has one, and the loads.
+    offset if the axis has one, the loads, and the effects.
     """
     duration = stroke.duration
     samples = max(0, math.floor(duration / sensing.period))
@@ -166,14 +177,20 @@ def regressors(
     position = axis.middle + side * (advance[kept] - 0.5 * stroke.distance)
     for term, wave in axis.loads.terms:
         columns += _of_term(term, wave, position, along)
-    return np.column_stack(columns)
+    # the derivative of the acceleration along a half sine
+    jerk = -((math.pi / duration) ** 2) * along
+    effects = {
+        SPRING: position - axis.middle,
+        DELAY: -(axis.inertia * jerk + axis.viscous * side * acceleration[kept]),
+    }
+    return np.column_stack([*columns, *(effects[name] for name in axis.effects)])
 
 
 def _of_term(term: str, wave: float, position: Vector, velocity: Vector) -> list[Vector]:
     """Return the columns (n,) of a term of rows/load_terms.py."""
     if wave > 0.0:
         return [np.sin(wave * position), np.cos(wave * position)]
-    return [position if term == "spring" else np.minimum(velocity, 0.0)]
+    return [position if term == SPRING else np.minimum(velocity, 0.0)]
 
 
 def _covariance(n: int, axis: PriorAxis, sensing: SensorPrecision) -> Vector:

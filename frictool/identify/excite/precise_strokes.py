@@ -18,6 +18,7 @@ from frictool.identify.excite.excitation_sequence import ExcitationSequence, ref
 from frictool.identify.excite.half_sines import Motion, joined, reachable_speed
 from frictool.identify.excite.sines import SPREAD
 from frictool.identify.excite.stroke_candidates import (
+    EFFECTS,
     StrokeCandidate,
     stroke_candidates,
     worst_axis,
@@ -46,6 +47,7 @@ class PrecisionRequest:
     - longest: longest allowed duration of the shortest test, s
     - noise: standard deviation of the measured drive, A | V; None for 0.2 % of its limit
     - seed: seed of the random reversal positions
+    - effects: effects that the strokes must separate from inertia and friction
     - factors: parameter -> half width that `identify` reports, divided by the expected half width;
       EXPECTED_FACTOR for a parameter that is not a key
     """
@@ -55,6 +57,7 @@ class PrecisionRequest:
     longest: float = 3600.0
     noise: float | None = None
     seed: int = 0
+    effects: tuple[str, ...] = EFFECTS
     factors: Mapping[str, float] = field(default_factory=dict)
 
     def factor(self, name: str) -> float:
@@ -118,11 +121,15 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     NoSolutionError
         If no test within the limits reaches the precision. The message names the limit.
     """
-    candidates = stroke_candidates(bench, request.noise)
+    candidates = stroke_candidates(bench, request.noise, request.effects)
     wanted = stroke_program(bench, request, candidates)
     program = wanted
+    times = np.zeros(program.duration.size)
     for _ in range(CORRECTIONS):
+        before = times
         times = _repetitions(bench, request, program)
+        if request.duration is not None and np.array_equal(before, times):
+            break
         bound = np.sqrt(program.variances(times))
         expected = _expected_deviation(bench, request, candidates, times)
         if request.duration is None and np.all(expected**2 <= wanted.limit):
@@ -136,7 +143,8 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     motion = stroke_motion(candidates, times, limits, bench.sample_period_s, request.seed)
     check_reference(limits, *motion)
     names = [SLIDING[row] for row in program.requested]
-    bounds = dict(zip(names, (QUANTILE * bound[program.requested]).tolist(), strict=True))
+    least = np.sqrt(_without_effects(bench, request, program).variances(times))
+    bounds = dict(zip(names, (QUANTILE * least[program.requested]).tolist(), strict=True))
     half_widths = {
         name: QUANTILE * request.factor(name) * float(expected[SLIDING.index(name)])
         for name in names
@@ -176,9 +184,19 @@ def _expected_deviation(
         if count
     ]
     sensing = worst_sensing(bench, request.noise)
-    deviation, _ = weak_deviation(strokes, worst_axis(bench), sensing)
+    deviation, _ = weak_deviation(strokes, worst_axis(bench, request.effects), sensing)
     size = candidates[0].information.shape[0]
     return np.concatenate((deviation, np.zeros(max(0, size - deviation.size))))[:size]
+
+
+def _without_effects(
+    bench: Bench, request: PrecisionRequest, program: StrokeProgram
+) -> StrokeProgram:
+    """Return the program for an axis without the effects, which are its last parameters."""
+    size = program.limit.size - len(worst_axis(bench, request.effects).effects)
+    return replace(
+        program, information=program.information[:, :size, :size], limit=program.limit[:size]
+    )
 
 
 def stroke_program(

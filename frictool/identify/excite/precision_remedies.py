@@ -40,7 +40,9 @@ def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> l
 def _duration(bench: Bench, request: PrecisionRequest) -> float:
     """Return the shortest duration of the test on `bench`, s; inf if there is none."""
     try:
-        program = stroke_program(bench, request, stroke_candidates(bench, request.noise))
+        program = stroke_program(
+            bench, request, stroke_candidates(bench, request.noise, request.effects)
+        )
     except NoSolutionError:
         return math.inf
     times = shortest(program)

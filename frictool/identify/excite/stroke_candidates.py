@@ -7,6 +7,8 @@ computed for the worst axis within the a-priori intervals:
   step^2/12 T T' with T = inertia D2 + viscous D1, grows with both, so that every other axis gives
   more information.
 - the largest drive constant for the noise of the effort, the smallest for the drive
+- a spring and a delay of unknown size, so that only a mix of strokes that separates these effects
+  from inertia and friction has information. `identify` allows for both effects in its intervals.
 - backlash at its upper end. Samples inside the backlash, and samples slower than 2 % of the
   stroke's top speed, where the axis may stick, are excluded.
 """
@@ -21,6 +23,7 @@ from frictool.documents.bench import Bench
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import BenchLimits, axis_known, limits_of, sensing_of
 from frictool.identify.excite.cramer_rao import (
+    DELAY,
     PlannedStroke,
     PriorAxis,
     SensorPrecision,
@@ -30,8 +33,10 @@ from frictool.identify.excite.half_sines import reachable_speed
 from frictool.identify.excite.sine import SHORTEST_COUNTS, longest_distance
 from frictool.identify.excite.sines import SPREAD
 from frictool.identify.excite.stroke_profile import unit_profile
+from frictool.identify.rows.load_terms import SPRING
 from frictool.typing import Matrix
 
+EFFECTS = (DELAY, SPRING)  # effects that a mix of strokes separates from inertia and friction
 DISTANCES = 6
 SHORTEST_SHARE = 0.04  # shortest stroke relative to the longest one
 SPEEDS = (1.0, 0.7, 0.5, 0.35, 0.2, 0.1)  # top speeds relative to the reachable speed
@@ -46,7 +51,8 @@ class StrokeCandidate:
 
     - stroke: mean stroke; the reversal positions vary by the share SPREAD of `reach`
     - reach: largest distance between two reversals, rad | m
-    - information: information matrix of both directions, (p, p)
+    - information: information matrix of both directions, (p, p); its last rows and columns belong
+      to the effects
     - mean_square: mean square of the drive divided by its limit, on the worst axis
     """
 
@@ -61,11 +67,19 @@ class StrokeCandidate:
         return 2.0 * self.stroke.duration
 
 
-def worst_axis(bench: Bench) -> PriorAxis:
-    """Return the a-priori axis with the upper ends of inertia and viscous friction."""
+def worst_axis(bench: Bench, effects: tuple[str, ...] = ()) -> PriorAxis:
+    """Return the a-priori axis with the upper ends of inertia and viscous friction.
+
+    The axis also has those of `effects` that the bench does not declare as a load.
+    """
     known = bench.mechanics
+    axis = axis_known(bench)
+    declared = {term for term, _ in axis.loads.terms}
     return replace(
-        axis_known(bench), inertia=known.inertia.interval[1], viscous=known.viscous.interval[1]
+        axis,
+        inertia=known.inertia.interval[1],
+        viscous=known.viscous.interval[1],
+        effects=tuple(name for name in effects if name not in declared),
     )
 
 
@@ -76,8 +90,19 @@ def worst_sensing(bench: Bench, noise: float | None) -> SensorPrecision:
     return replace(sensing, noise=sensing.noise * constant.interval[1] / constant.value)
 
 
-def stroke_candidates(bench: Bench, noise: float | None) -> list[StrokeCandidate]:
+def stroke_candidates(
+    bench: Bench, noise: float | None, effects: tuple[str, ...] = EFFECTS
+) -> list[StrokeCandidate]:
     """Return the candidates of a bench.
+
+    Parameters
+    ----------
+    bench
+        Bench whose limits every stroke respects.
+    noise
+        Standard deviation of the measured drive, A | V; None for 0.2 % of its limit.
+    effects
+        Effects that the strokes must separate from inertia and friction.
 
     Raises
     ------
@@ -86,7 +111,7 @@ def stroke_candidates(bench: Bench, noise: float | None) -> list[StrokeCandidate
         counts.
     """
     limits = limits_of(bench)
-    axis, sensing = worst_axis(bench), worst_sensing(bench, noise)
+    axis, sensing = worst_axis(bench, effects), worst_sensing(bench, noise)
     longest = longest_distance(limits)
     least = axis.backlash + SHORTEST_COUNTS * sensing.step
     if (1.0 - 2.0 * SPREAD) * longest < least:

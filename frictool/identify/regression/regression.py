@@ -82,6 +82,8 @@ def least(parts: Tensor) -> tuple[Vector, Vector, float]:
     """
     whole = merged(parts)
     p = whole.shape[1] - 1
+    if p == 0:
+        raise SingularRegressors("no parameter is free")
     scale = np.linalg.norm(whole[:, :p], axis=0)
     if whole.shape[0] < p or not np.all(scale > 0.0):
         raise SingularRegressors("the motion does not excite every parameter")
