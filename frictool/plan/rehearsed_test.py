@@ -7,9 +7,11 @@ parameter. The design is repeated with the measured ratios until the upper bound
 is within the request.
 
 A part of a half width may not decrease with the repetitions, because the strokes do not separate an
-effect from inertia or friction. If a longer test is not more precise, the next one of MIXES is
-designed. If no mix reaches the precision within the duration of the default kind of test, the
-default kind is rehearsed. Only if it misses the precision, longer mixes are designed.
+effect from inertia or friction. The first mix of strokes is therefore robust: it separates a delay
+and a spring, and no parameter is much less precise than the others. If longer tests are not more
+precise, the mix without these requirements is designed, which is optimal at the Cramér-Rao bound.
+If no mix reaches the precision within the duration of the default kind of test, the default kind is
+rehearsed. Only if it misses the precision, longer mixes are designed.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ from frictool.identify.excite.precise_strokes import (
 )
 from frictool.identify.excite.precision_remedies import remedies
 from frictool.identify.excite.sines import plan
-from frictool.identify.excite.stroke_candidates import EFFECTS, worst_axis, worst_sensing
+from frictool.identify.excite.stroke_candidates import worst_axis, worst_sensing
 from frictool.plan.rehearsal import HalfWidthSample, rehearse
 
 ROUNDS = 6  # designs of a test
@@ -46,8 +48,6 @@ STALLS = 2  # longer tests that are not more precise, after which another mix is
 NOTICEABLE = 0.9  # duration relative to another one, above which both are alike
 SHORTER = 0.7  # half width relative to the request, below which the next round asks for less
 DEFAULT_KIND = "sines"  # test of `excite` that no optimal test exceeds in duration
-# effects that the mix of strokes separates from inertia and friction, in the order of the trials
-MIXES: tuple[tuple[str, ...], ...] = (EFFECTS, ())
 Design = Callable[[Bench, PrecisionRequest], PreciseTest]
 Progress = Callable[[str], None]
 
@@ -94,29 +94,28 @@ def rehearsed_strokes(
         If no test within the limits reaches the precision. The message names the limit.
     """
     wanted = {name: part * bench_value(bench, name) for name, part in request.only(SLIDING).items()}
-    trials = TestTrials(bench, request, wanted, progress)
+    trials = RehearsedTests(bench, request, wanted, progress)
     if request.duration is not None:
         return trials.promised(precise_strokes(bench, request))
     default = default_test(bench, request)
     usual = default.sequence.duration
-    attempts = [replace(request, effects=effects) for effects in MIXES]
-    refusal = ""
+    possible = all(default.bounds[name] <= half for name, half in wanted.items())
+    attempts = [replace(request, robust=robust) for robust in (True, False)]
     for longest in dict.fromkeys((min(usual, request.longest), request.longest)):
-        found = []
+        found: list[PreciseTest] = []
         for number, attempt in enumerate(attempts):
-            rounds = trials.rounds(precise_strokes, replace(attempt, longest=longest))
-            attempts[number] = rounds.attempt
-            refusal = rounds.refusal if number == 0 else refusal
-            if rounds.test is not None:
-                found.append(rounds.test)
-                break
-        if longest == usual and not any(one.sequence.duration <= usual for one in found):
+            if not found:
+                rounds = trials.rounds(precise_strokes, replace(attempt, longest=longest))
+                attempts[number] = rounds.attempt
+                found += [rounds.test] if rounds.test is not None else []
+        shorter = any(one.sequence.duration <= usual for one in found)
+        if longest == usual and possible and not shorter:
             reached, _ = trials.rehearsed(default, "the default kind", screened=False)
             if trials.ratio(reached) <= 1.0:
                 return _promising(default, reached)
         if found:
             return found[0]
-    raise NoSolutionError(refusal)
+    raise NoSolutionError(rounds.refusal)
 
 
 def rehearsed_ramps(
@@ -128,7 +127,7 @@ def rehearsed_ramps(
     drive.
     """
     wanted = {"breakaway": request.wanted["breakaway"] * breakaway_range(bench)[1]}
-    trials = TestTrials(bench, request, wanted, progress)
+    trials = RehearsedTests(bench, request, wanted, progress)
     if request.duration is not None:
         return trials.promised(precise_ramps(bench, request))
     rounds = trials.rounds(precise_ramps, request)
@@ -150,8 +149,22 @@ def default_test(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     return PreciseTest(sequence, {}, bounds)
 
 
+def rehearsed_default(
+    bench: Bench, request: PrecisionRequest, progress: Progress = lambda step: None
+) -> PreciseTest:
+    """Return the default kind of test with the half widths that its rehearsals reach.
+
+    Parameters, errors and promises are those of `rehearsed_strokes` for a request with a duration;
+    the values of the requested precisions are not used.
+    """
+    default = default_test(bench, request)
+    wanted = {name: bench_value(bench, name) for name in request.only(SLIDING)}
+    free = replace(request, duration=default.sequence.duration)
+    return RehearsedTests(bench, free, wanted, progress).promised(default)
+
+
 @dataclass(frozen=True)
-class TestTrials:
+class RehearsedTests:
     """Rehearsals of the tests of one bench.
 
     - request: requested precision
@@ -167,41 +180,44 @@ class TestTrials:
     def rounds(self, design: Design, attempt: PrecisionRequest) -> DesignRounds:
         """Return the shortest of at most ROUNDS tests whose rehearsals reach the precision.
 
-        `attempt` is the request of the first round. The rounds end after STALLS longer tests that are
-        not more precise.
+        `attempt` is the request of the first round. If a test misses the precision, the next one
+        is at least LONGER times as long; otherwise it is shorter. The rounds end after STALLS
+        longer tests that are not more precise.
         """
+        last: PreciseTest | None = None
         kept: PreciseTest | None = None
-        failed: PreciseTest | None = None
         refusal = ""
         least = math.inf
         stalled = 0
         for number in range(1, ROUNDS + 1):
             try:
-                test = _longer(design, self.bench, attempt, failed)
+                test = _next_test(design, self.bench, attempt, last, shorter=kept is not None)
             except NoSolutionError as error:
                 refusal = refusal or str(error)
-                break
-            if kept is not None and test.sequence.duration > NOTICEABLE * kept.sequence.duration:
                 break
             reached, sample = self.rehearsed(test, f"round {number}")
             ratio = self.ratio(reached)
             if ratio <= 1.0:
                 kept = _promising(test, reached)
-                failed = None
-                if ratio >= SHORTER:
+                if ratio >= SHORTER or refusal:
                     break
-            elif kept is not None:
-                break
+                factors = {name: attempt.factor(name) * RESERVE * ratio for name in self.wanted}
             else:
+                if kept is not None:
+                    break
                 refusal = _shortfall(self.bench, attempt, test, sample, self.wanted)
                 stalled = stalled + 1 if ratio >= least else 0
-                if stalled == STALLS:
+                if stalled == STALLS or test.sequence.duration >= NOTICEABLE * attempt.longest:
                     break
-                failed = test
-            least = min(ratio, least)
-            spare = {name: self.wanted[name] / half for name, half in test.half_widths.items()}
-            ratios = {name: reached[name] / self.wanted[name] for name in self.wanted}
-            attempt = replace(attempt, factors=_corrected(attempt, ratios, spare))
+                least = min(ratio, least)
+                factors = {
+                    name: attempt.factor(name)
+                    * min(max(RESERVE * (ratio if attempt.robust else one), 1.0), LARGEST_STEP)
+                    for name, half in self.wanted.items()
+                    for one in [reached[name] / half]
+                }
+            last = test
+            attempt = replace(attempt, factors=factors)
         return DesignRounds(kept, attempt, refusal)
 
     def rehearsed(
@@ -236,34 +252,29 @@ class TestTrials:
         return rehearse(test.sequence, self.bench, limits, self.request.noise, seed)
 
 
-def _longer(
-    design: Design, bench: Bench, attempt: PrecisionRequest, failed: PreciseTest | None
+def _next_test(
+    design: Design,
+    bench: Bench,
+    attempt: PrecisionRequest,
+    last: PreciseTest | None,
+    shorter: bool,
 ) -> PreciseTest:
-    """Return the test of an attempt, LONGER times as long as the failed one if it is not longer.
+    """Return the test of an attempt; it is longer than the last one, or shorter if `shorter`.
 
-    The half widths of a longer test are relative to each other as requested.
+    A longer test is at least LONGER times as long, and a shorter one at least 1/LONGER times.
     """
-    test = design(bench, attempt)
-    if failed is None:
-        return test
-    length = min(LONGER * failed.sequence.duration, attempt.longest)
-    if test.sequence.duration >= NOTICEABLE * length:
+    if last is None:
+        return design(bench, attempt)
+    duration = last.sequence.duration
+    length = duration / LONGER if shorter else min(LONGER * duration, attempt.longest)
+    try:
+        test = design(bench, attempt)
+    except NoSolutionError:
+        return design(bench, replace(attempt, duration=length))
+    low, high = (length, NOTICEABLE * duration) if shorter else (NOTICEABLE * length, math.inf)
+    if low <= test.sequence.duration <= high:
         return test
     return design(bench, replace(attempt, duration=length))
-
-
-def _corrected(
-    attempt: PrecisionRequest, ratio: Mapping[str, float], spare: Mapping[str, float]
-) -> dict[str, float]:
-    """Return the expected ratio of reported to designed half width for the next round.
-
-    - ratio: upper bound of the half width in the rehearsals, divided by the requested half width
-    - spare: requested half width divided by the half width of the design, which may be smaller
-    """
-    return {
-        name: attempt.factor(name) * spare[name] * min(RESERVE * one, LARGEST_STEP)
-        for name, one in ratio.items()
-    }
 
 
 def _promising(test: PreciseTest, widths: Mapping[str, float]) -> PreciseTest:

@@ -17,7 +17,13 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import check_reference, limits_of
-from frictool.identify.excite.cramer_rao import SLIDING, information
+from frictool.identify.excite.cramer_rao import (
+    SLIDING,
+    PlannedStroke,
+    PriorAxis,
+    SensorPrecision,
+    information,
+)
 from frictool.identify.excite.precise_ramps import FEWEST_ONSETS, _onsets, precise_ramps
 from frictool.identify.excite.precise_strokes import (
     QUANTILE,
@@ -26,6 +32,7 @@ from frictool.identify.excite.precise_strokes import (
     stroke_program,
 )
 from frictool.identify.excite.stroke_candidates import (
+    EFFECTS,
     stroke_candidates,
     worst_axis,
     worst_sensing,
@@ -81,13 +88,14 @@ def test_whole_repetitions_meet_the_limits_and_none_is_superfluous(path: Path) -
     assert times is not None
     assert np.array_equal(times, np.rint(times))
     assert program.worst(times) <= 1.0
+    axis = worst_axis(bench, EFFECTS)
     total = sum(
         (
-            count * information([one.stroke], worst_axis(bench), worst_sensing(bench, None))
+            count * information([one.stroke], axis, worst_sensing(bench, None))
             for one, count in zip(candidates, times[:-1], strict=True)
             if count
         ),
-        np.zeros((4, 4)),
+        np.zeros((6, 6)),
     )
     deviation = np.sqrt(np.diag(np.linalg.inv(total)))
     for name in WANTED:
@@ -102,13 +110,72 @@ def test_whole_repetitions_meet_the_limits_and_none_is_superfluous(path: Path) -
 
 def test_the_optimal_test_is_not_longer_than_one_kind_of_stroke() -> None:
     bench = clutch()
-    program = stroke_program(bench, PrecisionRequest(WANTED), stroke_candidates(bench, None))
+    request = PrecisionRequest(WANTED, robust=False)
+    program = stroke_program(bench, request, stroke_candidates(bench, None, request.effects))
     times = shortest(program)
     assert times is not None
     single = np.array([program.worst(row) for row in np.eye(program.duration.size)])
     repetitions = np.maximum(np.ceil(single), FEWEST_PAIRS)
     alone = float(np.min(repetitions * program.duration))
     assert float(times @ program.duration) <= alone * (1.0 + 1e-9)
+
+
+AXIS = PriorAxis(0.5, 2.0, 1.0)
+SENSING = SensorPrecision(period=1e-3, step=1e-5, noise=0.01)
+SHORT, LONG = PlannedStroke(1.0, 0.1), PlannedStroke(1.0, 0.5)
+
+
+def test_information_of_strokes_adds_up_and_contains_that_without_effects() -> None:
+    axis = replace(AXIS, effects=EFFECTS)
+    mixed = information([replace(SHORT, times=3.0), LONG], axis, SENSING)
+    parts = 3.0 * information([SHORT], axis, SENSING) + information([LONG], axis, SENSING)
+    np.testing.assert_allclose(mixed, parts, rtol=1e-9, atol=1e-9 * np.abs(parts).max())
+    plain = information([replace(SHORT, times=3.0), LONG], AXIS, SENSING)
+    np.testing.assert_allclose(mixed[:4, :4], plain)
+    with_effects = np.diag(np.linalg.inv(mixed))[:4]
+    assert np.all(with_effects >= np.diag(np.linalg.inv(plain)) * (1.0 - 1e-9))
+
+
+@pytest.mark.parametrize(
+    ("effect", "twin"), [("spring", "inertia"), ("delay", "viscous"), ("delay", "inertia")]
+)
+def test_only_strokes_of_two_lengths_separate_an_effect_from_its_twin(
+    effect: str, twin: str
+) -> None:
+    """Along a half sine, a is -(pi/D)^2 x, and du/dt is J (pi/D)^2 v less than B a."""
+    axis = replace(AXIS, effects=(effect,))
+    row = SLIDING.index(twin)
+    limit = np.full(5, math.inf)
+    limit[row] = 1.0
+    candidates = np.array([information([one], axis, SENSING) for one in (SHORT, LONG)])
+    durations = np.array([SHORT.duration, LONG.duration])
+    program = StrokeProgram(candidates, durations, np.ones(2), limit)
+    assert program.variances(np.array([8.0, 0.0]))[row] == math.inf
+    assert program.variances(np.array([0.0, 8.0]))[row] == math.inf
+    assert math.isfinite(program.variances(np.array([4.0, 4.0]))[row])
+
+
+@pytest.mark.parametrize("path", [CLUTCH, EMPS])
+def test_no_pair_of_strokes_is_more_precise_than_the_robust_mix(path: Path) -> None:
+    bench = load(path, Bench)
+    program = stroke_program(bench, PrecisionRequest(WANTED), stroke_candidates(bench, None))
+    rate = program.information / program.duration[:, None, None]
+    shares = optimal_shares(rate, program.limit, np.full(len(rate), -math.inf))
+    assert shares is not None
+    least = program.worst(shares / shares.sum() / program.duration)
+    pairs = np.random.default_rng(8).integers(0, len(rate) - 1, (60, 2))
+    for pair in pairs:
+        mix = np.zeros(len(rate))
+        np.add.at(mix, pair, 0.5)
+        assert program.worst(mix / program.duration) >= least * (1.0 - 1e-4)
+
+
+def test_a_robust_target_lies_between_the_request_and_the_highest_precision() -> None:
+    request = PrecisionRequest({"inertia": 0.01, "coulomb": 0.04, "breakaway": 0.001})
+    assert request.targets == pytest.approx({"inertia": 0.01, "coulomb": 0.02})
+    plain = replace(request, robust=False)
+    assert plain.targets == {"inertia": 0.01, "coulomb": 0.04}
+    assert plain.effects == ()
 
 
 def test_best_test_of_a_duration_uses_it_and_improves_with_it() -> None:
@@ -125,12 +192,12 @@ def test_best_test_of_a_duration_uses_it_and_improves_with_it() -> None:
 
 def test_rms_limit_adds_pauses() -> None:
     bench = clutch()
-    free = precise_strokes(bench, PrecisionRequest(WANTED))
+    free = precise_strokes(bench, PrecisionRequest(WANTED, robust=False))
     share = 0.5 * free.sequence.figures["largest_drive_rms_share"]
     limit = Quantity(share * bench.actuator.limit.value, unit="A")
     actuator = msgspec.structs.replace(bench.actuator, rms_limit=limit)
     cool = precise_strokes(
-        msgspec.structs.replace(bench, actuator=actuator), PrecisionRequest(WANTED)
+        msgspec.structs.replace(bench, actuator=actuator), PrecisionRequest(WANTED, robust=False)
     )
     assert cool.sequence.figures["largest_drive_rms_share"] <= share * (1.0 + 1e-9)
     assert cool.sequence.duration > free.sequence.duration
@@ -140,7 +207,8 @@ def test_rms_limit_adds_pauses() -> None:
 @pytest.mark.parametrize("path", [CLUTCH, EMPS])
 def test_strokes_are_within_the_limits_and_promise_what_is_wanted(path: Path) -> None:
     bench = load(path, Bench)
-    test = precise_strokes(bench, PrecisionRequest(WANTED))
+    request = PrecisionRequest(WANTED, robust=False)
+    test = precise_strokes(bench, request)
     columns = test.sequence.columns
     check_reference(
         limits_of(bench),
@@ -151,7 +219,7 @@ def test_strokes_are_within_the_limits_and_promise_what_is_wanted(path: Path) ->
     for name, part in WANTED.items():
         assert 0.0 < test.bounds[name] <= test.half_widths[name]
         assert test.half_widths[name] <= part * getattr(bench.mechanics, name).value * (1 + 1e-9)
-    again = precise_strokes(bench, PrecisionRequest(WANTED))
+    again = precise_strokes(bench, request)
     assert np.array_equal(again.sequence.columns["reference"], columns["reference"])
 
 

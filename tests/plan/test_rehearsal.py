@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,11 +12,25 @@ from scipy.special import ndtr
 
 from frictool.documents.bench import Bench
 from frictool.errors import NoSolutionError
+from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.excite.precise_ramps import precise_ramps
-from frictool.identify.excite.precise_strokes import PreciseTest, PrecisionRequest
+from frictool.identify.excite.precise_strokes import (
+    PreciseTest,
+    PrecisionRequest,
+    bench_value,
+    precise_strokes,
+)
 from frictool.plan import rehearsed_test
 from frictool.plan.rehearsal import REHEARSALS, HalfWidthSample, rehearse
-from frictool.plan.rehearsed_test import rehearsed_strokes
+from frictool.plan.rehearsed_test import (
+    DEFAULT_KIND,
+    LONGER,
+    NOTICEABLE,
+    SHORTER,
+    STALLS,
+    RehearsedTests,
+    rehearsed_strokes,
+)
 from studies.promises.rigs import benches
 from studies.promises.trial import trial
 
@@ -83,6 +99,71 @@ def test_ramps_have_enough_onsets_for_identify() -> None:
     sample = rehearse(test.sequence, bench, {"breakaway": math.inf})["breakaway"]
     assert not sample.refusals
     assert len(sample.widths) == REHEARSALS
+
+
+def test_the_default_kind_is_the_test_if_no_mix_of_its_duration_has_the_precision(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bench = rig("belt")
+    wanted = {"inertia": 0.02, "coulomb": 0.02}
+
+    def only_default(*arguments: Any) -> dict[str, HalfWidthSample]:
+        sequence, _, limits = arguments[:3]
+        share = 0.9 if sequence.kind == DEFAULT_KIND else 1.1
+        widths = {name: share * limit for name, limit in limits.items()}
+        return {name: HalfWidthSample((width,) * 8, ()) for name, width in widths.items()}
+
+    monkeypatch.setattr(rehearsed_test, "rehearse", only_default)
+    test = rehearsed_strokes(bench, PrecisionRequest(wanted))
+    usual = excite(DEFAULT_KIND, bench, ExcitationSettings())
+    assert test.sequence.kind == DEFAULT_KIND
+    assert test.sequence.duration == usual.duration
+    for name, part in wanted.items():
+        half = part * getattr(bench.mechanics, name).value
+        assert test.half_widths[name] == pytest.approx(0.9 * half)
+        assert test.sequence.figures[f"promised_{name}"] == test.half_widths[name]
+        assert 0.0 < test.bounds[name] < half
+
+
+def test_rounds_double_the_duration_and_end_at_a_half_width_that_does_not_decrease(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bench = rig("belt")
+    durations = []
+
+    def floor(*arguments: Any) -> dict[str, HalfWidthSample]:
+        durations.append(arguments[0].duration)
+        return {name: HalfWidthSample((1.5 * limit,), ()) for name, limit in arguments[2].items()}
+
+    monkeypatch.setattr(rehearsed_test, "rehearse", floor)
+    request = PrecisionRequest(WANTED)
+    half_widths = {name: part * bench_value(bench, name) for name, part in WANTED.items()}
+    trials = RehearsedTests(bench, request, half_widths, lambda step: None)
+    rounds = trials.rounds(precise_strokes, request)
+    assert rounds.test is None
+    assert "miss: inertia 1.5 % (wanted 1 %), coulomb 1.5 % (wanted 1 %)" in rounds.refusal
+    assert len(durations) == 1 + STALLS
+    for before, after in itertools.pairwise(durations):
+        assert after > 1.5 * before  # whole strokes come near the factor LONGER
+
+
+def test_a_precise_test_is_shortened_while_rehearsals_keep_the_precision(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bench = rig("belt")
+    durations = []
+
+    def by_duration(*arguments: Any) -> dict[str, HalfWidthSample]:
+        durations.append(arguments[0].duration)
+        share = math.sqrt(2.0 / arguments[0].duration)
+        widths = {name: share * limit for name, limit in arguments[2].items()}
+        return {name: HalfWidthSample((width,) * 8, ()) for name, width in widths.items()}
+
+    monkeypatch.setattr(rehearsed_test, "rehearse", by_duration)
+    request = PrecisionRequest(WANTED, factors=dict.fromkeys(WANTED, 20.0))
+    test = rehearsed_strokes(bench, request)
+    assert test.sequence.duration < NOTICEABLE * durations[0]
+    assert 2.0 <= test.sequence.duration <= 2.0 / SHORTER**2 * LONGER
 
 
 def test_a_precision_that_rehearsals_miss_is_refused_with_the_figures(

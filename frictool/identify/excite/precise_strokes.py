@@ -47,7 +47,8 @@ class PrecisionRequest:
     - longest: longest allowed duration of the shortest test, s
     - noise: standard deviation of the measured drive, A | V; None for 0.2 % of its limit
     - seed: seed of the random reversal positions
-    - effects: effects that the strokes must separate from inertia and friction
+    - robust: True if the strokes must separate EFFECTS from inertia and friction, and if no
+      parameter may be much less precise than the others
     - factors: parameter -> half width that `identify` reports, divided by the expected half width;
       EXPECTED_FACTOR for a parameter that is not a key
     """
@@ -57,12 +58,31 @@ class PrecisionRequest:
     longest: float = 3600.0
     noise: float | None = None
     seed: int = 0
-    effects: tuple[str, ...] = EFFECTS
+    robust: bool = True
     factors: Mapping[str, float] = field(default_factory=dict)
 
     def factor(self, name: str) -> float:
         """Return the factor of a parameter in `factors`, by default EXPECTED_FACTOR."""
         return self.factors.get(name, EXPECTED_FACTOR)
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Return the effects that the strokes must separate from inertia and friction."""
+        return EFFECTS if self.robust else ()
+
+    @property
+    def targets(self) -> dict[str, float]:
+        """Return the precisions that the design aims at.
+
+        If the request is robust, the target of a sliding parameter is the geometric mean of its
+        requested precision and the highest requested one: an error of an imprecise parameter is a
+        part of the errors of the others.
+        """
+        targets = self.only(SLIDING)
+        if not self.robust or not targets:
+            return targets
+        highest = min(targets.values())
+        return {name: math.sqrt(part * highest) for name, part in targets.items()}
 
     def only(self, names: tuple[str, ...]) -> dict[str, float]:
         """Return the requested precisions of the parameters `names`."""
@@ -211,7 +231,7 @@ def stroke_program(
     """
     size = candidates[0].information.shape[0]
     limit = np.full(size, math.inf)
-    for name, part in request.only(SLIDING).items():
+    for name, part in request.targets.items():
         half = part * bench_value(bench, name)
         limit[SLIDING.index(name)] = (half / (QUANTILE * request.factor(name))) ** 2
     actuator = bench.actuator
@@ -254,7 +274,10 @@ def stroke_motion(
     for one, rests in zip(order, pauses, strict=True):
         for side in (1.0, -1.0):
             end = turn(one, side)
-            speed = min(one.stroke.speed, reachable_speed(limits, abs(end - here)))
+            fastest = reachable_speed(limits, abs(end - here))
+            # from a longer reach to the first turn of a shorter one, the axis is as fast as it can
+            planned = abs(end - here) <= one.reach
+            speed = min(one.stroke.speed, fastest) if planned else fastest
             parts.append(_part(here, end, speed, period))
             here = end
         if rests:
