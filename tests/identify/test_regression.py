@@ -120,3 +120,8 @@ def test_independent_residuals_add_little() -> None:
 def test_bins_hold_the_same_number_of_values(seed: int, count: int) -> None:
     values = np.random.default_rng(seed).normal(size=20 * count)
     assert np.bincount(equal_bins(values, count)).tolist() == [20] * count
+
+
+def test_a_fit_without_free_parameters_is_refused() -> None:
+    with pytest.raises(SingularRegressors, match="no parameter is free"):
+        solve(np.empty((10, 0)), np.ones(10), np.ones(10), np.arange(10))
