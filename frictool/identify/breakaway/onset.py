@@ -92,9 +92,12 @@ def travel_tables(
     """
     m = duration.shape[0]
     tables = np.empty((m, STEPS, 6))
-    slopes = np.zeros((4, m))
-    s = np.zeros(m)
-    v = np.zeros(m)
+    slopes = np.empty((4, m))
+    s = np.empty(m)
+    v = np.empty(m)
+    for j in range(m):
+        s[j] = 0.0
+        v[j] = 0.0
     for k in range(STEPS):
         for stage in range(4):
             for j in range(m):
@@ -281,39 +284,33 @@ def onset_times(
     The other arguments are those of `misfit`.
     """
     m = counts.shape[0]
-    found = np.full((m, 4), math.nan)
-    none = np.empty((0, 6))
-    t0 = immediate.copy()
-    duration = np.ones(m)
+    found = np.empty((m, 4))
+    t0 = np.empty(m)
+    duration = np.empty(m)
+    excess = np.empty(m)
+    rate = np.empty(m)
     for j in range(m):
+        for column in range(3):
+            found[j, column] = math.nan
+        t0[j] = immediate[j]
+        duration[j] = 1.0
+        rate[j] = ramps[j, 1]
         if counts[j] == 0:
             found[j, 3] = NO_MOTION
-            continue
-        if not (span[j] > 0.0 and ramps[j, 1] > 0.0 and axes[j, 0] > 0.0):
+        elif not (span[j] > 0.0 and rate[j] > 0.0 and axes[j, 0] > 0.0):
             found[j, 3] = NOT_POSITIVE
-            continue
-        found[j, 3] = OK
-        last = counts[j] - 1
-        duration[j] = times[j, last] - times[j, 0] + span[j] * (1.0 + 1.0 / COARSE)
-        if math.isnan(t0[j]):
-            t0[j] = least_misfit(
-                times[j, : counts[j]],
-                seen[j, : counts[j]],
-                ramps[j],
-                axes[j],
-                resolution,
-                expected,
-                timing[j],
-                span[j],
-                duration[j],
-                none,
-            )
+        else:
+            found[j, 3] = OK
+            length = times[j, counts[j] - 1] - times[j, 0]
+            duration[j] = length + span[j] * (1.0 + 1.0 / COARSE)
     tables = np.empty((m, 0, 6))
-    for _ in range(ROUNDS if velocity > 0.0 else 0):
-        excess = ramps[:, 0] + ramps[:, 1] * t0 - axes[:, 2]
-        tables = travel_tables(duration, excess, ramps[:, 1].copy(), axes, velocity, exponent)
+    for trial in range(1 + (ROUNDS if velocity > 0.0 else 0)):
+        if trial > 0:
+            for j in range(m):
+                excess[j] = ramps[j, 0] + rate[j] * t0[j] - axes[j, 2]
+            tables = travel_tables(duration, excess, rate, axes, velocity, exponent)
         for j in range(m):
-            if found[j, 3] == OK:
+            if found[j, 3] == OK and (trial > 0 or math.isnan(t0[j])):
                 t0[j] = least_misfit(
                     times[j, : counts[j]],
                     seen[j, : counts[j]],
