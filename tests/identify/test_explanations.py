@@ -313,6 +313,25 @@ def test_a_linear_axis_has_no_eccentric_encoder() -> None:
         msgspec.structs.replace(linear_bench(), load=LoadTerms(("offset", "eccentricity")))
 
 
+@pytest.mark.parametrize("of_encoder", [False, True])
+def test_a_periodic_error_of_a_linear_encoder_is_no_ripple(of_encoder: bool) -> None:
+    """The error of 40 um repeats each 20 mm, as a ripple of 0.5 N would."""
+    time = np.arange(15_000) * 1e-3
+    position = 0.1 * np.sin(5.0 * time) + 0.05 * np.sin(11.3 * time)
+    velocity = 0.5 * np.cos(5.0 * time) + 0.565 * np.cos(11.3 * time)
+    acceleration = -2.5 * np.sin(5.0 * time) - 6.3845 * np.sin(11.3 * time)
+    effort = 5.0 * acceleration + 12.0 * velocity + 8.0 * np.sign(velocity)
+    effort += np.random.default_rng(7).normal(0.0, 0.2, time.size)
+    wave = np.sin(2.0 * np.pi * position / 0.02)
+    effort += 0.0 if of_encoder else 0.5 * wave
+    measured = position + (4e-5 * wave if of_encoder else 0.0)
+    record = make_record("log", time, measured, effort, 1e-6, 1.0)
+    load, explanations = search_explanations([record], linear_bench(), USUAL)
+    terms = () if load is None else load.terms
+    assert ("ripple" in terms) is not of_encoder
+    assert any("periodic error of the encoder" in one.what for one in explanations) is of_encoder
+
+
 @pytest.mark.parametrize("factor", [1.0, 1.5, 2.0, 3.0, 1e3])
 def test_a_smoother_search_has_the_odd_windows_nearest_to_the_factor(factor: float) -> None:
     time = np.arange(6_000) * 1e-3

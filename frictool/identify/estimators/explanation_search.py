@@ -14,9 +14,11 @@ the hypothesis differ from 0 in the joint test over clusters (`joint_test`). A l
 two cases: an effect predicts the strokes equally well, or the load does not explain the effort with
 windows of twice the length. A longer window changes effort and load alike, but removes the ringing
 of a compliance. If every stroke begins at the same position, this ringing looks like a load over
-the position. If the measured temperature passes these tests, it explains friction that changes
-along the log. A hypothesis is removed again if the errors no longer decrease; harmonics of a ripple
-stay. Significant hypotheses that are not used are reported as left in the residual.
+the position. A ripple is not used either if a periodic error of the encoder with the same period
+predicts the strokes better. If the measured temperature passes these tests, it explains friction
+that changes along the log. A hypothesis is removed again if the errors no longer decrease;
+harmonics of a ripple stay. Significant hypotheses that are not used are reported as left in the
+residual.
 docs/theory/identify.md states the levels and limits of the tests.
 """
 
@@ -355,6 +357,9 @@ def search_explanations(
         if not usable:
             break
         trial = min(usable, key=lambda one: one.sum)
+        if _of_encoder(search, trial, used, waves):
+            trials = [one for one in trials if one is not trial]
+            continue
         if not _lasting(search, trial, used, waves):
             break  # effects would fit the ringing as well
         if trial.hypothesis.term == WARMING:
@@ -415,6 +420,38 @@ def _lasting(
         return True
     smaller = bool(np.sum(squares) < WORTH**2 * np.sum(simpler))
     return smaller and rows.probability(one, used) < trial.level
+
+
+def _of_encoder(
+    search: ExplanationSearch, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
+) -> bool:
+    """Return whether a periodic error of the encoder predicts better than a ripple.
+
+    The error e sin(n x) adds e (sin n x)'' to the acceleration. The result is False for a
+    hypothesis that is not a ripple.
+    """
+    n = trial.wave
+    if n is None:
+        return False
+    samples = trial.rows.samples
+    first, second = trial.hypothesis.names
+    sine, cosine = (samples.loads[name] for name in (first, second))
+    a, v = (samples.acceleration, samples.velocity)
+    errors = {
+        first: n * a * cosine - (n * v) ** 2 * sine,
+        second: -n * a * sine - (n * v) ** 2 * cosine,
+    }
+    changed = replace(samples, loads={**samples.loads, **errors})
+    squares = search.reduced_rows(changed, (*waves, n)).squares([*used, trial.hypothesis])
+    return squares is not None and beyond_chance(squares, trial.squares, search.settings.confidence)
+
+
+def _named_after_encoder(trial: Trial) -> Trial:
+    """Return the trial of a ripple, named as a periodic error of the encoder."""
+    one = trial.hypothesis
+    what = one.what.replace("a ripple over the position", "a periodic error of the encoder")
+    named = replace(one, what=what, settle="compare the encoder with another one")
+    return replace(trial, hypothesis=named)
 
 
 def _spans_a_turn(trial: Trial) -> bool:
@@ -490,6 +527,8 @@ def _left(
         if not significant:
             break
         trial = min(significant, key=lambda one: one.sum)
+        if _of_encoder(search, trial, seen, waves):
+            trial = _named_after_encoder(trial)
         rivals = _rivals(trial, significant, settings.confidence)
         out.append(_explanation(trial, seen, float(np.sum(simpler)), rivals, "left"))
         seen.append(trial.hypothesis)
