@@ -45,9 +45,9 @@ def scheduled_controllers(
 ) -> tuple[Lti, ...]:
     """Return one controller for each point and its plant.
 
-    The scheduled loop has a norm of at most `solution.gamma` while r varies within the rates.
-    Raises ValueError for sampled plants and for an X of degree above 0. Raises NoSolutionError if,
-    to working precision, the inequalities admit no controller at some point.
+    The scheduled loop has a norm of at most `solution.gamma` while r varies no faster than the
+    given rates. Raises ValueError for sampled plants and for an X of degree above 0. Raises
+    NoSolutionError if, to working precision, the inequalities admit no controller at some point.
     """
     if solution.frame.disc or solution.bases[0].degree:
         raise ValueError(

@@ -89,7 +89,7 @@ def view(mechanism: Mechanism, root: str) -> MechanismView:
 
 
 def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepReport]:
-    """Return the mechanism in the coordinate of the block that its source drives.
+    """Return the mechanism in the coordinate of the block that `source` drives.
 
     Raises NoSolutionError if a block does not move with the source's block, or if a spring connects
     two blocks with different ratios.

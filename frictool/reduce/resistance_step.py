@@ -163,7 +163,7 @@ def _unchanged(directed: DirectedResistance, largest: float) -> str:
 
 
 def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Return a text on each link in `names` with friction that has states, which curves neglect."""
+    """Return a text for each link in `names` with friction states, which the curves neglect."""
     links = [(name, mechanism.links[name]) for name in names]
     return [
         f"presliding and memory of {name} ({link.law})"

@@ -36,7 +36,7 @@ def take_inputs(
     drive: Vector,
     inputs: Vector,
 ) -> None:
-    """Fill `inputs` with limited commands, drives, and held efforts on blocks.
+    """Fill `inputs` with limited commands, drives, and external efforts on the blocks.
 
     The limits are computed for the speeds at the beginning of the call.
     """

@@ -75,7 +75,7 @@ def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> f
 
 
 def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
-    """Return a sine around the middle of the travel; the motion starts at its lowest position.
+    """Return a sine around the middle of the travel; the motion starts at the lowest position.
 
     The number of periods is `stroke.times`, rounded, but at least one.
     """

@@ -117,7 +117,7 @@ def axis_and_load(
 ) -> tuple[Vector, Vector]:
     """Return the parameter arrays of engine/effort_replay.py for `values` [SI].
 
-    Breakaway and backlash are the bench's.
+    Breakaway and backlash are taken from the bench.
     """
     coulomb = values["coulomb"]
     mechanics = bench.mechanics
