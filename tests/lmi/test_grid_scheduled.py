@@ -149,7 +149,7 @@ def test_what_is_not_covered_is_refused() -> None:
     both = minimise(
         lambda values: [_plant(values[0], WEIGHTS)], GridSchedule((SPEED,), (1, 1), 2), 1.1
     )
-    with pytest.raises(ValueError, match="X of degree 0"):
+    with pytest.raises(ValueError, match="basis of degree 0"):
         scheduled_controllers(both, [(0.0,)], [_plant(0.0, WEIGHTS)])
 
 
