@@ -30,7 +30,7 @@ REHEARSALS = 8
 # standard deviations above the mean: upper limit of 97 % of a normal distribution that is known
 # from REHEARSALS draws, with a confidence of 90 % (noncentral t distribution)
 SPREAD = 3.1
-CONFIRMED_SPREAD = 2.6  # the same for twice as many draws
+CONFIRMED_SPREAD = 2.6  # the same for twice as many draws or more
 STREAM = 43  # of the random numbers
 
 

@@ -44,6 +44,7 @@ ROUNDS = 6  # designs of a test
 LARGEST_STEP = 2.0
 RESERVE = 1.05  # factor on a measured width, so that the rounds end
 LONGER = 2.0  # duration of a test relative to one that missed the precision, at least
+CONFIRMATIONS = 2  # repetitions of the rehearsals with other axes
 STALLS = 2  # longer tests that are not more precise, after which another mix is tried
 NOTICEABLE = 0.9  # duration relative to another one, above which both are alike
 SHORTER = 0.7  # half width relative to the request, below which the next round asks for less
@@ -234,8 +235,9 @@ class RehearsedTests:
         sample = self._sample(test, limits, self.request.seed)
         if not screened or all(one.likely <= limits[name] for name, one in sample.items()):
             # this sample selected the test, which biases it; further axes are drawn
-            again = self._sample(test, limits, self.request.seed + 1)
-            sample = {name: one.joined(again[name]) for name, one in sample.items()}
+            for number in range(1, CONFIRMATIONS + 1):
+                again = self._sample(test, limits, self.request.seed + number)
+                sample = {name: one.joined(again[name]) for name, one in sample.items()}
         return {name: one.upper for name, one in sample.items()}, sample
 
     def promised(self, test: PreciseTest) -> PreciseTest:
