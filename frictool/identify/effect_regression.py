@@ -15,6 +15,7 @@ import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
+from frictool.identify.assess.identifiability import STROKE_MEANS
 from frictool.identify.estimators.explanation_search import (
     ECCENTRICITY,
     EQUAL,
@@ -384,11 +385,18 @@ def effect_regression(
     return regression
 
 
+def other_inertia(fit: SlidingFit) -> bool:
+    """Return whether the inertia comes from the weak form or from means over strokes."""
+    return fit.method == STROKE_MEANS or "position_order" in fit.details
+
+
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
     """Return whether noise attenuates the free inertia by more than its half width in the fit."""
     inertia = fit.parameters.get("inertia")
     if "inertia" not in regression.rows.base:
         return False
+    if other_inertia(fit):
+        return True
     return inertia is None or inertia.half_width < regression.attenuation() * inertia.value
 
 

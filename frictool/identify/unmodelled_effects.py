@@ -31,7 +31,8 @@ bench's interval.
 
 A regression on accelerations with much encoder noise would make the inertia too small. If it
 becomes smaller by more than its half width, noise hides the inertia. The inertia is then fixed at
-its value in the fit (or in the bench).
+its value in the fit (or in the bench). An inertia of another method, whose interval includes this
+noise, is fixed, too.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ from frictool.identify.effect_regression import (
     AcceptedEffects,
     EffectRegression,
     effect_regression,
+    other_inertia,
 )
 from frictool.identify.estimators.explanation_search import NOTICEABLE
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
@@ -115,7 +117,7 @@ def widened(
     parameters = dict(fit.parameters)
     accepted = regression.accepted()
     moved = _of_windows(fit, records, bench, confidence, regression)
-    if regression.noisy and "inertia" not in regression.names:
+    if regression.noisy and "inertia" not in regression.names and not other_inertia(fit):
         moved += _of_noise(fit, records, bench, confidence)
     moved += _of_delay(fit, records, bench, confidence, regression)
     apart = READ_APART * max(record.period for record in records)
