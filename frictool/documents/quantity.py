@@ -75,6 +75,8 @@ POWERS = {
 POWER = re.compile(r"([A-Za-z]+|1)(?:\^([0-9]))?")
 # the units of an angular motion name an angle: a frequency could count turns or radians
 ANGLE_NAME = re.compile(r"rad|deg|°|arc|rev|rpm|rps|turn|cycle|circle|gon", re.IGNORECASE)
+# German degrees, which the units library reads as giga-radians, gradians, and prefixes no angle has
+AMBIGUOUS_ANGLE = re.compile(r"\b(?:[Gg]rads?|GRAD|[MTPEZY]rad)\b")
 OTHER_UNITS = {"temperature": ", K or degF"}  # of dimensions whose SI unit has no multiples
 # dimensions and kinds of axis to try in turn, if the unit decides between them
 CHOICES: dict[str, tuple[tuple[str, Axis], ...]] = {
@@ -324,6 +326,11 @@ def unit_scale(unit: str, dimension: str, axis: Axis) -> UnitScale:
         f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: "
         f"{target}{others or ' and its multiples'}"
     )
+    if target.startswith("rad") and AMBIGUOUS_ANGLE.search(unit):
+        raise ValueError(
+            f"unit {unit!r} may mean degrees, gradians or a multiple of rad; write deg, gon or rad "
+            "for the angle"
+        )
     powers = _powers(unit)
     if powers is not None and powers != _powers(target):
         raise ValueError(refusal)

@@ -35,3 +35,17 @@ def test_a_turn_has_2_pi_radians(unit: str) -> None:
 def test_a_frequency_is_no_unit_of_a_linear_motion() -> None:
     with pytest.raises(ValueError, match="does not measure velocity of a linear axis"):
         factor_to_si("Hz", "velocity", "linear")
+
+
+@pytest.mark.parametrize("unit", ["Grad", "grad", "Mrad", "GRAD/s"])
+def test_an_angle_of_two_meanings_is_refused(unit: str) -> None:
+    """`Grad` is German for degrees, and a giga-radian for the units library."""
+    dimension = "velocity" if "/" in unit else "position"
+    with pytest.raises(ValueError, match="may mean degrees, gradians"):
+        factor_to_si(unit, dimension, "rotary")
+
+
+@pytest.mark.parametrize("unit", ["mrad", "krad", "gon", "deg"])
+def test_other_angles_are_read(unit: str) -> None:
+    expected = {"mrad": 1e-3, "krad": 1e3, "gon": math.pi / 200.0, "deg": math.pi / 180.0}
+    assert factor_to_si(unit, "position", "rotary") == pytest.approx(expected[unit], rel=1e-15)

@@ -263,9 +263,11 @@ def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
         if sum(o.direction == onset.direction for o in onsets) >= FEWEST_ONSETS
     ]
     if not used:
+        forward = sum(onset.direction > 0.0 for onset in onsets)
         raise UnusableLogs(
-            f"found {len(onsets)} breakaways under an effort that rises linearly from a low level; "
-            f"needed: at least {FEWEST_ONSETS} in one direction"
+            f"found {forward} breakaways forward and {len(onsets) - forward} backward under an "
+            "effort that rises linearly from a low level; needed: at least "
+            f"{FEWEST_ONSETS} in one direction"
         )
     position = np.array([o.position for o in used])
     direction = np.array([o.direction for o in used])

@@ -11,7 +11,12 @@ SPELLED = {  # spellings that the units library does not read or reads different
     "newton": "N", "newtons": "N", "radian": "rad", "radians": "rad", "degrees": "deg",
     "volt": "V", "volts": "V", "amp": "A", "amps": "A", "ampere": "A", "amperes": "A",
     "r/min": "rpm", "rev/min": "rpm", "1/min": "rpm", "min-1": "rpm", "min^-1": "rpm",
-    "u/min": "rpm", "tr/min": "rpm",
+    "u/min": "rpm", "tr/min": "rpm", "giri/min": "rpm", "upm": "rpm",
+    "umdr/min": "rpm", "umdr./min": "rpm", "umdrehungen/min": "rpm",
+    "umdr": "turn", "umdr.": "turn", "umdrehungen": "turn", "tours": "turn", "giri": "turn",
+    "gradi": "deg", "grados": "deg", "degré": "deg", "degrés": "deg",
+    "sek": "s", "sekunden": "s", "secondes": "s", "secondi": "s", "segundos": "s",
+    "newtonmeter": "N m", "millimeter": "mm", "millimètres": "mm",
     "pulse": "count", "pulses": "count", "counts": "count", "cnt": "count", "cts": "count",
     "inc": "count", "ticks": "count",
     "nm": "N m", "n.m": "N m", "n*m": "N m", "mnm": "mN m", "ncm": "N cm", "knm": "kN m",
@@ -22,6 +27,7 @@ _PART = re.compile(
     r"(?:[munpkMGcd\u00b5\u03bc])?(?:s|V|A|N|m|g|W|J|Hz|Pa|bar|rad|T)(?:\^?-?\d|²|³)?|min|h|deg|"
     r"°|rpm|rev|turn|count|degC|K|%|in|ft|lbf|1"
 )
+_GERMAN_DEGREES = re.compile(r"\bGrad\b")  # the units library reads giga-radians
 _BRACKETED = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]\s*")
 _IN_BRACKETS = re.compile(r"(.*?)\s*\[([^\[\]]*)\]")
 _IN_PARENTHESES = re.compile(r"(.*\S)\s*\(([^()]*)\)")
@@ -33,11 +39,14 @@ def spelled(text: str) -> str | None:
 
     >>> spelled("[r/min]"), spelled("VOLT"), spelled(" - ")
     ('rpm', 'V', None)
+    >>> spelled("[Grad/s]"), spelled("Umdr./min")
+    ('deg/s', 'rpm')
     """
     match = _BRACKETED.fullmatch(text)
     unit = (match.group(1) if match else text).strip().strip("-").strip()
     if unit.lower() in NO_UNIT:
         return None
+    unit = _GERMAN_DEGREES.sub("deg", unit)
     return SPELLED.get(unit.lower(), unit.replace("\u00b5", "u").replace("\u03bc", "u"))
 
 
