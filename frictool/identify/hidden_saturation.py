@@ -32,7 +32,12 @@ from frictool.identify.regression.term_selection import by_stroke
 from frictool.identify.rows.effects import SmoothedMotion
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.slip_fit import slipping_mask, stroke_samples
-from frictool.identify.rows.smoothing import choose_window, smoothed
+from frictool.identify.rows.smoothing import (
+    acceleration_response,
+    choose_window,
+    measurement_noise,
+    smoothed,
+)
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import IntVector, Matrix, Vector
 
@@ -114,7 +119,11 @@ def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | 
 
 
 def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
-    """Return the samples, each column with an rms of 1, or None if there are too few."""
+    """Return the samples, each column with an rms of 1, or None if they cannot be judged.
+
+    They cannot be judged if there are too few, or if the encoder's noise changes the effort of the
+    inertia as much as a saturation would.
+    """
     length = stroke_samples(record)
     if length == 0.0:
         return None
@@ -129,6 +138,9 @@ def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
     loads = load_columns(SmoothedMotion(record, window, *signals, strokes.sign, mask), bench)
     acceleration, v, effort = (signal[rows] for signal in signals)
     sign = strokes.sign[rows]
+    noise = measurement_noise(record) * float(np.linalg.norm(acceleration_response(record, window)))
+    if noise > LEAST_COMPRESSION * float(np.sqrt(np.mean(acceleration**2))):
+        return None
     position = record.position[rows]
     x = position - position.mean()
     fall = np.exp(-np.abs(v) / (SLOW * np.abs(v).max()))

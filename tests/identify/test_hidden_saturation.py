@@ -240,3 +240,24 @@ def test_the_fit_of_a_clip_starts_near_its_limits(tmp_path: Path, seed: int) -> 
     found = _saturating(samples.model, samples.effort / scale, SHARPNESS[-1], start)
     assert np.exp(found.x[-2:]) * scale == pytest.approx(level, rel=0.02)
     assert found.nfev <= 10
+
+
+def test_a_chirp_of_constant_amplitude_is_not_saturated(tmp_path: Path) -> None:
+    """Its tops are equal at all frequencies; at the highest, the motion is a few counts, whose
+    noise in the acceleration looks like an effort that the motion needs."""
+    arm = Arm(0.02, 0.05, 0.4, 0.5, counts=2000)
+    time = np.arange(20_000) * PERIOD
+    effort = 0.9 * np.sin(2.0 * np.pi * (0.5 * time + 0.1 * time**2))
+    position = np.zeros(time.size)
+    x = v = 0.0
+    for k, u in enumerate(effort):
+        position[k] = x
+        if v == 0.0 and abs(u) <= arm.breakaway:
+            continue
+        sign = np.sign(v) if v != 0.0 else np.sign(u)
+        after = v + PERIOD / arm.inertia * (u - sign * arm.coulomb - arm.viscous * v)
+        v = 0.0 if v * after < 0.0 else after
+        x += PERIOD * v
+    seen = np.floor(position / arm.step) * arm.step
+    log = make_record("log", time, seen, effort, arm.step, 0.0)
+    assert hidden_saturation(log, bench_of(tmp_path, arm)) is None
