@@ -217,7 +217,10 @@ def _check_options(
             f"{design.name} has neither."
         )
     if design is not None and save_design is not None:
-        raise click.UsageError("--save-design belongs to a search; leave out --design.")
+        raise click.UsageError(
+            "--save-design saves the design that a search finds; with --design there is no search. "
+            "Leave out one of the two."
+        )
     if design is None and no_play:
         raise click.UsageError(
             "a search simulates its candidates: leave out --no-play, or give --design."

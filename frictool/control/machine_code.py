@@ -42,10 +42,10 @@ _serial = itertools.count()
 class MachineCode(NamedTuple):
     """Compiled function of one sample.
 
-    `address`: address of the function, for kernels. The function's arguments are the address of
-    `real` of the program (int64), reference, position and velocity. The function returns the value
-    for which it was compiled, by default the drive. `library`: the compiled code, which exists as
-    long as this object.
+    `address`: address of the function, for kernels. Its arguments are the address (int64) of the
+    program's array `real`, the reference, the position and the velocity. It returns the value that
+    was selected when it was compiled, by default the drive. `library`: the compiled code, which
+    exists as long as this object.
     """
 
     address: int

@@ -9,9 +9,10 @@
          [ C1                D11        -gamma I ]
 
 The inequalities must hold at every r of the grid and every corner of the rates, with X' = sum r_j'
-dX/dr_j (Wu, 1995; Apkarian and Adams, 1998). In (5.62), both derivatives have the sign +. The sign
-of X' is minus, because X is a block of an inverse; with symmetric rates the conditions are the
-same. In discrete time the terms are A X(r) A' - X(r + step) and A' Y(r + step) A - Y(r).
+dX/dr_j (Wu, 1995; Apkarian and Adams, 1998). The thesis prints + before both derivatives. Here X'
+has a minus, because X is a block of an inverse. If the limits of each rate are -a and a, both signs
+give the same conditions. In discrete time the terms are A X(r) A' - X(r + step) and A' Y(r + step)
+A - Y(r).
 
 The solver gets the smaller form of lmi/bounded_real.py: without the last block row (Schur
 complement), and with unknowns X/gamma and Y/gamma. Here X' and Y' are derivatives in time; at any

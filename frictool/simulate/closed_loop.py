@@ -116,7 +116,8 @@ class PreparedScenario(NamedTuple, Generic[V]):
     """Variants of the plant and a scenario, prepared for the simulation.
 
     `sensors` builds the streams of the log; `loop` is common to all variants. `conditions` (n, 8):
-    rows of engine/disturbances_and_faults.py, including sensor faults that affect only the log.
+    one row per sample, with the columns that engine/disturbances_and_faults.py defines. They
+    include the sensor faults that affect only the log.
     """
 
     variants: Sequence[V]

@@ -69,7 +69,7 @@ def synthesise(
 
 
 def require_identified(model: Model) -> None:
-    """Raise NoSolutionError if all parameters of the model are values from the bench."""
+    """Raise NoSolutionError if no parameter of the model was identified from a log."""
     if model.bench_values_only is None:
         return
     raise NoSolutionError(

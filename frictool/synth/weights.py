@@ -171,8 +171,8 @@ class _WeightRules:
             )
         if margin is None:
             raise FrictoolError(
-                "modulus_margin: missing in the specification, and weights.modulus_margin in the "
-                "design; the weight W2 needs one of them"
+                "modulus_margin: missing in the specification; the weight W2 needs it or "
+                "weights.modulus_margin in the design"
             ).at("spec", "modulus_margin")
         if error is None and spec.static_error is not None and travel is not None:
             relative = min(0.5, spec.static_error.value / (travel.high - travel.low))
@@ -198,8 +198,8 @@ class _WeightRules:
             )
         if bandwidth is None:
             raise FrictoolError(
-                "weights.bandwidth_rad_s: missing in the design, and response_time_95_s in "
-                "the specification; the error weight W2 needs one of them"
+                "weights.bandwidth_rad_s: missing in the design; the weight W2 needs it or "
+                "response_time_95_s in the specification"
             ).at("design", "weights.bandwidth_rad_s")
         return template(bandwidth, margin, error)
 
@@ -212,7 +212,7 @@ class _WeightRules:
             return mechanics.travel.high - mechanics.travel.low, "mechanics.travel"
         missing = "mechanics.top_speed" if self.speed else "mechanics.travel"
         raise FrictoolError(
-            f"weights.{wanted}: missing in the design, and {missing} in the bench; give one of them"
+            f"weights.{wanted}: missing in the design; give it, or {missing} in the bench"
         ).at("design", f"weights.{wanted}")
 
     def _disturbance(self) -> float:

@@ -52,7 +52,7 @@ class CertificateLoop:
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return the quantities that a certificate bounds; a speed loop has no weighted norm."""
+        """Return the quantities that a certificate bounds; no norm if a speed is fed back."""
         return ("norm", "sensitivity") if self.speed is None else ("sensitivity",)
 
 

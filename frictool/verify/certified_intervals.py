@@ -1,4 +1,4 @@
-"""Comparison of a plant and a rig with the plants and the rig of a controller's verification."""
+"""Check whether a plant and its rig are among those for which a controller was verified."""
 
 from __future__ import annotations
 

@@ -65,8 +65,8 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
     for name, (expected, other) in pairs.items():
         if expected != other:
             raise FrictoolError(
-                f"the model {model.name} has {name} {other}, the controller {controller.name} "
-                f"{expected}; run frictool synth again"
+                f"{name} is {other} in the model {model.name}, but {expected} in the controller "
+                f"{controller.name}; run frictool synth again"
             )
     ranges, margins = intervals(model), PlantMargins(controller)
     points = corner_points(ranges)

@@ -127,7 +127,7 @@ def test_options_of_a_search_and_of_a_design_exclude_each_other(spec: Path, tmp_
     design = RIG / "designs/speed.yaml"
     both = run(*_synth(spec, "--design", design, "--save-design", tmp_path / "d.yaml"))
     assert both.code == 2
-    assert "--save-design belongs to a search" in both.stderr
+    assert "--save-design saves the design that a search" in both.stderr
     empty = {**yaml.safe_load(EASY)}
     spec.write_text(
         yaml.safe_dump({key: empty[key] for key in ("format", "name", "axis", "drive")})

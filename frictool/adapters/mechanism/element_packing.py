@@ -57,11 +57,12 @@ class CouplingRow(NamedTuple):
 
 
 class ElementArrays:
-    """Rows of the arrays of a packed mechanism by element name, without rigid links and sources.
+    """Elements of a mechanism, collected as rows of the arrays of a packed mechanism.
 
-    springs: (block, block or FRAME) of each spring. pushes: (name, row) of each effort on a block,
-    constant or of a cam; a link and a source may have the same name. grounded: blocks that an
-    element ties to the frame.
+    The dicts have the element's name as key. Rigid links have no row. springs: (block, block or
+    FRAME) of each spring. pushes: (name, row) of each cam and of each source of a constant effort;
+    a link and a source may have the same name, so that a name alone is no key. grounded: blocks
+    that an element ties to the frame.
     """
 
     def __init__(

@@ -174,7 +174,11 @@ def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
 
 
 def masks(trials: Trials) -> list[tuple[str, BoolVector, BoolVector]]:
-    """Return (name, mask of failing, mask of passing trials) of each distinct comparison."""
+    """Return (name, mask of failing trials, mask of passing trials) for each requirement.
+
+    The name is empty for all requirements together, and "not simulated" for trials without a run.
+    An entry is left out if no trial fails, if no trial passes, or if its masks occur before.
+    """
     questions = [("", trials.passed == BROKEN, trials.passed == MET)]
     questions += [
         (metric.name, trials.met[:, j] == BROKEN, trials.met[:, j] == MET)

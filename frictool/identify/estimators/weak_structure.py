@@ -38,7 +38,11 @@ ENDS = 0.05  # share of the rows that must be slower, and faster, than any knee
 
 @dataclass(frozen=True)
 class FrictionStructure:
-    """Order of the position polynomials (0: none), and knees in ascending order, rad/s | m/s."""
+    """Dependence of the friction on position and speed.
+
+    `order`: degree of the polynomials in the position; 0 if the friction does not depend on it.
+    `knees`: speeds [rad/s | m/s], ascending, at which the viscous friction changes.
+    """
 
     order: int = 0
     knees: tuple[float, ...] = ()

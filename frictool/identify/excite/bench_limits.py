@@ -147,7 +147,7 @@ def axis_known(bench: Bench) -> PriorAxis:
 
 
 def declared_loads(bench: Bench) -> DeclaredLoads:
-    """Return the loads that the bench declares; an offset if the bench declares none."""
+    """Return the loads that the bench declares; without any, the only load is a constant effort."""
     if bench.load is None:
         return DeclaredLoads()
     terms = bench.load.terms
