@@ -216,7 +216,7 @@ def test_verify_refuses_a_model_of_another_bench(rig: ControllerRig) -> None:
     rig.write(other, played(), 0.1)
     done = run("verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml")
     assert done.code == 3
-    assert "delay_samples 2" in done.stderr
+    assert "delay_samples is 2 in the model" in done.stderr
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.006])
