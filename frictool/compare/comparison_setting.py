@@ -81,9 +81,9 @@ def scales_of(
     length = coulomb * time * time / mass
     if not (SHORTEST < time < 1.0 / SHORTEST and SHORTEST < length < 1.0 / SHORTEST):
         raise ValueError(
-            f"inertia {mass:g}, coulomb {coulomb:g} and viscous {viscous:g} give the tests the "
-            f"time scale {time:g} s and the length scale {length:g}; "
-            f"allowed for both: {SHORTEST:g} to {1.0 / SHORTEST:g}"
+            f"inertia {mass:g}, coulomb {coulomb:g}, viscous {viscous:g}: the tests' time scale is "
+            f"{time:g} s, their length scale {length:g}; "
+            f"allowed: {SHORTEST:g} to {1.0 / SHORTEST:g}"
         )
     return UnitScales(coulomb, time, length, breakaway / coulomb)
 

@@ -60,8 +60,8 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"{record.name}: the effort is {top.at:.4g} {unit} in {100 * share:.2g} % of the "
-                f"samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %), although the actuator's "
-                f"limit is {most:.4g} {unit}: the measurement is saturated; widen its range"
+                f"samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %; limit {most:.4g}): the "
+                "measurement is saturated; widen its range"
             )
 
 

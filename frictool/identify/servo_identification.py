@@ -211,8 +211,8 @@ def _refuse_unexplained(simulated: ServoSimulation, fit: ServoFit) -> None:
     if error > LARGEST_ERROR:
         raise UnusableLogs(
             f"the simulated position misses {100.0 * error:.3g} % of the motion (allowed: "
-            f"{100.0 * LARGEST_ERROR:g} %); is columns.reference the goal of this servo, in the "
-            "direction of the position, and columns.gain the gain that the firmware used?"
+            f"{100.0 * LARGEST_ERROR:g} %); check columns.reference (goal, direction of the "
+            "position) and columns.gain (as in the firmware)"
         )
 
 
@@ -403,7 +403,6 @@ def _between_counts(records: Sequence[MotionRecord]) -> list[str]:
     if count == 0:
         return []
     return [
-        f"{count} of {len(records)} logs have positions between the encoder's counts: they were "
-        "interpolated or filtered after the measurement; their intervals come from whole logs or "
-        "strokes, not from single samples"
+        f"{count} of {len(records)} logs have positions between the encoder's counts (interpolated "
+        "or filtered); their intervals come from whole logs or strokes, not from samples"
     ]

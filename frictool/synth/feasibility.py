@@ -91,11 +91,10 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     if required >= slowest.time + allowance:
         return
     raise NoSolutionError(
-        f"response_time_95_s: found {required:.4g} s; for the longest step of the test, "
-        f"{length:.4g} {si_unit('position', model.axis)}, the drive needs {slowest.time:.4g} s "
-        f"({_described(slowest.plant, model)}) and the loop {allowance:.4g} s; raise "
-        "response_time_95_s or actuator.limit, or shorten the step (synth --scenario, or "
-        "mechanics.travel of the bench)"
+        f"response_time_95_s: found {required:.4g} s; for the longest step, {length:.4g} "
+        f"{si_unit('position', model.axis)}, the drive needs {slowest.time:.4g} s "
+        f"({_described(slowest.plant, model)}), the loop {allowance:.4g} s; raise it, "
+        "or cut the travel"
     ).at("spec", "response_time_95_s")
 
 

@@ -140,9 +140,9 @@ class _BlockRules:
         if not self.design.reads_speed and not winding:
             if requested is not None:
                 raise FrictoolError(
-                    "velocity: no block of this design reads a speed; remove the key. Blocks that "
-                    "read a speed: `action: brake`, a limiter with `condition: energy` or virtual "
-                    "friction, friction_compensation, a PID of the speed, actuator.winding"
+                    "velocity: no block of this design reads a speed; remove the key, or use "
+                    "`action: brake`, limiter (energy, virtual friction), "
+                    "friction_compensation, speed pid, actuator.winding"
                 ).at("design", "velocity")
             return stored.Velocity()
         if requested is not None and requested.source == "measured":

@@ -518,7 +518,7 @@ def test_an_empty_cell_in_a_column_that_is_not_used_is_left_out(tmp_path: Path) 
     [
         (
             "0.03,,40",
-            "log.csv:32: column 'angle': found an empty cell; allowed: a number; complete",
+            "log.csv:32: column 'angle': found an empty cell; allowed: a number; the guess needs",
         ),
         ("0.03,1", "log.csv:32: has 2 cells, but the header in line 1 has 3"),
     ],

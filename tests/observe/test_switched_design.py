@@ -246,7 +246,7 @@ def test_a_decay_that_costs_much_of_gamma_is_told() -> None:
 
 def test_notes_tell_a_coarse_encoder_with_its_figures_and_are_silent_of_a_fine_one() -> None:
     told = notes(_clutch(), _model())
-    assert "one count, 0.1122 rad, changes the estimated speed by up to" in told[0]
+    assert "one count of 0.1122 rad changes the estimated speed by up to" in told[0]
     assert any("the effect of any rest decays in" in line for line in told)
     fine = multiplicative.design(_model(emps=True), SwitchedObserverSettings(), NOWHERE)
     assert not any("coarse" in line for line in notes(fine, _model(emps=True)))
