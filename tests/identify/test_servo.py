@@ -60,12 +60,17 @@ def intervals(outcome: IdentifiedModel) -> dict[str, tuple[float, float]]:
     return known | {name: one.interval for name, one in outcome.result.fit.constants.items()}
 
 
-def test_intervals_contain_the_truth(tmp_path: Path) -> None:
-    """95 % intervals of four servos: at least 27 of 32 (fewer have a probability of 0.4 %)."""
+@pytest.mark.parametrize(
+    ("servos", "least"), [(1, 6), pytest.param(4, 27, marks=pytest.mark.accept)]
+)
+def test_intervals_contain_the_truth(tmp_path: Path, servos: int, least: int) -> None:
+    """95 % intervals: fewer than 6 of 8, or 27 of 32, have a probability of 0.6 or 0.4 %."""
     inside = 0
-    for seed in range(4):
+    for seed in range(servos):
         servo, logs = logs_of(seed, True)
-        found = intervals(identified(logs, tmp_path))
+        outcome = identified(logs, tmp_path)
+        assert not any("between the encoder's counts" in text for text in outcome.result.warnings)
+        found = intervals(outcome)
         assert found.keys() >= {*AXIS, *CONSTANTS}
         inside += sum(
             found[name][0] <= getattr(servo, name) <= found[name][1] for name in (*AXIS, *CONSTANTS)
@@ -73,7 +78,7 @@ def test_intervals_contain_the_truth(tmp_path: Path) -> None:
         for name in ("inertia", "viscous", "constant", "goal_speed", "delay", "back_emf"):
             low, high = found[name]
             assert high - low < 0.2 * getattr(servo, name), name
-    assert inside >= 27
+    assert inside >= least
 
 
 def test_without_a_free_swing_the_back_emf_is_refused(tmp_path: Path) -> None:
@@ -102,10 +107,6 @@ def test_interpolated_positions_are_named(tmp_path: Path) -> None:
     assert any("between the encoder's counts" in text for text in outcome.result.warnings)
     low, high = intervals(outcome)["constant"]
     assert low <= servo.constant <= high
-    assert not any(
-        "between the encoder's counts" in text
-        for text in identified(logs, tmp_path).result.warnings
-    )
 
 
 def test_without_a_pendulum_gravity_is_fitted_relative_to_the_constant(tmp_path: Path) -> None:
