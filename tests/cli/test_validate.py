@@ -16,6 +16,7 @@ from frictool.identify.validate.figures import effort_label
 from frictool.plant.axis import AxisParameters, rest
 from studies.command_line import run
 from studies.rigs.identification_rigs import EMPS
+from tests.support.chromium import browser, find
 from tests.support.command_line import also_called, refused
 from tests.support.example_logs import as_bytes, golden_log
 from tests.support.measured_data import data
@@ -177,6 +178,19 @@ def test_the_page_shows_the_loop_and_its_signals(tmp_path: Path) -> None:
         assert re.findall("<h3>(.*?)</h3>", text) == [*signals, "Effort that the model lacks"]
         assert f"{loop} loop" in text
         assert ("reference" in text) == (loop == "closed")
+
+
+@pytest.mark.skipif(find() is None, reason="no chromium is on the PATH")
+def test_the_page_fits_a_phone_and_a_desktop_and_fetches_nothing(tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    assert run("validate", model(tmp_path), log(tmp_path), "--page", page).code == 0
+    with browser(tmp_path / "profile") as chromium:
+        for width in (390, 1280):
+            seen = chromium.open(page, width)
+            assert chromium.evaluate("document.querySelectorAll('.chart').length") == 4
+            assert chromium.evaluate("document.documentElement.scrollWidth") <= width
+            assert [one for one in seen.requests if not one.startswith("data:")] == [page.as_uri()]
+            assert (seen.dialogs, seen.console) == ([], [])
 
 
 @pytest.mark.parametrize(
