@@ -169,7 +169,7 @@ def build_image(image: Path, sources: list[Path], core: str, *options: str) -> N
         *(COMPILER, *CORE_OPTIONS, *FLOAT_OPTIONS[core], "-O2", "-std=gnu99"),
         *("-Wall", "-Wextra", "-Werror", "-ffunction-sections", *linking, *options),
         *("-T", str(FOLDER / "mps2_an386.ld"), str(FOLDER / "start.c")),
-        *(*map(str, sources), "-o", str(image), "-lm"),
+        *(*(str(source.resolve()) for source in sources), "-o", str(image.resolve()), "-lm"),
     ]
     _run(command, image.parent)
 
@@ -178,7 +178,8 @@ def run_image(image: Path, *options: str) -> str:
     """Return the output of an image in QEMU; raise FrictoolError if its exit code is not 0."""
     command = [EMULATOR, "-M", "mps2-an386", "-display", "none", "-serial", "none"]
     semihosting = ["-monitor", "none", "-semihosting-config", "enable=on,target=native"]
-    return _run([*command, *semihosting, *options, "-kernel", str(image)], image.parent)
+    kernel = str(image.resolve())
+    return _run([*command, *semihosting, *options, "-kernel", kernel], image.parent)
 
 
 def _count_source(name: str, program: Program, kind: str) -> str:
