@@ -22,12 +22,12 @@ from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.breakaway_parameters import NO_RAMPS
 from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.estimators.output_error import OUTPUT_ERROR, cluster_numbers
+from frictool.identify.estimators.segment_simulation import SimulationFit
 from frictool.identify.estimators.servo_simulation import (
     COSINE,
     LOOSE,
     SINE,
     ZERO,
-    ServoFit,
     ServoSimulation,
     driven_viscous,
     fitted,
@@ -189,7 +189,7 @@ def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str,
     return out
 
 
-def _without_effect(simulated: ServoSimulation, fit: ServoFit) -> dict[str, str]:
+def _without_effect(simulated: ServoSimulation, fit: SimulationFit) -> dict[str, str]:
     """Return parameter -> reason for the constants of the servo without effect at the fit."""
     count = simulated.bench.encoder.resolution
     known = servo_quantities(simulated.bench)
@@ -202,7 +202,7 @@ def _without_effect(simulated: ServoSimulation, fit: ServoFit) -> dict[str, str]
     return out
 
 
-def _refuse_unexplained(simulated: ServoSimulation, fit: ServoFit) -> None:
+def _refuse_unexplained(simulated: ServoSimulation, fit: SimulationFit) -> None:
     """Raise UnusableLogs if the simulated position misses most of the motion."""
     motion = np.concatenate(
         [segment.position - np.mean(segment.position) for segment in simulated.segments]
@@ -216,7 +216,7 @@ def _refuse_unexplained(simulated: ServoSimulation, fit: ServoFit) -> None:
         )
 
 
-def _solution(simulated: ServoSimulation, fit: ServoFit) -> LeastSquaresSolution:
+def _solution(simulated: ServoSimulation, fit: SimulationFit) -> LeastSquaresSolution:
     """Return estimates and deviations of the free parameters, with the driven viscous friction."""
     columns = -_of_driven_viscous(simulated.names, fit)
     values = np.array([_reported(fit.values, name) for name in simulated.names])
@@ -224,7 +224,7 @@ def _solution(simulated: ServoSimulation, fit: ServoFit) -> LeastSquaresSolution
     return solve(columns, fit.residual + columns @ values, ones, _clusters(simulated))
 
 
-def _rounding(simulated: ServoSimulation, fit: ServoFit) -> Vector:
+def _rounding(simulated: ServoSimulation, fit: SimulationFit) -> Vector:
     """Return the standard deviation (p,) due to roundings that last for a whole log.
 
     The firmware reads rounded positions, and an axis at rest keeps its rounding error; the phase of
@@ -247,7 +247,7 @@ def _reported(values: Mapping[str, float], name: str) -> float:
     return driven_viscous(values) if name == LOOSE else values[name]
 
 
-def _of_driven_viscous(names: Sequence[str], fit: ServoFit) -> Matrix:
+def _of_driven_viscous(names: Sequence[str], fit: SimulationFit) -> Matrix:
     """Return the Jacobian (n, p) with the driven viscous friction in place of the loose one.
 
     loose = driven - constant back_emf, so that constant and back_emf also change the loose one.
@@ -271,7 +271,7 @@ def _clusters(simulated: ServoSimulation) -> IntVector:
 
 def _identified(
     simulated: ServoSimulation,
-    fit: ServoFit,
+    fit: SimulationFit,
     unseen: Mapping[str, str],
     settings: IdentificationSettings,
 ) -> ServoIdentification:

@@ -21,12 +21,13 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.engine.firmware_servo import follow_goal
 from frictool.engine.status_codes import OK
+from frictool.identify.estimators.segment_simulation import SimulationFit
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.rows.load_terms import GRAVITY, TERMS, axis_and_load
 from frictool.identify.rows.segments import RecordSegment
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.servo_firmware import FirmwareLaw, ServoDrive
-from frictool.typing import IntVector, Matrix, Vector
+from frictool.typing import IntVector, Vector
 
 SINE, COSINE = TERMS[GRAVITY]
 ZERO = "zero"  # angle of the pendulum at position 0, rad
@@ -123,16 +124,7 @@ def simulated_position(
     return status, position if status == OK else np.full(position.size, np.nan)
 
 
-@dataclass(frozen=True)
-class ServoFit:
-    """Values of all parameters, residual (n,) [rad], and Jacobian (n, p) of the free parameters."""
-
-    values: dict[str, float]
-    residual: Vector
-    jacobian: Matrix
-
-
-def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> ServoFit:
+def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> SimulationFit:
     """Return the values that minimise the squared residual; the search starts at `start` [SI].
 
     A free swing without torque amplifies errors of the friction with each stroke. The first
@@ -186,7 +178,7 @@ def free_strokes(segment: RecordSegment) -> IntVector:
 
 def _search(
     simulated: ServoSimulation, start: Mapping[str, float], weight: Vector, runs: int = MOST_RUNS
-) -> ServoFit:
+) -> SimulationFit:
     """Return the fit of the samples with weights (n,) above 0 after at most `runs` evaluations."""
     names = simulated.names
     known = servo_quantities(simulated.bench)
@@ -214,7 +206,7 @@ def _search(
     if not solution.success and solution.status != 0:
         raise UnusableLogs(f"the search along the goal does not converge: {solution.message}")
     values = dict(zip(names, (solution.x * scale).tolist(), strict=True))
-    return ServoFit({**simulated.fixed, **values}, solution.fun, solution.jac / scale)
+    return SimulationFit({**simulated.fixed, **values}, solution.fun, solution.jac / scale)
 
 
 def _scale(name: str, bench: Bench, start: Mapping[str, float]) -> float:
