@@ -169,17 +169,16 @@ def build_image(image: Path, sources: list[Path], core: str, *options: str) -> N
         *(COMPILER, *CORE_OPTIONS, *FLOAT_OPTIONS[core], "-O2", "-std=gnu99"),
         *("-Wall", "-Wextra", "-Werror", "-ffunction-sections", *linking, *options),
         *("-T", str(FOLDER / "mps2_an386.ld"), str(FOLDER / "start.c")),
-        *(*(str(source.resolve()) for source in sources), "-o", str(image.resolve()), "-lm"),
+        *(*map(str, sources), "-o", str(image), "-lm"),
     ]
-    _run(command, image.parent)
+    _run(command)
 
 
 def run_image(image: Path, *options: str) -> str:
     """Return the output of an image in QEMU; raise FrictoolError if its exit code is not 0."""
     command = [EMULATOR, "-M", "mps2-an386", "-display", "none", "-serial", "none"]
     semihosting = ["-monitor", "none", "-semihosting-config", "enable=on,target=native"]
-    kernel = str(image.resolve())
-    return _run([*command, *semihosting, *options, "-kernel", kernel], image.parent)
+    return _run([*command, *semihosting, *options, "-kernel", str(image)])
 
 
 def _count_source(name: str, program: Program, kind: str) -> str:
@@ -204,8 +203,11 @@ def _count_source(name: str, program: Program, kind: str) -> str:
     )
 
 
-def _run(command: list[str], folder: Path) -> str:
-    """Return the stdout of a command; raise FrictoolError with its first error."""
+def _run(command: list[str], folder: Path | None = None) -> str:
+    """Return the stdout of a command; raise FrictoolError with its first error.
+
+    folder: folder in which the command runs; by default the present one.
+    """
     try:
         done = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False
