@@ -140,9 +140,9 @@ def coulomb_change(model: Model) -> tuple[Vector, Vector, Vector]:
     -------
     tuple of three arrays (n,)
         Rising positions [rad | m]; Coulomb friction minus its mean, in the positive and in the
-        negative direction [N m | N]. The line through the table deviates by at most TABLE_ERROR of
-        the Coulomb friction from the law, or has MOST_POSITIONS points. All are empty if the model
-        has no friction over the position.
+        negative direction [N m | N]. Linear interpolation differs from the law by at most
+        TABLE_ERROR times the mean Coulomb friction, unless this needs more than MOST_POSITIONS
+        points. All are empty if the friction does not depend on the position.
     """
     law = None if model.laws is None else model.laws.position
     if law is None:

@@ -79,17 +79,17 @@ def position_compensation(
     forward: Sequence[float],
     backward: Sequence[float],
 ) -> ProgramNode:
-    """Return the drive [A | V] that balances the change of Coulomb friction over the position.
+    """Return the drive [A | V] for the Coulomb friction at a position minus its mean.
 
     Parameters
     ----------
     direction : ProgramNode
         s(v/v_s), from -1 to 1.
     positions : sequence of n floats
-        Rising positions [rad | m]. Beyond its ends, a table is constant.
+        Rising positions [rad | m]. Outside, the value at the nearest end is used.
     forward, backward : sequences of n floats
-        Drive that balances the Coulomb friction at each position, minus the drive that balances its
-        mean, for the positive and the negative direction [A | V].
+        Magnitude of the drive for the Coulomb friction at each position, minus that for its mean
+        [A | V]: `forward` for the positive, `backward` for the negative direction.
     """
     program.block("change of the friction compensation over the position")
     first, last = (
@@ -113,7 +113,7 @@ def _table(
     values: Sequence[float],
     name: str,
 ) -> ProgramNode:
-    """Return the value at `at` of the line through rising points (n,) and their values (n,).
+    """Interpolate values (n,) at rising points (n,) linearly, and return the value at `at`.
 
     name: name of the points in the exported code.
     """

@@ -119,10 +119,10 @@ def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | 
 
 
 def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
-    """Return the samples, each column with an rms of 1, or None if they cannot be judged.
+    """Return the samples, each column with an rms of 1.
 
-    They cannot be judged if there are too few, or if the encoder's noise changes the effort of the
-    inertia as much as a saturation would.
+    Return None if there are too few to show a saturation, or if the encoder's noise alters the
+    computed effort of the inertia as much as a saturation would.
     """
     length = stroke_samples(record)
     if length == 0.0:

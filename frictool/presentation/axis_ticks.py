@@ -26,9 +26,9 @@ class AxisTicks:
 
 
 def linear_ticks(ends: tuple[float, float], most: int, least_step: float = 0.0) -> AxisTicks:
-    """Return ticks between `ends`, at most `most` intervals apart.
+    """Return ticks between `ends`, with at most `most` intervals between them.
 
-    A smaller step is used if fewer than FEWEST ticks would be between the ends.
+    If this gives fewer than FEWEST ticks, the step is reduced, even beyond `most` intervals.
 
     `least_step`: least step of the ticks, for whole numbers; such an axis has no grid.
     """

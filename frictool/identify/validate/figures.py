@@ -26,7 +26,7 @@ DASHES = (0, (4, 2))
 
 
 def validation_panels(validation: Validation) -> list[FigurePanel]:
-    """Return the panels of position, velocity, effort of a closed loop, and errors."""
+    """Return the panels of a validation; only a closed loop has a panel of the effort."""
     panels = [_signal(validation, "position"), _position_error(validation)]
     panels += [
         _signal(validation, name) for name in ("velocity", "effort") if _has(validation, name)
@@ -95,7 +95,7 @@ def _position_error(validation: Validation) -> FigurePanel:
 
 
 def _missing_effort(validation: Validation) -> FigurePanel:
-    """Return a panel of the effort that the model lacks, over the measured velocity."""
+    """Return a panel of the measured minus the modelled effort over the measured velocity."""
     velocity = validation.measured["velocity"]
     lacking = validation.measured["force"] - validation.simulated["force"]
     unit = si_unit("velocity", validation.axis)
@@ -117,7 +117,7 @@ def _missing_effort(validation: Validation) -> FigurePanel:
 
 
 def _curve(axes: Axes, time: Vector, values: Vector, colour: str, label: str, style: Any) -> None:
-    """Draw a signal (n,) over time; a chart of a page shows more samples when zoomed."""
+    """Draw a signal (n,) over time; on a page, a zoom shows more samples."""
     kept = decimated_indices(values)
     (line,) = axes.plot(time[kept], values[kept], color=colour, linestyle=style, label=label)
     finer = decimated_indices(values, columns=DETAIL_COLUMNS)

@@ -28,7 +28,7 @@ def validation_page(
     warnings: Sequence[str],
     provenance: Provenance,
 ) -> str:
-    """Return the HTML text of a validation; equal validations give identical bytes."""
+    """Return the HTML text of a validation; equal arguments give equal texts."""
     unit = si_unit("position", validation.axis)
     return render_page(
         Path(__file__).parent,
