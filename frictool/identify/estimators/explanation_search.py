@@ -228,8 +228,8 @@ class ExplanationSearch:
     def noisy(self, samples: RegressionSamples) -> bool:
         """Return whether the encoder's noise hides the acceleration in the rows `samples`.
 
-        The noise makes the fitted inertia too small. The columns of LIKE_ACCELERATION would then
-        explain the effort that is missing.
+        The noise makes the fitted inertia too small, and the columns of LIKE_ACCELERATION would
+        take up the rest of its effort.
         """
         return self.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
 
