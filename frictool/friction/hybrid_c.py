@@ -34,10 +34,7 @@ MEMORY, FIXED = 1, 8
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Set the presliding z as hybrid version B does; return a status code.
-
-    The Preisach operator is saturated.
-    """
+    """Set z as hybrid version B does, and saturate the operator; return a status code."""
     status = hybrid_b.enter(mode, v, u, z, p)
     z[MEMORY + COUNT] = 0.0
     z[MEMORY + POSITION] = z[MEMORY + FORCE] = math.copysign(1.0, z[0])

@@ -14,8 +14,8 @@ from itertools import pairwise
 
 from frictool.typing import Vector
 
-# largest number of Newton steps, bisecting outside the bracket; about six suffice, but at a zero of
-# the sixth order four steps gain one bit
+# largest number of Newton steps; a step that leaves the bracket is replaced by a bisection. About
+# six steps suffice, but near a zero of order six, four steps gain one bit only.
 STEPS = 200
 
 
@@ -46,7 +46,10 @@ def _derivative(b: list[float]) -> list[float]:
 
 
 def sign_changes(b: list[float], low: float, high: float) -> list[float]:
-    """Return the sign changes in [low, high] in rising order; a double zero may be among them."""
+    """Return the positions in [low, high] at which the polynomial changes sign, rising.
+
+    A double zero may be among them.
+    """
     while b and b[-1] == 0.0:
         b = b[:-1]
     if len(b) <= 3:

@@ -36,7 +36,7 @@ def regime_force(speed: float, regimes: Vector, passed: int) -> float:
 
 @kernel
 def count_passed_knees(speed: float, regimes: Vector) -> int:
-    """Return the number of knees below a speed."""
+    """Return the number of knees below `speed` [m/s | rad/s]."""
     count = 0
     while 2 * count < regimes.shape[0] and regimes[2 * count] < speed:
         count += 1

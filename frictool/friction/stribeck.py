@@ -21,7 +21,7 @@ from frictool.typing import Vector
 
 # indices of the curve's parameters in p, the same in every law that uses the curve
 COULOMB, BREAKAWAY, STRIBECK_VELOCITY, STRIBECK_EXPONENT, VISCOUS = 0, 1, 2, 3, 4
-FALLEN = 700.0  # exp(-FALLEN) is negligible; for larger exponents the factors would overflow
+FALLEN = 700.0  # exp(-FALLEN) is negligible; larger arguments would overflow
 ROUNDING_EXPONENT = 38.4  # exp(-0.98^2 38.4) = 1e-16: the curve is F_c to rounding
 
 

@@ -22,7 +22,7 @@ def command_peak(command: Vector) -> float:
 
 
 def larger_peak(command: Vector | None, measured: Vector | None) -> float:
-    """Return the larger of the peaks of command and measured drive; at least one is not None."""
+    """Return the larger peak of command and measured drive; one of the two may be None."""
     peaks = [] if command is None else [command_peak(command)]
     return max(peaks if measured is None else [*peaks, drive_peak(measured)])
 

@@ -11,9 +11,8 @@ from frictool.typing import Vector
 def energy(time: Vector, drive: Vector, energy_window: float) -> float | str:
     """Return the mean square of the drive (n,) [A^2 | V^2] over the first `energy_window` [s].
 
-    The result is (T_e/t_int) sum i^2 with sample period T_e and t_int = `energy_window`, from the
-    step on. For uneven samples, T_e is the time to the next sample. If the hold is shorter than the
-    window, the result is a reason as text.
+    The window begins at the step. Each sample counts for the time until the next one. If the hold
+    is shorter than the window, return the reason as text.
     """
     period = median(np.diff(time))
     if float(time[-1] - time[0]) + 1.5 * period < energy_window:

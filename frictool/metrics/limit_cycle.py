@@ -2,8 +2,8 @@
 
 With dry friction the axis may rest for seconds until the integrator's output reaches the breakaway.
 A hold of one second may therefore show no motion although there is a limit cycle. The first third
-of the hold is ignored, since it contains the response to the step. A turn is counted if the axis
-moves back by more than one sensor step and by more than the peak-to-peak noise.
+of the hold is ignored, since it contains the response to the step. A turn is a change of direction
+after which the axis moves back by more than one sensor step and more than the peak-to-peak noise.
 
     sustained      at least two turns; the last swings are at least 0.8 of the first; the time since
                    the last turn is at most twice the longest time between two turns
@@ -26,7 +26,7 @@ LEAST_HOLD = 15.0  # s, shortest hold in which a limit cycle can be ruled out
 LEAST_TURNS = 2
 MANY_TURNS = 6  # turns (three periods) that show a limit cycle in a hold of any length
 SUSTAINED = 0.8  # least ratio of the last swings to the first ones
-OVERDUE = 2.0  # longest time since the last turn, in longest times between two turns
+OVERDUE = 2.0  # time since the last turn relative to the longest time between two turns
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class LimitCycle:
 
     - amplitude: half the peak-to-peak position over the last period [rad or m]; 0 if there is no
       limit cycle, None if the hold does not show whether there is one
-    - period: mean time between two reversals of the same sign [s]; None if there is no limit cycle
+    - period: mean time between two turns on the same side [s]; None if there is no limit cycle
     - reason: why the amplitude is None, else empty
     """
 

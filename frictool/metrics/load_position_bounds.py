@@ -4,8 +4,8 @@
 The load position is therefore the play operator of the motor position. The operator increases with
 the motor position and with the unknown initial position in the backlash. Therefore the lowest
 values of both give the lower bound of the load position, and the highest values the upper bound.
-After a stroke longer than the backlash, the distance of the bounds depends only on the sensor's
-step and the interval of the backlash.
+After a stroke longer than the backlash, the distance between the bounds depends only on the
+sensor's step and the interval of the backlash.
 """
 
 from __future__ import annotations

@@ -10,8 +10,7 @@ from frictool.metrics.final_value import final_value, tail_samples
 from frictool.typing import Vector
 
 ZONE = 0.05  # half width of the zone, relative to the step's amplitude
-# factor on limits, so that floating-point rounding puts no position that is exactly at a limit of
-# whole sensor steps beyond it
+# factor on a limit, so that a position exactly at the limit stays inside despite rounding
 ROUNDED = 1.0 + 1e-9
 
 
@@ -28,8 +27,8 @@ def response_time_95(
     `time` and `position` (n,) are the samples of the hold, which begins with the step of the
     reference from `origin` to `target`. `resolution` is the step of the position signal. The half
     width of the zone is `zone_half_width`. The result is infinite if the position leaves the zone
-    in the last tenth of the hold, or if its final value is more than half of the step off the
-    target.
+    in the last tenth of the hold, or if the final value differs from the target by more than half
+    of the step.
     """
     final = final_value(position)
     if abs(target - final) > 0.5 * abs(target - origin):

@@ -1,6 +1,6 @@
 """Motion at the end of a long hold.
 
-Thesis 5.4.1 allows neither motion nor current at rest; a limit cycle may appear late.
+Thesis 5.4.1 allows neither motion nor current at rest; a limit cycle may begin late in the hold.
 """
 
 from __future__ import annotations
@@ -21,6 +21,6 @@ def late_samples(time: Vector, after: float) -> slice | None:
 def peak_to_peak(rest_position: Vector) -> float:
     """Return the peak-to-peak value of the position (n,) [rad or m].
 
-    For a resting axis it may be one sensor step.
+    An axis at rest may have one sensor step.
     """
     return float(np.ptp(rest_position))

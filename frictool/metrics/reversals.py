@@ -15,8 +15,8 @@ from frictool.metrics.final_value import final_value
 from frictool.metrics.response_time import ROUNDED, zone_half_width
 from frictool.typing import Vector
 
-LEAST_RETURN = 0.01  # least return of a reversal, relative to the step
-LEAST_SENSOR_STEPS = 2.0  # least return of a reversal, in sensor steps
+LEAST_RETURN = 0.01  # least motion back after a turn, relative to the step
+LEAST_SENSOR_STEPS = 2.0  # the same, in sensor steps
 
 
 def turning_points(position: Vector, threshold: float, direction: float = 0.0) -> list[int]:

@@ -10,7 +10,7 @@ from frictool.metrics.final_value import final_value
 from frictool.typing import Vector
 
 FROM, TO = 0.1, 0.9  # levels, relative to the distance that the axis moves
-LEAST_WAY = 0.01  # least distance relative to the step; an axis that moves less was already there
+LEAST_WAY = 0.01  # least distance relative to the step; an axis that moves less has rise time 0
 
 
 def rise_time(time: Vector, position: Vector, origin: float, target: float) -> float:
@@ -18,8 +18,8 @@ def rise_time(time: Vector, position: Vector, origin: float, target: float) -> f
 
     The distance moved is measured from the position at the step to the final value. `time` and
     `position` (n,) are the samples of the hold, which begins with the step; passages are
-    interpolated between samples. The result is infinite if the final value is more than half of the
-    step off the target. Otherwise the result is 0 if the axis moves by at most 1 % of the step.
+    interpolated between samples. The result is infinite if the final value differs from the target
+    by more than half of the step. Otherwise it is 0 if the axis moves by at most 1 % of the step.
     """
     final = final_value(position)
     start = float(position[0])

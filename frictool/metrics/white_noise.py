@@ -34,13 +34,13 @@ def deviation_of(second_differences: Vector) -> float:
 
 
 def noise_floor(signal: Vector) -> float:
-    """Return the peak of n samples of the white noise alone.
+    """Return the peak that the white noise on `signal` (n,) reaches.
 
-    The peak is sqrt(2 ln n) + 2 times the standard deviation of the noise.
+    The peak is sqrt(2 ln n) + 2 standard deviations of the noise.
     """
     return noise_deviation(signal) * peak_factor(signal.size)
 
 
 def peak_factor(samples: int) -> float:
-    """Return the peak of so many samples of white noise, in standard deviations."""
+    """Return the peak of `samples` values of white noise, in standard deviations."""
     return math.sqrt(2.0 * math.log(max(samples, 2))) + MARGIN

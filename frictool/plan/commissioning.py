@@ -35,12 +35,12 @@ from frictool.logs.log import Log
 from frictool.plan.narrowed_model import exact_model, narrowed_bench, narrowed_model
 from frictool.plan.rehearsed_test import rehearsed_ramps, rehearsed_strokes
 
-FIRST_RAMPS = 0.1  # half width of the breakaway relative to its expected value
-FIRST_STROKES = 0.05  # half widths of the first strokes relative to the bench's values
+FIRST_RAMPS = 0.1  # requested half width of the breakaway's interval, relative to its value
+FIRST_STROKES = 0.05  # requested half widths of friction and inertia, relative to their values
 FALLBACK_DURATION = 30.0  # s, of the best strokes if FIRST_STROKES cannot be reached
 FINER = 0.5  # half widths of a repeated test relative to those reached
 SLIDING = ("inertia", "viscous", "coulomb")
-NEEDED = ("inertia", "coulomb")  # without them no controller is searched
+NEEDED = ("inertia", "coulomb")  # parameters that the search for a controller needs
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class PlanStep:
     - reached: precision of each identified parameter
     - model: model identified from all logs; None if nothing is identified
     - enough: True if a controller meets the specification for every possible plant
-    - exit_code: exit code of the command
+    - exit_code: exit code of `frictool plan`
     """
 
     name: str

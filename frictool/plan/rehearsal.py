@@ -27,8 +27,9 @@ from frictool.simulate import play
 from frictool.simulate.default_servo import default_servo, feedforward
 
 REHEARSALS = 8
-# standard deviations above the mean: upper limit of 97 % of a normal distribution that is known
-# from REHEARSALS draws, with a confidence of 90 % (noncentral t distribution)
+# standard deviations between the mean and the upper bound: 97 % of a normal distribution that is
+# estimated from REHEARSALS draws lies below the bound, with a confidence of 90 % (noncentral t
+# distribution)
 SPREAD = 3.1
 CONFIRMED_SPREAD = 2.6  # the same for twice as many draws or more
 STREAM = 43  # of the random numbers
@@ -36,7 +37,7 @@ STREAM = 43  # of the random numbers
 
 @dataclass(frozen=True)
 class HalfWidthSample:
-    """Half widths of one parameter over all rehearsals, SI.
+    """Half widths of one parameter's interval over all rehearsals, SI.
 
     - widths: half widths from the rehearsals that identified the parameter
     - refusals: reasons from the rehearsals that did not identify it

@@ -4,14 +4,14 @@ The result is the shortest test with the precision, or the most precise test of 
 `precise_strokes` and `precise_ramps` design a test from the Cramér-Rao bound. `identify` reports
 wider intervals than this bound; rehearsals of the test measure the ratio of the two for each
 parameter. The design is repeated with the measured ratios until the upper bound of every half width
-is within the request.
+is at most the requested half width.
 
-A part of a half width may not decrease with the repetitions, because the strokes do not separate an
-effect from inertia or friction. The first mix of strokes is therefore robust: it separates a delay
-and a spring, and no parameter is much less precise than the others. If longer tests are not more
-precise, the mix without these requirements is designed, which is optimal at the Cramér-Rao bound.
+An effect such as a delay widens the interval of a parameter if the strokes do not separate the
+effect from the parameter; repeating the strokes does not help. The first mix of strokes is
+therefore robust: it separates a delay and a spring, and no parameter is much less precise than the
+others. If longer tests are not more precise, the mix with the smallest Cramér-Rao bound is tried.
 If no mix reaches the precision within the duration of the default kind of test, the default kind is
-rehearsed. Only if it misses the precision, longer mixes are designed.
+rehearsed. If it misses the precision, too, longer mixes are designed.
 """
 
 from __future__ import annotations
@@ -40,15 +40,14 @@ from frictool.identify.excite.stroke_candidates import worst_axis, worst_sensing
 from frictool.plan.rehearsal import HalfWidthSample, rehearse
 
 ROUNDS = 6  # designs of a test
-# largest increase of a factor in one round, and the increase after a refusal
-LARGEST_STEP = 2.0
-RESERVE = 1.05  # factor on a measured width, so that the rounds end
-LONGER = 2.0  # duration of a test relative to one that missed the precision, at least
+LARGEST_STEP = 2.0  # largest factor on the assumed half widths from one round to the next
+RESERVE = 1.05  # factor on a measured half width, so that the rounds end
+LONGER = 2.0  # least duration of a test relative to one that missed the precision
 CONFIRMATIONS = 2  # repetitions of the rehearsals with other axes
-STALLS = 2  # longer tests that are not more precise, after which another mix is tried
-NOTICEABLE = 0.9  # duration relative to another one, above which both are alike
-SHORTER = 0.7  # half width relative to the request, below which the next round asks for less
-DEFAULT_KIND = "sines"  # test of `excite` that no optimal test exceeds in duration
+STALLS = 2  # number of longer, but no more precise tests after which another mix is tried
+NOTICEABLE = 0.9  # least ratio of two durations that are treated as equal
+SHORTER = 0.7  # half width relative to the requested one, below which a shorter test is tried
+DEFAULT_KIND = "sines"  # kind of test in `excite` with which the designed tests are compared
 Design = Callable[[Bench, PrecisionRequest], PreciseTest]
 Progress = Callable[[str], None]
 
@@ -86,8 +85,8 @@ def rehearsed_strokes(
     PreciseTest
         Reference of the position loop, and the half width to expect for each parameter. If
         `request.duration` is set, a half width may be larger than requested, and a parameter that a
-        rehearsal did not identify has no half width. If the default kind of test has the precision,
-        the test is not longer.
+        rehearsal did not identify has no half width. If the default kind of test reaches the
+        precision, the returned test is not longer.
 
     Raises
     ------
@@ -124,8 +123,7 @@ def rehearsed_ramps(
 ) -> PreciseTest:
     """Return ramps whose rehearsals reach the requested precision of the breakaway.
 
-    `rehearsed_strokes` explains parameters, result and errors; the sequence is a command of the
-    drive.
+    The test is a command of the drive. `rehearsed_strokes` explains parameters, result and errors.
     """
     wanted = {"breakaway": request.wanted["breakaway"] * breakaway_range(bench)[1]}
     trials = RehearsedTests(bench, request, wanted, progress)
@@ -138,9 +136,9 @@ def rehearsed_ramps(
 
 
 def default_test(bench: Bench, request: PrecisionRequest) -> PreciseTest:
-    """Return the default kind of test, with the Cramér-Rao bounds and without a promise.
+    """Return the default kind of test with its Cramér-Rao bounds, without promised half widths.
 
-    Raises NoSolutionError if a test of this kind exceeds a limit of the bench.
+    Raises NoSolutionError if the test exceeds a limit of the bench.
     """
     sequence = excite(DEFAULT_KIND, bench, ExcitationSettings(seed=request.seed))
     least = cramer_rao(
@@ -155,8 +153,8 @@ def rehearsed_default(
 ) -> PreciseTest:
     """Return the default kind of test with the half widths that its rehearsals reach.
 
-    Parameters, errors and promises are those of `rehearsed_strokes` for a request with a duration;
-    the values of the requested precisions are not used.
+    Parameters, errors and half widths are as in `rehearsed_strokes` for a request with a duration;
+    the requested precisions are not used.
     """
     default = default_test(bench, request)
     wanted = {name: bench_value(bench, name) for name in request.only(SLIDING)}
@@ -224,7 +222,7 @@ class RehearsedTests:
     def rehearsed(
         self, test: PreciseTest, label: str, screened: bool = True
     ) -> tuple[dict[str, float], dict[str, HalfWidthSample]]:
-        """Return the upper bounds of the half widths, and the rehearsed half widths.
+        """Return the upper bound of each half width, and the half widths of all rehearsals.
 
         If `screened`, a test that probably misses the precision is rehearsed on the first axes
         only.
@@ -261,10 +259,7 @@ def _next_test(
     last: PreciseTest | None,
     shorter: bool,
 ) -> PreciseTest:
-    """Return the test of an attempt; it is longer than the last one, or shorter if `shorter`.
-
-    A longer test is at least LONGER times as long, and a shorter one at least 1/LONGER times.
-    """
+    """Return the next test, longer than `last` by at least LONGER, or shorter by at most LONGER."""
     if last is None:
         return design(bench, attempt)
     duration = last.sequence.duration
@@ -280,7 +275,7 @@ def _next_test(
 
 
 def _promising(test: PreciseTest, widths: Mapping[str, float]) -> PreciseTest:
-    """Return the test with the finite ones of `widths` as its promised half widths."""
+    """Return the test with the finite values of `widths` as its promised half widths."""
     finite = {name: one for name, one in widths.items() if math.isfinite(one)}
     figures = {
         name: one for name, one in test.sequence.figures.items() if not name.startswith("promised_")
