@@ -9,7 +9,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import FROM_LOGS, Estimate, Quantity
 from frictool.identify.fit_result import CURVE, PARAMETERS, Interval
 
-FORCES = PARAMETERS  # parameters that an error of the drive constant scales, unless of the bench
+FORCES = PARAMETERS  # an error of the drive constant scales these if they come from logs
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class ParameterIntervals:
     """Estimate of one parameter, and two intervals of its value.
 
     - absolute: interval of the estimate, widened by the error of the drive constant
-    - bench: value and interval in the bench; None if the bench does not state the parameter
+    - bench: value and interval in the bench document; None if it does not state the parameter
     """
 
     name: str

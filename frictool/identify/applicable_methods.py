@@ -1,4 +1,4 @@
-"""Choice of the identification methods that suit a log, from a survey of the log's stream.
+"""Choice of the identification methods that suit a log, by its signals, sampling and motion.
 
 A chosen method may still refuse the log; its message then states the reason.
 """
@@ -13,16 +13,16 @@ from frictool.logs.quality.survey import POSITION, StreamSurvey
 
 BREAKAWAY, VELOCITY = "breakaway", "velocity"
 DRIVES = ("effort", "current", "voltage")
-# largest encoder step relative to the distance per sample at top speed; up to it, plain differences
-# give the sign of the velocity
+# largest encoder step, relative to the distance per sample at top speed, at which differences of
+# the position show the direction of motion
 COARSEST = 0.1
 
 
 def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str | None]:
-    """Return method -> None if the method suits the stream, else the reason why it does not.
+    """Return method -> reason why it does not suit the signals of a log, or None if it does.
 
-    The key `breakaway` stands for the evaluation of breakaway ramps. `kind` is the detected kind of
-    test, such as "ramp" or "rest".
+    The key `breakaway` stands for the evaluation of breakaway ramps. `stream` has the statistics of
+    the signals. `kind` is the detected kind of test, such as "ramp" or "rest".
     """
     why = _nothing_to_use(stream, kind)
     blind = None if POSITION in stream.signals else "the log has no position"
@@ -43,7 +43,6 @@ def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str 
 
 
 def _nothing_to_use(stream: StreamSurvey, kind: str | None) -> str | None:
-    """Return why no method can use the stream, or None."""
     if POSITION not in stream.signals and VELOCITY not in stream.signals:
         return "the log has neither position nor velocity"
     if not any(name in stream.signals for name in DRIVES):

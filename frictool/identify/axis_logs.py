@@ -33,7 +33,7 @@ class AxisLogs:
       `unmeasured` is not None
     - ramps: records of breakaway ramps
     - rows: slipping samples of the sliding records
-    - kinds: log name -> `sliding` or `ramp`
+    - kinds: kind of each log by its name, `sliding` or `ramp`
     - warnings: doubts about the logs
     - unmeasured: reason why the effort or the position of a sliding record is not a valid
       measurement; None if both are valid

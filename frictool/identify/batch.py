@@ -129,7 +129,7 @@ def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
 
 
 def _names(called: list[PurePosixPath]) -> list[str]:
-    """Return unique names: without suffix if that is unique, else with suffix, else numbered."""
+    """Return a unique name for each path: without its suffix if possible, else numbered."""
     plain = [one.with_suffix("").as_posix() for one in called]
     whole = [
         short if plain.count(short) == 1 else one.as_posix()
@@ -215,7 +215,7 @@ class IdentifyJob:
         return LogOrigin(units[0] if units else None, dates[0] if dates else None)
 
     def gone(self, group: LogGroup, reason: str) -> BatchResult:
-        """Return the result without a model for a group that no worker could process."""
+        """Return the result, without a model, of a group that no worker could process."""
         return self._without(group, reason, EXIT_INPUT)
 
     def _without(self, group: LogGroup, reason: str, code: int) -> BatchResult:

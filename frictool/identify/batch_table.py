@@ -117,7 +117,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Return the scatter of each parameter that two or more models contain."""
+    """Return the population of each parameter that at least two models contain."""
     values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:
@@ -162,7 +162,7 @@ def reasons(batch: Sequence[BatchResult]) -> list[str]:
 
 
 def population_lines(parameters: dict[str, Population], bench: Bench) -> list[str]:
-    """Return a text table with scatter, expected scatter and conclusion of each parameter."""
+    """Return a text table: the scatter of each parameter between models, and the conclusion."""
     if not parameters:
         return []
     width = max(map(len, ("parameter", *parameters))) + 2
@@ -181,7 +181,7 @@ def population_lines(parameters: dict[str, Population], bench: Bench) -> list[st
 
 
 def conclusion(one: Population) -> str:
-    """Return "yes" if the values may be from one population, else the tests that reject this."""
+    """Return "yes" if one population can have these values, else "no" with the failed tests."""
     no = []
     if one.between is not None and one.rejects(one.between):
         no.append(f"units differ by {one.between.beyond:.2g} {_p(one.between.p)}")

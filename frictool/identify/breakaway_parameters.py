@@ -24,7 +24,7 @@ POSITION_HIDES_INERTIA = (
 
 
 def with_breakaway(logs: AxisLogs, sliding: Outcome) -> Outcome:
-    """Return the outcome `sliding` with the breakaway of the ramps added."""
+    """Return the outcome of the sliding logs with the breakaway of the ramps added."""
     try:
         ramp = _breakaway(logs, sliding)
     except UnusableLogs as error:
@@ -74,7 +74,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
 
 
 def _known_fall(sliding: Outcome) -> StribeckVelocityRange | None:
-    """Return the fall that the sliding logs give; None without a Stribeck velocity."""
+    """Return the Stribeck velocity of the sliding logs and its range, or None."""
     velocity = sliding.identified.get("stribeck_velocity")
     if velocity is None:
         return None
@@ -115,7 +115,7 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
 
 
 def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws | None) -> Outcome:
-    """Return the outcome with the breakaway of `ramp`, whose laws are added to `sliding`."""
+    """Return the outcome with the breakaway of `ramp` and its laws, added to the laws `sliding`."""
     laws = breakaway_laws(ramp, logs.bench, sliding)
     return outcome.merge(Outcome({"breakaway": ramp.parameter}, ramp=ramp, laws=laws))
 
@@ -123,10 +123,10 @@ def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws 
 def _inertia_over_position(
     logs: AxisLogs, outcome: Outcome, fit: SlidingFit
 ) -> tuple[Outcome, str | None]:
-    """Return the outcome without an inertia that was fitted with constant friction, and a reason.
+    """Return the outcome for friction over position, and the new `SlidingFit.why`.
 
-    With method `auto`, the inertia may come from the weak form with friction over position instead;
-    the reason states this. The reason (`SlidingFit.why`) is None if the inertia is not identified.
+    An inertia that was fitted with constant friction is removed. With method `auto`, the inertia of
+    the weak form with friction over position replaces it if possible.
     """
     if fit.details.get("position_order"):
         return outcome, fit.why

@@ -23,7 +23,7 @@ from frictool.identify.methods import REFERENCE, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.slip_fit import known_inertia
 
-# largest rms effort of a drive that is off, relative to that for the bench's least inertia
+# largest rms effort of a drive that is off, relative to least inertia times rms acceleration
 LARGEST_EFFORT = 0.05
 LARGEST_MISFIT = 0.5  # largest rms residual relative to inertia times acceleration
 DRIVE_OFF = "the drive was off; such a log shows friction relative to the inertia only"
@@ -78,7 +78,7 @@ def coast_down(
 
 
 def inertial_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> float:
-    """Return the rms of the measured minus the modelled effort, divided by inertia rms(a)."""
+    """Return the rms error of the modelled effort, divided by inertia times rms acceleration."""
     left = sum(float(np.sum((one.effort - one.modelled_effort(values, laws)) ** 2)) for one in rows)
     size = sum(float(np.sum((values["inertia"] * one.acceleration) ** 2)) for one in rows)
     return float(np.sqrt(left / size))
@@ -89,7 +89,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Return a parameter estimated at `inertia.value`, with an interval for the whole `inertia`."""
+    """Return a parameter fitted with `inertia.value`, widened by the inertia's interval."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

@@ -39,14 +39,14 @@ DEMAND = 2.0  # least effort that the change of acceleration needs, in widths of
 SURE = 3.0  # standard deviations of quantisation noise subtracted from the change of acceleration
 # least share of the proved strokes of a direction that lie within a band of their median
 ONE_LEVEL = 0.75
-MOST = 0.5  # share of the motion above which a record is refused
+MOST = 0.5  # largest share of constant effort in the motion of a record that is used
 
 
 @dataclass(frozen=True)
 class ConstantStretch:
     """Samples [start, end) of a stroke in which the effort stays within a band.
 
-    - level, band: level and width of the band, N m | N
+    - level, band: middle and width of this band, N m | N
     - direction: +1 or -1
     - proved: True if the acceleration in the stretch needs an effort that changes
     """
@@ -124,7 +124,7 @@ def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[Constan
 
 
 def _noise(effort: Vector) -> float:
-    """Return the noise (standard deviation) of an effort (n,) from the median second difference."""
+    """Return the standard deviation of the noise in an effort (n,)."""
     return (
         float(np.median(np.abs(np.diff(effort, 2)))) / (0.6745 * np.sqrt(6.0))
         if effort.size > 2

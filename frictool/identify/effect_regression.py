@@ -1,7 +1,8 @@
 """Regression of the effort that tests effects which the model does not include.
 
-The search of explanations (`estimators/explanation_search.py`) provides the rows, with the columns
-of all hypotheses.
+Each effect, such as a spring or a delay, is a hypothesis with its own columns of the regressor
+matrix. `estimators/explanation_search.py` computes the columns. Unseen strokes are strokes that a
+fit did not use; the fit's prediction of their effort decides between hypotheses.
 """
 
 from __future__ import annotations
@@ -44,27 +45,27 @@ from frictool.identify.rows.regression_samples import RegressionSamples, with_fi
 from frictool.typing import IntVector, Matrix, Vector
 
 BINS = 24  # bins of positions, and of states (velocity, sign of the acceleration)
-# share of rows that are few; the share is the participation ratio of the squared influence of all
-# rows, a half in a sine
+# share of rows below which few rows determine a parameter: (sum q)^2/(n sum q^2) with the squared
+# influences q of the n rows; 0.5 for a sine
 FEW_ROWS = 0.2
 MOST_EFFECTS = 4  # largest number of effects that act together
 FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
 DELAY = "delay"
 SCALED = ("inertia", "viscous")  # parameters that a wrong gain of the encoder scales
-# largest effort of the effects relative to the measured effort (rms); columns that resemble the
-# sliding columns would have any effort
+# largest rms effort of the effects relative to the rms effort; an effect that resembles inertia or
+# friction could otherwise be fitted with any effort
 LARGEST_EFFORT = 0.2
 
 
 @dataclass(frozen=True)
 class AcceptedEffects:
-    """Effects that act together.
+    """Effects that may act together in addition to those of the model.
 
     - what: names of the effects in the order of acceptance
     - significance: p-value of the effect that was accepted last
     - shift: change of each sliding parameter if the model had these effects
-    - held_out: sum of the squared prediction errors, relative to the sum without the effects
-    - scatter: parameter -> half width of the interval of its shift; 0 for a missing parameter
+    - held_out: squared prediction error for unseen strokes, relative to that without the effects
+    - scatter: half width of the interval of each shift; 0 for a missing parameter
     """
 
     what: tuple[str, ...]
@@ -76,12 +77,12 @@ class AcceptedEffects:
 
 @dataclass(frozen=True)
 class EffectRegression:
-    """Rows of the model and of all hypotheses.
+    """Regression with the columns of the model and of all hypotheses.
 
     - used: hypotheses that the model includes
     - free: hypotheses that the model does not include
-    - names: sliding parameters that are free in the model
-    - noisy: True if noise of the acceleration hides effects that resemble it
+    - names: sliding parameters that are not fixed
+    - noisy: True if noise of the acceleration hides effects that resemble the acceleration
     """
 
     rows: ReducedRows
@@ -93,11 +94,14 @@ class EffectRegression:
 
     @property
     def tested(self) -> list[Hypothesis]:
-        """Return the free hypotheses that noise of the acceleration does not hide."""
+        """Return the hypotheses in `free` that noise of the acceleration does not hide."""
         return [one for one in self.free if not (self.noisy and one.term in LIKE_ACCELERATION)]
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
-        """Return the intervals with the variance between positions and states added."""
+        """Return the intervals, widened by the scatter between positions and between states.
+
+        A state is a bin of velocity with one sign of the acceleration.
+        """
         rows = self.rows
         columns = rows.table(self.used)
         position = rows.samples.loads.get(TERMS[SPRING][0])
@@ -118,10 +122,9 @@ class EffectRegression:
     def _variance_by_noise(self, columns: Matrix) -> Vector:
         """Return the variance (p,) of the parameters due to noise of the acceleration.
 
-        The variance is computed only if few rows determine viscous friction; else it is 0. The
-        noise is treated as the same in all strokes, so that strokes do not average it, and as
-        independent between the rows of a stroke. The rms of the noise is limited to the rms of the
-        residual, because the residual contains this noise.
+        The result is 0 unless few rows determine viscous friction. The noise is assumed to be the
+        same in all strokes, so that more strokes do not reduce the variance, and independent
+        between the rows of a stroke. Its rms is at most that of the residual, which contains it.
         """
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)
@@ -140,9 +143,10 @@ class EffectRegression:
         return np.asarray(noise**2 * strokes * np.sum(influence, axis=1))
 
     def intervals(self, more: Sequence[Hypothesis] = ()) -> dict[str, Interval]:
-        """Return the intervals of all parameters of the model and of `more`, over clusters.
+        """Return the intervals of all parameters of the model and of the hypotheses `more`.
 
-        The result is empty if the rows do not determine the parameters.
+        The intervals follow from the scatter between clusters of rows. The result is empty if the
+        rows do not determine the parameters.
         """
         columns = self.rows.columns([*self.used, *more])
         try:
@@ -153,15 +157,15 @@ class EffectRegression:
         return intervals_around(names, solution.value, solution.half_width(self.confidence))
 
     def attenuation(self) -> float:
-        """Return the share of the inertia that noise of the acceleration hides, 0 to 1."""
+        """Return the fraction by which noise of the acceleration reduces the fitted inertia."""
         left = self.rows.left_by_others(self.used)
         return min(self.rows.noise**2 / left, 1.0) if left > 0.0 else 1.0
 
     def accepted(self) -> list[AcceptedEffects]:
-        """Return single effects and groups of effects that explain the residual.
+        """Return the effects, single or in groups, that explain the residual.
 
-        The result includes effects that explain the residual as well as an effect that the model
-        includes.
+        The result also has effects that could replace an effect of the model, because they predict
+        unseen strokes equally well.
         """
         if self._values(self.used) is None or self.rows.squares(self.used) is None:
             return []
@@ -187,7 +191,7 @@ class EffectRegression:
     def _alike(
         self, best: Hypothesis, tried: Sequence[tuple[float, Hypothesis]]
     ) -> list[tuple[float, Hypothesis]]:
-        """Return the significant hypotheses that predict unseen strokes as well as the best."""
+        """Return `best` and each significant hypothesis that predicts unseen strokes as well."""
         least = self.rows.squares([*self.used, best])
         return [
             (significance, one)
@@ -202,20 +206,19 @@ class EffectRegression:
     def timing(
         self, known: float, slopes: Mapping[str, float] = MappingProxyType({})
     ) -> AcceptedEffects | None:
-        """Return the shift by an unknown delay between effort and position.
+        """Return the shift of the parameters by an unknown delay between effort and position.
 
-        The delay is known to +-`known` [s] before the fit. The regression with the column of the
-        delay also determines the delay. The two intervals are combined with their inverse variances
-        as weights. A lag that the bench does not state may be longer than `known`. If the delay of
-        the regression is longer than `known` and improves the prediction of unseen strokes, only
-        the regression is used.
+        Before the fit, the delay is known to be within +-`known` [s]. The regression with a column
+        for the delay gives a second interval of the delay. Both are averaged with their inverse
+        variances as weights. If the fitted delay is longer than `known` and improves the prediction
+        of unseen strokes, only the fitted delay is used.
 
-        Each parameter changes in proportion to the delay, by the rate of the regression. `slopes`
-        contains other rates, in units of the parameter per second.
+        The shift of a parameter is the delay times a rate, which the regression gives. `slopes`
+        replaces the rates of some parameters, in units of the parameter per second.
 
-        Return None in four cases: the model includes the delay; the rows do not determine the
-        delay; noise of the acceleration hides it; at least FEWEST_STROKES strokes show that the
-        delay does not improve the prediction.
+        Return None if the model includes the delay, if the rows do not determine it, if noise of
+        the acceleration hides it, or if the delay does not improve the prediction although there
+        are at least FEWEST_STROKES strokes.
         """
         late = next((one for one in self.free if one.term == DELAY), None)
         if late is None:
@@ -249,8 +252,8 @@ class EffectRegression:
         Over less than a turn, the eccentricity mainly multiplies the position by a gain, which the
         log hardly determines. Each shift is therefore at most `known` times the parameter.
 
-        Return None if the hypothesis is not free, or if it does not improve the prediction of
-        unseen strokes.
+        Return None if the eccentricity is not in `free`, or if it does not improve the prediction
+        of unseen strokes.
         """
         eccentric = next((one for one in self.free if one.term == ECCENTRICITY), None)
         if eccentric is None:
@@ -273,7 +276,7 @@ class EffectRegression:
         return before is not None and after is not None and bool(np.sum(after) < np.sum(before))
 
     def _rivals(self) -> list[AcceptedEffects]:
-        """Return the models with one hypothesis exchanged that predict as well as this model."""
+        """Return the effects of each equally good model in which one hypothesis is exchanged."""
         least = self.rows.squares(self.used)
         out = []
         for one in self.used:
@@ -290,7 +293,7 @@ class EffectRegression:
         return out
 
     def _as_good(self, squares: Vector | None, least: Vector | None) -> bool:
-        """Return whether a model predicts unseen strokes as well as the one with `least`."""
+        """Return whether a model with the errors `squares` predicts as well as one with `least`."""
         return (
             squares is not None
             and least is not None
@@ -301,7 +304,7 @@ class EffectRegression:
     def _shifted(
         self, hypotheses: Sequence[Hypothesis], significance: float
     ) -> list[AcceptedEffects]:
-        """Return the change of the parameters if the model had these hypotheses."""
+        """Return the effects of `hypotheses` that the model lacks, or [] if undetermined."""
         alone = self._values(self.used)
         values = self._values(hypotheses)
         if alone is None or values is None:
@@ -318,7 +321,7 @@ class EffectRegression:
         return [AcceptedEffects(what, significance, shift, held_out)]
 
     def _values(self, hypotheses: Sequence[Hypothesis]) -> dict[str, float] | None:
-        """Return the parameters of the fit with these hypotheses, or None if undetermined."""
+        """Return the parameters of a fit with these hypotheses, or None if undetermined."""
         columns = self.rows.columns(hypotheses)
         try:
             values = self.rows.fitted(columns)
@@ -328,10 +331,9 @@ class EffectRegression:
         return dict(zip(names, values.tolist(), strict=True))
 
     def _plausible(self, more: Sequence[Hypothesis], hypotheses: Sequence[Hypothesis]) -> float:
-        """Return the factor that limits the effort of `more`; 1 if this effort is below the limit.
+        """Return a factor <= 1 that reduces the rms effort of `more` to its limit.
 
-        The limit is the share LARGEST_EFFORT of the rms effort, or the rms residual if that is
-        larger.
+        The limit is LARGEST_EFFORT times the rms effort, or the rms residual if that is larger.
         """
         samples = self.rows.samples
         size = float(np.sqrt(np.mean((samples.effort + samples.known_effort) ** 2)))
@@ -351,10 +353,10 @@ def effect_regression(
     smoother: float = 1.0,
     hides: bool = True,
 ) -> EffectRegression | None:
-    """Return the regression of the effort, or None if no row slips or no parameter is free.
+    """Return the regression of the effort, or None if no sample slips or all parameters are fixed.
 
-    `smoother` is a factor on the smoothing windows. If `hides`, the inertia is fixed if noise of
-    the acceleration attenuates it by more than its interval.
+    `smoother` is a factor on the smoothing windows. With `hides`, the inertia is fixed if noise of
+    the acceleration reduces the fitted inertia by more than the half width of its interval.
     """
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:
@@ -391,7 +393,7 @@ def other_inertia(fit: SlidingFit) -> bool:
 
 
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
-    """Return whether noise attenuates the free inertia by more than its half width in the fit."""
+    """Return whether noise reduces the fitted inertia by more than the half width of `fit`."""
     inertia = fit.parameters.get("inertia")
     if "inertia" not in regression.rows.base:
         return False
@@ -407,7 +409,7 @@ def _states(samples: RegressionSamples) -> IntVector:
 
 
 def _without_knees(samples: RegressionSamples, fit: SlidingFit, bench: Bench) -> RegressionSamples:
-    """Return the samples without the effort of knees and Stribeck effect, which have no columns."""
+    """Return the samples minus the effort of knees and Stribeck effect, which have no columns."""
     if fit.laws is None or not (fit.laws.regimes or "stribeck_velocity" in fit.parameters):
         return samples
     intervals = {**sliding_intervals(fit.parameters, bench), **fit.parameters}

@@ -58,7 +58,7 @@ class Interval:
 def intervals_around(
     names: Iterable[str], values: Iterable[float], half: Iterable[float]
 ) -> dict[str, Interval]:
-    """Return name -> interval; surplus values and half widths are ignored."""
+    """Return the interval of each name; values and half widths without a name are ignored."""
     return {
         name: Interval.around(value, reach)
         for name, value, reach in zip(names, values, half, strict=False)
@@ -67,7 +67,7 @@ def intervals_around(
 
 @dataclass(frozen=True)
 class TriedModel:
-    """Model that was compared with others on unseen strokes.
+    """Model that was compared with others on strokes that the fit did not use.
 
     - position_error: position error (rms), rad | m
     - force_error: force error, relative (`force_error.py`)
@@ -86,12 +86,12 @@ class Explanation:
 
     - name: name in `load.terms`
     - what: physical name as text
-    - state: `used` in the fit, or `left` in its residual
+    - state: `used` if the fit includes this part, `left` if it is in the residual
     - effort: rms effort, N m | N
     - probability: p-value of the test that this part of the effort is 0
-    - held_out: held-out error with this part, relative to the error without it
-    - settle: change of the bench or test that decides whether this part exists, as text
-    - rivals: physical names of hypotheses that predict unseen strokes equally well
+    - held_out: prediction error on strokes outside the fit, relative to the error without this part
+    - settle: text on a change of the bench or a test that shows whether this part exists
+    - rivals: physical names of other parts that predict these strokes equally well
     """
 
     name: str
@@ -112,7 +112,7 @@ class SlidingFit:
     - refused: name -> reason, with numbers
     - residual: rms residual of the method's equations divided by the rms of their right-hand side,
       on the strokes of the fit; not comparable between methods
-    - held_out_residual: the same ratio on unseen strokes; None if it was not computed
+    - held_out_residual: the same ratio on strokes outside the fit; None if it was not computed
     - condition: condition number of the regressors
     - samples: number of rows or samples in the fit
     - details: numbers that are specific to the method
@@ -121,12 +121,12 @@ class SlidingFit:
     - load: load terms of the fit if `auto` selected them, else None
     - explanations: parts of the effort that `auto` fitted or left in the residual
     - method, why: name of the method, and the reason if it was chosen automatically
-    - dropped: parameters set to 0, because the prediction of unseen strokes is no worse without
+    - dropped: parameters set to 0, because strokes outside the fit are predicted as well without
       them
     - fixed: bench's intervals of the parameters that were not fitted
     - force_error: force error (`force_error.py`), comparable between methods; None if no sample
       slips
-    - tried: models that were compared, with their scores
+    - tried: models that were compared
     - constants: identified constants of a servo
     """
 

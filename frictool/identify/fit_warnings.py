@@ -17,10 +17,10 @@ from frictool.identify.methods import DEFAULT, METHODS
 
 # force error or relative residual above which the effort is noisy or the model incomplete
 DOUBTFUL_FORCE_ERROR = 0.2
-# force error with values of the bench, relative to that with the log's own values, above which a
-# warning is issued
+# ratio of the force errors with the bench's and with the log's values above which a warning is
+# issued
 WORSE = 1.5
-LONGEST_VALUES = 60  # characters of the replaced values in a warning
+LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
 
 
 def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> list[str]:

@@ -25,13 +25,12 @@ from frictool.identify.rows.load_terms import terms_of
 def fixed_parameters(fit: SlidingFit, outcome: Outcome, bench: Bench) -> dict[str, Interval]:
     """Return the interval in the model of each parameter that was fitted and then refused.
 
-    It is the intersection of the bench's range and the logs' interval; if the two do not overlap,
-    it is the bench's range.
-
-    An inertia that the encoder's resolution hides is not fixed: its column is noise and nearly
-    orthogonal to the others. Parameters that the motion cannot separate are not fixed either.
+    This interval is the intersection of the bench's range and the logs' interval, or the bench's
+    range if the two do not overlap. The result excludes parameters that the motion cannot separate.
+    It also excludes an inertia that the encoder's resolution hides: such an inertia hardly changes
+    the other parameters.
     """
-    # if Coulomb friction differs by direction, coulomb and offset stand for two Coulomb frictions
+    # if Coulomb friction differs by direction, coulomb and offset are its mean and half difference
     split = bench.load is not None and "coulomb_by_direction" in bench.load.terms
     out = {}
     for name in SLIDING[:2] if split else SLIDING:
@@ -96,7 +95,7 @@ def refit(
 def with_held(
     settings: methods.IdentificationSettings, fit: SlidingFit, fixed: Mapping[str, Interval]
 ) -> methods.IdentificationSettings:
-    """Return settings that fix `fixed` at its values and the parameters that `fit` dropped at 0."""
+    """Return settings with the parameters in `fixed` fixed, and those that `fit` dropped at 0."""
     dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters}
     return replace(settings, fixed={**dropped, **fixed})
 

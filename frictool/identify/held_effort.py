@@ -38,12 +38,12 @@ from frictool.typing import Vector
 FEWEST_UPDATES = 20
 SHORTEST_HOLD = 3  # samples, shortest time between two updates; shorter ones change little
 EARLY = 0.1  # share of the updates that may follow each other faster than the hold
-# least median change of a held effort relative to its smallest changes (1 % quantile); below it the
-# effort is only coarsely quantised
+# least median change between two updates relative to the smallest changes (1 % quantile); an effort
+# below this ratio is coarsely quantised, but not held
 COARSE = 3.0
 LEAST_EFFECT = 0.02  # relative change of the parameters below which no warning is issued
-MIXED = 1e-9  # largest weight of rows of another stroke in a smoothed row
-SLOW = 0.5  # share b above which the effort is a slow sample
+MIXED = 1e-9  # largest weight of samples of another stroke in a smoothed sample
+SLOW = 0.5  # coefficient b above which the effort was read too rarely
 MOST_SAMPLES = 200_000  # largest number of samples of a record that are examined
 
 
@@ -52,7 +52,7 @@ class HeldEffort:
     """Effort of a record that stays constant between updates, and its effect on the parameters.
 
     - hold: number of samples between two updates
-    - low, high: confidence interval of the coefficient b, the factor of y_held - y (module)
+    - low, high: confidence interval of the coefficient b, defined at the top of this module
     - logged, interpolated: inertia [kg m^2 | kg], fitted to the effort as logged, and fitted to the
       effort interpolated between updates
     - effect: largest relative change of a parameter between these two fits. The change of the
@@ -126,7 +126,8 @@ def held_effort(
 ) -> HeldEffort | None:
     """Return the updates of a record's effort, and their effect on the parameters.
 
-    Return None if `hold_of` finds no hold, or if the record does not determine the effect.
+    Return None if the effort is not held (`hold_of`), or if the record does not determine the
+    effect.
     """
     record = record.part(slice(0, MOST_SAMPLES))
     hold = hold_of(record.effort)

@@ -42,23 +42,25 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import IntVector, Matrix, Vector
 
 NOISE_SHARE = 0.03  # share of noise in the acceleration (`smoothing`)
-MOST_ROWS = 3000  # rows of the fit; more are thinned out
-FEWEST_ROWS = 200  # fewer rows are not judged
+MOST_ROWS = 3000  # largest number of samples in the fit; more are thinned out
+FEWEST_ROWS = 200  # least number of slipping samples for a decision
 SHARPNESS = (2.5, 12.0)  # p of a soft saturation and of a clip
-HIGHEST = 0.99  # share of the efforts below the scale, and of the samples below the top
-START = 1.1  # limits at the start, relative to the scale
+# quantile of |effort| that scales the effort, and quantile of the compression above which the
+# samples are the top samples
+HIGHEST = 0.99
+START = 1.1  # initial value of both limits L, relative to the scale
 FARTHEST = 20.0  # largest factor between limit and scale
-MOST_EVALUATIONS = 60  # of S in one fit
+MOST_EVALUATIONS = 60  # largest number of evaluations of S in one fit
 COMPRESSED = 0.05  # compression of the samples that are treated as saturated
 LEAST_COMPRESSION = 0.08  # mean compression of the top samples
 LARGEST_RESIDUAL = 0.15  # rms residual relative to the scale; a worse fit explains nothing
-BETTER = 0.85  # squared residual relative to that with the rivals
+BETTER = 0.85  # squared residual relative to that of the rival
 AS_GOOD = 1.1
-MUCH_BETTER = 0.8  # squared residual relative to that without the rivals, if the gain is certain
-FAR_BETTER = 0.5  # the same for any gain
-CERTAIN = 6.0  # gain in standard errors over the strokes
+MUCH_BETTER = 0.8  # squared residual relative to the linear fit's, if the difference is certain
+FAR_BETTER = 0.5  # the same if the difference is not certain
+CERTAIN = 6.0  # mean difference over the strokes, in its standard errors, that is certain
 FEWEST_STROKES = 3
-SLOW = 0.1  # w relative to the top speed
+SLOW = 0.1  # speed at which a Stribeck effect in the rival has decayed to 1/e, over top speed
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ class HiddenSaturation:
 
 @dataclass(frozen=True)
 class _Samples:
-    """Slipping samples: columns (n, k) of the model and of its rivals, effort (n,), stroke (n,)."""
+    """Slipping samples: regressors (n, k) of model and rival, effort (n,), stroke number (n,)."""
 
     model: Matrix
     rivals: Matrix
@@ -119,7 +121,7 @@ def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | 
 
 
 def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
-    """Return the samples, each column with an rms of 1.
+    """Return the samples, with regressors of rms 1.
 
     Return None if there are too few to show a saturation, or if the encoder's noise alters the
     computed effort of the inertia as much as a saturation would.
@@ -195,8 +197,8 @@ def _saturating(
 def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector) -> bool:
     """Return whether a saturation explains the effort better than the linear fits.
 
-    squares, plain, rivals: squared residuals (n,) with the saturation, of the linear fit, and of
-    the rival.
+    The arguments are squared residuals (n,): `squares` with the saturation, `plain` of the linear
+    fit, `rivals` of the linear fit with the rival's columns. `stroke` (n,) numbers the strokes.
     """
     if squares.sum() > LARGEST_RESIDUAL**2 * squares.size or stroke.max() + 1 < FEWEST_STROKES:
         return False
@@ -211,11 +213,11 @@ def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector)
 
 
 def _certain(gain: Vector) -> bool:
-    """Return whether the mean gain of the strokes (s,) is far above its standard error."""
+    """Return whether the mean of `gain` (one per stroke) is far above its standard error."""
     return bool(np.mean(gain) > CERTAIN * np.std(gain, ddof=1) / np.sqrt(gain.size))
 
 
 def _less(one: Vector, other: Vector, stroke: IntVector) -> bool:
-    """Return whether sum(one) < sum(other), both with and without the clearest stroke."""
+    """Return whether sum(one) < sum(other), even without the stroke that supports this most."""
     gain = np.bincount(stroke, other - one)
     return bool(gain.sum() > max(gain.max(), 0.0))

@@ -67,7 +67,7 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
 
 
 def _factor(interval: Interval) -> str:
-    """Return the text for an interval whose ends differ by more than the largest factor."""
+    """Return the message on an interval whose ends differ by more than LARGEST_FACTOR."""
     ratio = interval.high / interval.low if interval.low > 0.0 else float("inf")
     return (
         f"the log's interval [{interval.low:.4g}, {interval.high:.4g}] spans a factor of "
@@ -76,9 +76,9 @@ def _factor(interval: Interval) -> str:
 
 
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
-    """Return the interval with a negative value of friction raised to 0.
+    """Return the interval of a friction with a negative value raised to 0.
 
-    The interval is returned unchanged if it does not contain 0 or overlaps the bench's interval.
+    The interval stays as it is if it does not contain 0 or if it overlaps the bench's interval.
     """
     nearly_none = (
         name in NEVER_NEGATIVE

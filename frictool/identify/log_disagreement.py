@@ -16,7 +16,7 @@ from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 
-WIDER = 4.0  # largest width from all logs, relative to that of one log alone
+WIDER = 4.0  # largest width of an interval from all logs, relative to that from a single log
 OTHERS_DIFFER = "although the logs agree on it; they may differ in another parameter"
 MOST_LOGS = 20  # largest number of logs compared; the first ones are used
 

@@ -1,15 +1,13 @@
 """Detection of records in which the logged effort or position is wrong.
 
-- saturated effort: flat tops below the actuator's limit, because the sensor saturates first. If
-  noise hides the flat tops, the effort stays at a level although the motion needs more.
-- clipped encoder: the position stops at its extreme within a sample, although the effort is too
-  small to brake the axis that fast
-- commanded effort: the effort follows from the motion alone, without friction. It was computed from
-  the encoder, by a controller with the drive off or by a model, and not measured.
-- effort by position: a gravity compensation commands the effort, and another force moves the axis
-
-A commanded effort is detected after a fit: the residual is tiny, and the fitted friction is almost
-zero. An effort by position is tested only if a fit gives neither inertia nor friction.
+- Saturated effort: the sensor saturates below the actuator's limit. The effort then has flat tops,
+  or, if noise hides them, it stays at a level although the motion needs more.
+- Clipped encoder: the position stops at its extreme within a sample, although the effort is too
+  small to brake the axis that fast.
+- Commanded effort: the effort was computed from the encoder signal and not measured. A fit explains
+  it almost exactly, with hardly any friction.
+- Effort by position: a gravity compensation commands the effort, and another force moves the axis.
+  This is tested only if a fit gives neither inertia nor friction.
 """
 
 from __future__ import annotations
@@ -28,18 +26,17 @@ from frictool.logs.quality.saturation import FlatTopDetector
 from frictool.typing import Vector
 
 LARGEST_SATURATED_SHARE = 0.01  # largest share of samples at a flat top
-# share of the actuator's limit above which a flat top is the limit itself, and not a saturated
-# sensor
+# share of the actuator's limit above which a flat top is that limit, and no fault of the sensor
 AT_THE_LIMIT = 0.99
 # samples before a stop over which the speed is averaged, and samples without motion after the stop
 STOPPING_SAMPLES = 3
 MARGIN = 2.0  # factor on the deceleration that effort and friction can cause
-COUNTS = 2.0  # counts by which the encoder may be off over those samples
+COUNTS = 2.0  # largest error of the distance over STOPPING_SAMPLES, in encoder counts
 SELF_EXPLAINED = 1e-3  # relative residual below the noise of any sensor
 NO_FRICTION = 0.02  # Coulomb friction relative to the rms effort
 # largest share of the effort's variance that the position leaves unexplained
 LEFT_BY_POSITION = 1e-3
-FEWEST_SAMPLES = 100  # in each direction
+FEWEST_SAMPLES = 100  # least number of samples in each direction
 
 
 def refuse_unmeasured(records: list[MotionRecord], bench: Bench) -> None:
@@ -123,7 +120,7 @@ def commanded(records: list[MotionRecord]) -> str | None:
 
 
 def _commanded_by_position(record: MotionRecord) -> str | None:
-    """Return the reason if the effort depends on the position alone, in both directions."""
+    """Return a message if the effort depends on the position alone, in both directions."""
     direction = find_strokes(record).sign
     moving = direction != 0.0
     if min(np.sum(direction > 0.0), np.sum(direction < 0.0)) < FEWEST_SAMPLES:

@@ -92,7 +92,7 @@ def _warnings(fit: SlidingFit, how: str, lines: list[str]) -> list[str]:
 
 
 def _force_line(requested: float | None, reference: float | None) -> list[str]:
-    """Return a line on both force errors if that of the requested method is too large, else []."""
+    """Return a line if the force error of the requested method is too large, else []."""
     if requested is None or reference is None or requested <= max(WORSE * reference, NEGLIGIBLE):
         return []
     return [f"the force error is {100 * requested:.3g} % instead of {100 * reference:.3g} %"]
@@ -120,7 +120,10 @@ def _scores(
     settings: IdentificationSettings,
     fit: SlidingFit,
 ) -> tuple[tuple[PredictionScore, PredictionScore] | None, str]:
-    """Return the scores of the method and of least squares (or None), and the data predicted."""
+    """Return the scores of the fit's method and of least squares, and the name of the test data.
+
+    The scores are None if one of the two methods refuses the data.
+    """
     fits = [fit, replace(fit, method=REFERENCE)]
     fixed_settings = with_held(settings, fit, fit.fixed)
     sides = halves(records)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from frictool.identify.motion_record import MotionRecord
 
 DEFAULT = "auto"
-REFERENCE = "least-squares"  # with which other methods are compared
+REFERENCE = "least-squares"  # method with which the others are compared
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,16 @@ class IdentificationMethod:
 
     - what: what the method does, as help text
     - when: data that the method suits, as help text
-    - reads: names of the OPTIONS that it reads
+    - reads: names of the OPTIONS that the method reads
     - velocity: True if the method works with a measured velocity and no position
-    - load: True if it fits the load terms of the bench
-    - known_inertia: True if it uses the inertia of the bench and does not estimate it
-    - whole_curve: True if it fits a curve over speed without the inertia. The parameters of the
-      curve are identified or refused together, never fixed, and not compared with REFERENCE
-    - differentiates: True if it uses plain differences, which need a fine encoder and no gaps
-    - comparison: True if it serves only for comparison with published values. The intervals of such
-      a method are not widened for effects that the model lacks if the force error is large
+    - load: True if the method fits the load terms of the bench
+    - known_inertia: True if the method uses the inertia of the bench and does not estimate it
+    - whole_curve: True if the method fits a curve over speed without the inertia. The parameters of
+      the curve are identified or refused together, never fixed, and not compared with REFERENCE
+    - differentiates: True if the method uses differences of samples without a filter, which need a
+      fine encoder and no gaps
+    - comparison: True if the method serves only for comparison with published values. If its force
+      error is large, effects that the model lacks do not widen the intervals
     - known_terms: name of a function that fits load terms that are already known, or None. Warnings
       use this function, because the method itself would search the terms again
     """
@@ -282,7 +283,7 @@ class PublishedFilters:
     - cutoff_hz, filter_order: cut-off in Hz and order of the low-pass
     - padding: number of padding samples at either end of the record
     - skip: number of samples dropped at the start, while the filters settle
-    - decimate: one in this many samples is used
+    - decimate: ratio of the sample rates before and after decimation
     - decimate_order, decimate_ripple_db: order and ripple of the Chebyshev low-pass for decimation
     - decimate_band: edge of its pass band, relative to the new Nyquist frequency
     """
@@ -305,10 +306,10 @@ class IdentificationSettings:
     - window: smoothing window, samples, odd
     - time_constant: time constant of the filter on differences, s
     - threshold: least speed of a sample in the method `threshold`, rad/s | m/s
-    - forgetting: weight of a squared residual that is one median stroke old, in ]0, 1]
+    - forgetting: weight of a squared residual one median stroke before the end, in ]0, 1]
     - pipeline: filters of inverse-dynamic and friction-force
-    - fixed: sliding parameter that the first fit did not identify -> bench's interval; the second
-      fit fixes the parameter at the value of this interval
+    - fixed: intervals of the sliding parameters that are not fitted; each parameter is fixed at the
+      value of its interval
     """
 
     confidence: float = 0.95

@@ -1,7 +1,7 @@
 """Model document of an identification.
 
 A parameter that is not identified has the bench's interval, which the logs may narrow, or an
-assumed interval. Its `source` states the origin.
+assumed interval. The key `source` of a parameter states the origin of its interval.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def bench_model(refused: NothingIdentified, bench: Bench, provenance: Provenance
 
 
 def unit_of(name: str, bench: Bench) -> str:
-    """Return the SI unit of a parameter on this axis."""
+    """Return the SI unit of a parameter on the axis of `bench`."""
     return si_unit(DIMENSIONS[name], bench.axis)
 
 

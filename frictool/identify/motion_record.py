@@ -1,9 +1,9 @@
 """Position and effort of one log on a uniform clock, the input of every method.
 
-If the drive has a lag (`loop_time_constant_s` > 0), the logged effort is a continuous quantity,
-measured at the time of its row. Without a lag, the effort of a row is held until the next row. The
-record states which case applies, because half a sample between position and effort causes an error
-of viscous T/2 in the inertia, with the period T.
+If the drive has a lag (`loop_time_constant_s` > 0), the logged effort is a continuous signal,
+sampled at the time of its row. Without a lag, the effort of a row is held until the next row. Half
+a sample period T between position and effort changes the inertia by viscous T/2; the record
+therefore states which case applies.
 
 If a log has a measured velocity and no position, the position of its record is the trapezoidal
 integral of the velocity from 0. Second differences of this position are differences of the
@@ -33,11 +33,11 @@ from frictool.plant.servo_firmware import ServoDrive
 from frictool.typing import IntVector, Vector
 
 JITTER = 0.1  # relative deviation of an interval from the period above which the record is split
-SMALLEST_COUNT = 1e-9  # least count relative to the range of a velocity; finer ones are rounding
+SMALLEST_COUNT = 1e-9  # least count of a velocity relative to its range; a finer one is rounding
 # share of broken intervals above which the clock is not treated as uniform: the record is resampled
 MOST_BROKEN = 0.02
-# a record is refused if more than half of its intervals differ from the median by more than this
-# share of it
+# relative deviation from the median interval; a record is refused if more than half of its
+# intervals deviate by more
 ERRATIC = 0.5
 LONGEST_BRIDGE = 5.0  # periods; a longer interval of a jittering clock is a gap and ends a piece
 
@@ -52,8 +52,9 @@ class TemperatureSignal:
 
     - values: temperature, (n,), degC
     - reference: temperature for which the sliding parameters are valid, degC
-    - viscous_rate, coulomb_rate: approximate relative change of both frictions per kelvin, 1/K
-    - viscous_curvature: approximate coefficient of the square of `excess` in the exponent, 1/K^2;
+    - viscous_rate, coulomb_rate: approximate relative change of viscous and of Coulomb friction per
+      kelvin, 1/K
+    - viscous_curvature: coefficient of `excess` squared in the exponent of viscous friction, 1/K^2;
       0 if the logs do not determine it
     """
 
@@ -71,9 +72,9 @@ class TemperatureSignal:
 
 @dataclass(frozen=True, eq=False)
 class ServoSignals:
-    """Inputs of a servo's firmware besides the goal, and the pendulum of the log.
+    """Inputs of a servo's firmware other than the goal, and the pendulum of the log.
 
-    - drive: gain, supply voltage and torque switch (n,)
+    - drive: gain, supply voltage and torque switch, each (n,)
     - pendulum: known pendulum of the log; None without one
     """
 
@@ -87,7 +88,7 @@ class MotionRecord:
 
     - position: measured or integrated position, (n,), rad | m
     - effort: measured effort, (n,), N m | N
-    - piece: number, from 0, of the gap-free part of the log that contains the sample, (n,)
+    - piece: number of the gap-free part of the log to which each sample belongs, (n,), from 0
     - period: sample period, s
     - resolution: one encoder count, rad | m; for a measured velocity, one velocity count times the
       period
@@ -141,10 +142,7 @@ class MotionRecord:
 def once_per_record(
     function: Callable[Concatenate[MotionRecord, P], R],
 ) -> Callable[Concatenate[MotionRecord, P], R]:
-    """Return the function with a cache; a result is kept as long as its record exists.
-
-    Several methods need the same value of the same record.
-    """
+    """Return the function with a cache; a result is kept as long as its record exists."""
     kept: WeakKeyDictionary[MotionRecord, dict[tuple[object, ...], R]] = WeakKeyDictionary()
 
     @functools.wraps(function)
@@ -213,8 +211,8 @@ def _on_grid(record: MotionRecord) -> MotionRecord:
     A gap is an interval longer than LONGEST_BRIDGE periods; a part of fewer than 3 grid samples is
     left out. The position is interpolated by a monotone cubic (Fritsch and Carlson, SIAM J. Numer.
     Anal. 17, 1980), which does not overshoot between encoder counts. The effort of a drive with a
-    lag is interpolated linearly. The effort of a drive without lag is the mean of the held
-    effort over each grid period, so that no impulse is lost.
+    lag is interpolated linearly. The effort of a drive without a lag is averaged over each grid
+    period, which keeps its impulse.
 
     Raises
     ------
@@ -299,9 +297,10 @@ def velocity_record(
 
 
 def velocity_count(velocity: Vector) -> float:
-    """Return the step of a quantised velocity (n,), or an equivalent step for its noise.
+    """Return the step of a quantised velocity (n,).
 
-    The noise is estimated from fourth differences.
+    Without a visible step, return the step whose quantisation would cause the noise that the fourth
+    differences show.
     """
     step = encoder_step(np.unique(velocity))
     noise = float(np.sqrt(np.mean(np.diff(velocity, 4) ** 2) / 70.0)) if velocity.size > 4 else 0.0
@@ -312,10 +311,8 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
     """Return the record of a log's main stream.
 
     The effort is the channel `effort` or, without one, the drive signal times the bench's effort
-    constant.
-
-    The effort of a servo is computed from goal and position by its firmware. The temperature may be
-    in any stream; it is interpolated.
+    constant. The effort of a servo is computed with the model of its firmware from goal and
+    position. The temperature may be in any stream; it is interpolated.
 
     Raises
     ------
@@ -343,10 +340,7 @@ def _motion_of(log: Log, bench: Bench) -> MotionRecord:
 
 
 def _with_servo(record: MotionRecord, log: Log, bench: Bench) -> MotionRecord:
-    """Return the record with the inputs of the servo's firmware, each held at the record's times.
-
-    The record is unchanged if the bench has no servo.
-    """
+    """Return the record with the inputs of the servo's firmware, if the bench has a servo."""
     if bench.actuator.servo is None:
         return record
     stream = log.main
@@ -361,9 +355,10 @@ def _with_servo(record: MotionRecord, log: Log, bench: Bench) -> MotionRecord:
 
 
 def _servo_drive(log: Log, stream: Stream, bench: Bench) -> ServoDrive:
-    """Return the inputs (n,) of the firmware at the samples of a stream; the bench completes them.
+    """Return the inputs (n,) of the firmware at the samples of a stream.
 
-    The torque is on in a log without the channel `torque_enabled`.
+    Missing gain and supply are taken from the bench. Without the channel `torque_enabled`, the
+    torque is on.
     """
     servo = bench.actuator.servo
     assert servo is not None
@@ -405,7 +400,6 @@ def reference_temperature(measured: Sequence[Vector]) -> float:
 
 
 def _effort(log: Log, stream: Stream, bench: Bench) -> Vector:
-    """Return the effort (n,) of a stream, N m | N."""
     actuator = bench.actuator
     if "effort" in stream.signals:
         return stream.signals["effort"]

@@ -5,9 +5,9 @@ check fits the following model to the samples of a log that certainly slip:
 
     effort = inertia a + friction sign(v) + offset + declared loads
 
-The directions differ if the larger of the two efforts, inertia rms(a) or friction, is significantly
-negative. The smaller effort is ignored, since a delay between position and drive can change its
-sign.
+Inertia times rms acceleration and the friction are compared. The directions differ if the larger of
+the two is significantly negative. The smaller one is ignored, since a delay between position and
+drive can change its sign.
 
 Some logs do not allow this fit, for example breakaway ramps or slow motion with a coarse encoder.
 Their strokes are tested instead: the mean effort from the first to the last encoder change of a
@@ -49,12 +49,11 @@ def reversed_sign(
 
 
 def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: float) -> str | None:
-    """Return a message if the effort brakes the strokes of a record, else None.
+    """Return a message if the effort opposes the strokes of a record, else None.
 
-    An effort is positive here if it acts in the direction of the stroke. With strokes in both
-    directions, the condition is a significantly negative mean effort without the offset. With too
-    few strokes in one direction, the condition is that the mean effort of every stroke and the net
-    work of the effort are negative.
+    The effort is negative if it acts against the stroke. With enough strokes in both directions,
+    the mean effort minus the offset must be significantly negative. Otherwise, the mean effort of
+    every stroke and the net work of the effort must be negative.
     """
     for record in records:
         direction, effort = stroke_efforts(record)
@@ -82,7 +81,7 @@ def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: f
 
 
 def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
-    """Return the direction (s,) and the mean effort (s,) of each stroke.
+    """Return the directions (s,) and the mean efforts (s,) [N m | N] of s strokes.
 
     The mean is taken from the first to the last encoder change of the stroke.
     """
@@ -100,7 +99,7 @@ def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
 
 
 def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Interval | None:
-    """Return the mean effort in the direction of the strokes, without offset.
+    """Return the mean effort in the direction of the strokes, minus the offset.
 
     Return None if one direction has too few strokes.
     """
@@ -126,7 +125,7 @@ def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) ->
 def _negative_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> str | None:
-    """Describe a negative inertia or mean friction that dominates the effort."""
+    """Return a text on inertia or mean friction if the larger effort of both is negative."""
     try:
         samples, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
         if "coulomb" in parameters_of(samples)[1]:

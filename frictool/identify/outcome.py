@@ -30,7 +30,8 @@ class Outcome:
 
     - identified: parameter -> interval in SI units
     - refused: parameter -> reason
-    - fit, ramp: fit of the sliding logs and breakaway of the ramps, or None
+    - fit: fit of the sliding logs, or None
+    - ramp: breakaway of the ramps, or None
     - laws: laws of friction and load in addition to the parameters; None without any
     - narrowed: refused parameter -> the bench's range, narrowed by the logs
     """
@@ -84,8 +85,8 @@ def accept(
 ) -> Outcome:
     """Return an outcome that accepts the informative intervals of `offered` and refuses the others.
 
-    The interval of a parameter that is refused here narrows the bench's range if both overlap.
-    `reasons`: reasons for the parameters that the method itself has refused.
+    The interval of a parameter that this function refuses narrows the bench's range if both
+    overlap. `reasons`: reasons for the parameters that the method has refused.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})

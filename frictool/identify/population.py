@@ -6,10 +6,10 @@ w = 1/s^2, Q = sum w (x - mean)^2 has a chi-squared distribution with n - 1 degr
 all estimates have one true value (Cochran 1954). The excess of Q gives the variance that the
 intervals do not explain (DerSimonian and Laird 1986).
 
-If the units are known, Q is the sum of a part within units and a part between units. In the test
-between units, the unexplained scatter within units is added to s^2. The drift is the common slope
-of all units over the date, with a separate mean for each unit. The Birge ratio widens the interval
-of the drift.
+A unit is a machine that was tested. If the units are known, Q is the sum of a part within units and
+a part between units. In the test between units, the unexplained scatter within units is added to
+s^2. The drift is the slope over the date, common to all units, with a separate mean for each unit.
+The Birge ratio widens the interval of the drift.
 """
 
 from __future__ import annotations
@@ -67,10 +67,10 @@ class Population:
 
     - mean: weighted mean
     - spread: standard deviation of the values
-    - expected: standard deviation predicted by the intervals
+    - expected: standard deviation of the values that the intervals predict
     - whole: test of all values
     - within, between: tests within units and between units; None without enough values
-    - alone: unit -> test of the values of this unit
+    - alone: test of the values of each unit, by unit
     - drift: drift of the parameter with the date; None if the dates do not determine it
     - level: probability that at least one test rejects although all true values are equal
     """
@@ -156,7 +156,7 @@ def population(values: Sequence[UnitValue], confidence: float, level: float) -> 
 
 
 def _deviations(values: Sequence[UnitValue], confidence: float) -> Vector:
-    """Return standard deviations (n,) from the wider side of each interval."""
+    """Return the standard deviations (n,) of the values, from the wider side of each interval."""
     reach = [
         max(one.interval.high - one.interval.value, one.interval.value - one.interval.low)
         for one in values
@@ -173,7 +173,7 @@ def _mean(values: Vector, s: Vector) -> float:
 
 
 def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
-    """Return the joint test of the scatter about the mean of each group (n,), or of all values."""
+    """Return the test of the scatter about the mean of each group, or about the mean of all."""
     w = s**-2.0
     group = np.zeros(values.size, dtype=np.int64) if group is None else group
     q = 0.0
@@ -214,7 +214,7 @@ def _drift(
     units: NDArray[np.str_],
     confidence: float,
 ) -> ParameterDrift | None:
-    """Return the drift; None if no unit has several dates or no degree of freedom is left."""
+    """Return the drift, or None if the dates do not determine it."""
     days = [one.day for one in values]
     if any(day is None for day in days):
         return None

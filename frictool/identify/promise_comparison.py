@@ -27,7 +27,7 @@ from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.from_logs import IdentifiedModel
 from frictool.identify.model_document import unit_of
 
-MORE = 1.2  # ratio above which a figure of the log is worse than the promise assumes
+MORE = 1.2  # largest accepted ratio of a value of the log to the value that the promise assumes
 SHORT = 0.95  # share of the test's duration below which a log is shorter
 
 

@@ -11,14 +11,13 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.logs.quality.jumps import JUMPS, PositionJumps, allowance
 
 MOST_COUNTS = 2.0**53  # largest count; beyond it, doubles do not hold every integer
-# largest distance from the median position, in travels; the travel is known roughly, the encoder's
-# zero not at all
+# largest distance from the median position, in travels; the travel is known only roughly
 MOST_TRAVELS = 10.0
 MOST_EFFORT = 10.0  # largest effort, relative to that at the actuator's limit
 
 
 def implausible(record: MotionRecord, bench: Bench) -> list[str]:
-    """Return warnings about jumps of the record's counts.
+    """Return warnings about jumps of the record's position.
 
     Raises
     ------
@@ -60,10 +59,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
 
 
 def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
-    """Return True if `warning` of a log is about jumps and the bench has a top speed.
-
-    `implausible` then warns of the same jumps.
-    """
+    """Return True if `implausible` warns of the jumps that `warning` is about, too."""
     return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 
 

@@ -45,11 +45,11 @@ from frictool.identify.rows.segments import whole
 from frictool.typing import IntVector, Matrix, Vector
 
 LARGEST_ERROR = 0.5  # rms position error relative to the rms motion; a larger one is refused
-# least concentration of the positions about the counts of the encoder, 0 to 1
+# least concentration of the positions about multiples of the encoder step, 0 to 1
 CONCENTRATED = 0.5
-# least change of the simulated position, in counts, if a parameter changes over the bench's range
+# least change of the simulated position, in counts, over the bench's range of a parameter
 VISIBLE = 1.0
-AT_END = 1e-3  # distance from an end of the bench's range, relative to the range
+AT_END = 1e-3  # largest distance from an end of the bench's range that counts as at the end
 METHODS = (DEFAULT, OUTPUT_ERROR)
 NO_OFFSET = "the goal determines no constant effort beside the zero angle of the pendulum"
 
@@ -142,7 +142,7 @@ def _was_off(records: Sequence[MotionRecord]) -> bool:
 
 
 def _start(records: Sequence[MotionRecord], bench: Bench) -> dict[str, float]:
-    """Return the start of the search, with the bench's values."""
+    """Return the parameters at which the search starts: the bench's values."""
     start = {name: getattr(bench.mechanics, name).value for name in ("inertia", "coulomb")}
     start |= {name: one.value for name, one in servo_quantities(bench).items()}
     viscous = bench.mechanics.viscous.value
@@ -174,7 +174,7 @@ def _free(
 
 
 def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str, str]:
-    """Return parameter -> reason for the constants that do not affect the simulated position."""
+    """Return a reason for each constant of the servo that does not change the simulation."""
     known = servo_quantities(simulated.bench)
     count = simulated.bench.encoder.resolution
     out: dict[str, str] = {}
@@ -190,7 +190,7 @@ def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str,
 
 
 def _without_effect(simulated: ServoSimulation, fit: SimulationFit) -> dict[str, str]:
-    """Return parameter -> reason for the constants of the servo without effect at the fit."""
+    """Return a reason for each constant of the servo that does not change the fitted motion."""
     count = simulated.bench.encoder.resolution
     known = servo_quantities(simulated.bench)
     out: dict[str, str] = {}
@@ -217,7 +217,7 @@ def _refuse_unexplained(simulated: ServoSimulation, fit: SimulationFit) -> None:
 
 
 def _solution(simulated: ServoSimulation, fit: SimulationFit) -> LeastSquaresSolution:
-    """Return estimates and deviations of the free parameters, with the driven viscous friction."""
+    """Return the fitted parameters and their covariance; viscous friction includes the back-EMF."""
     columns = -_of_driven_viscous(simulated.names, fit)
     values = np.array([_reported(fit.values, name) for name in simulated.names])
     ones = np.ones(fit.residual.size)
@@ -225,11 +225,11 @@ def _solution(simulated: ServoSimulation, fit: SimulationFit) -> LeastSquaresSol
 
 
 def _rounding(simulated: ServoSimulation, fit: SimulationFit) -> Vector:
-    """Return the standard deviation (p,) due to roundings that last for a whole log.
+    """Return the standard deviation (p,) of the parameters due to errors common to a whole log.
 
-    The firmware reads rounded positions, and an axis at rest keeps its rounding error; the phase of
-    the firmware's period against the log is unknown. Each log has two independent errors, uniform
-    over one count and over one period.
+    A position is wrong by up to half an encoder count, because the firmware rounds it, and the
+    firmware's clock is shifted by up to half a period against the log. Both errors are uniform,
+    constant during a log, and independent between logs.
     """
     inverse = np.linalg.pinv(_of_driven_viscous(simulated.names, fit))
     edges = np.cumsum([one.last - one.first for one in simulated.segments])[:-1]
@@ -248,9 +248,9 @@ def _reported(values: Mapping[str, float], name: str) -> float:
 
 
 def _of_driven_viscous(names: Sequence[str], fit: SimulationFit) -> Matrix:
-    """Return the Jacobian (n, p) with the driven viscous friction in place of the loose one.
+    """Return the Jacobian (n, p) for viscous friction with the torque enabled.
 
-    loose = driven - constant back_emf, so that constant and back_emf also change the loose one.
+    The simulation uses the friction with the torque disabled, which lacks constant times back_emf.
     """
     out = fit.jacobian.copy()
     if LOOSE in names:
@@ -343,7 +343,7 @@ def _gravity(intervals: Mapping[str, Interval], bench: Bench) -> dict[str, Inter
 
 
 def _constant_reasons(records: Sequence[MotionRecord], bench: Bench) -> dict[str, str]:
-    """Return constant of the servo -> reason why these logs cannot determine it."""
+    """Return a reason for each constant of the servo that these logs cannot determine."""
     known = servo_quantities(bench)
     out = {}
     if not _has_pendulum(records) and known["constant"].low is not None:

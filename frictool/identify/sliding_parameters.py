@@ -47,12 +47,11 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 
 
 def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
-    """Return the accepted parameters, and the fit in which refused ones have the model's values.
+    """Return the accepted parameters and the final fit, with widened intervals.
 
-    The fit with the model's values (`fixed_parameter_refit.py`) is used only if it explains the
-    effort and identifies all parameters that `fit` identifies. Otherwise a bench value that
-    contradicts the log could prevent the identification of parameters that the log determines. The
-    intervals include effects that the model lacks; the WidenedFit names these effects.
+    In the final fit, the refused parameters have their values in the model
+    (`fixed_parameter_refit.py`). If this fit does not explain the effort, or refuses a parameter
+    that `fit` identifies, `fit` is the final fit: a value of the bench then contradicts the log.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
@@ -83,8 +82,8 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    The intervals are not widened in two cases: motion with the drive off, which has no effort that
-    shows effects; and a comparison method with a large force error, of which `fit_warnings` warns.
+    The intervals stay as they are if the drive was off, since no effort shows the effects, and for
+    a comparison method with a large force error, of which `fit_warnings` warns.
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):
@@ -102,9 +101,9 @@ def any_negative(fit: SlidingFit | None) -> bool:
 def with_force_error(
     fit: SlidingFit, logs: AxisLogs, from_logs: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the force error of the model, from `from_logs` and the bench's values.
+    """Return the fit with the force error of the model; unchanged if the drive was off.
 
-    Motion with the drive off has no force error.
+    The model has the parameters `from_logs`, and the bench's values of the others.
     """
     if logs.drive_off:
         return fit

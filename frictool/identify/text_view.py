@@ -207,7 +207,7 @@ def explanation_line(one: Explanation, unit: str) -> str:
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
     """Return the line on the Stribeck velocities for which the breakaway's interval is valid.
 
-    If the range comes from the onsets only, the line also states how to make the range narrower.
+    Unless a fit gives the Stribeck velocity, the line also states how to narrow its range.
     """
     if fall.known:
         return (
@@ -226,8 +226,8 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
 def parameter_lines(model: Model) -> list[str]:
     """Return the table of the parameters.
 
-    The intervals are computed with the nominal drive constant. If the constant has an interval, a
-    further column has the intervals that include its error.
+    The intervals hold for the nominal drive constant. If the bench has an interval of the constant,
+    a further column has intervals that include the error of the constant.
     """
     rows = parameter_intervals(model)
     constant = model.bench.actuator.constant

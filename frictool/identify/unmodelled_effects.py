@@ -1,38 +1,34 @@
 """Widening of intervals by effects that the model does not include and the residual shows.
 
-An effect that the model lacks leaves the same residual in every stroke, so that the covariance over
-strokes (`regression`) does not include the resulting error. Seven sources of this error are
-examined (docs/theory/identify.md):
+An effect that the model lacks leaves the same residual in every stroke. The scatter between strokes
+therefore does not show the resulting error. Seven sources of this error are examined
+(docs/theory/identify.md). The first adds a variance; each of the others shifts the parameters:
 
-1. Residuals that repeat over position and state (velocity, sign of the acceleration) add a variance
-   (`regression/multiway.py`). If only few rows determine viscous friction, as in strokes of one
-   speed, the encoder's noise in the acceleration also adds a variance. Equal strokes reverse at the
-   same counts and thus repeat this noise. The variance is therefore not divided by the number of
-   strokes.
-2. The parameters shift if a hypothesis of `explanation_search` that improves the fit is added.
-3. The fit is repeated with smoothing windows of twice the length; the change of the parameters is a
-   shift. The columns of delay and resonance are first-order approximations: if they are used, the
-   change with the longest windows is a further shift.
-4. If the column of the delay is used, the shift by an exact delay and by an exact lag is computed.
-5. If the model has no delay, but a delay would improve the prediction of strokes outside the fit,
-   the effect of an unknown delay is a shift. Before the fit, the delay is known to +- half a
-   sample, because effort and position of a row may have been read half a sample apart. If the
-   regression gives a longer delay, its value is used.
-6. If the model has no eccentric encoder, but one would improve the prediction of strokes outside
-   the fit, the effect of the encoder's local gain on inertia and viscous friction is a shift.
-7. If the encoder's noise hides the inertia, the change of the inertia to that of windows of twice
-   the length, which have less noise, is a shift.
+1. Residuals that repeat at the same positions, or at the same velocities and signs of the
+   acceleration (`regression/multiway.py`). If only few samples determine viscous friction, as in
+   strokes of one speed, the encoder's noise in the acceleration is added. Equal strokes reverse at
+   the same counts and repeat this noise, so that more strokes do not reduce its variance.
+2. A hypothesis of `explanation_search`, such as a spring, that improves the fit.
+3. Smoothing windows of twice the length. Delay and resonance have first-order approximations in the
+   fit; if the fit includes one, the change with the longest windows is a further shift.
+4. An exact delay and an exact lag in place of the approximation, if the fit includes the delay.
+5. An unknown delay, if the model has none, but a delay would improve the prediction of strokes
+   outside the fit. Without a fit, the delay is known to +- half a sample, because effort and
+   position of a row may have been read half a sample apart. A longer fitted delay is used as it is.
+6. The local gain of an eccentric encoder, which changes inertia and viscous friction, if an
+   eccentricity would improve the prediction of strokes outside the fit.
+7. Less noise in windows of twice the length, if the encoder's noise hides the inertia.
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
-distance of sqrt(half^2 + shift^2) from the value, because effects that look alike may shift a
-parameter in opposite directions. If several effects move an end, only the largest movement is
-applied. If an interval overlaps the bench's interval, its ends do not move beyond the ends of the
-bench's interval.
+distance of sqrt(half^2 + shift^2) from the value, where half is the half width, because effects
+that look alike may shift a parameter in opposite directions. If several effects move an end, only
+the largest movement is applied. If an interval overlaps the bench's interval, no end moves beyond
+the bench's interval.
 
-A regression on accelerations with much encoder noise would make the inertia too small. If it
-becomes smaller by more than its half width, noise hides the inertia. The inertia is then fixed at
-its value in the fit (or in the bench). An inertia of another method, whose interval includes this
-noise, is fixed, too.
+Noise in the acceleration makes the inertia of a regression too small. If the inertia decreases by
+more than its half width, noise hides it. The inertia is then fixed at its value in the fit or, if
+the fit has none, in the bench. The same applies to an inertia from the weak form or from means over
+strokes.
 """
 
 from __future__ import annotations
@@ -64,14 +60,14 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
-READ_APART = 0.5  # sample periods between the readings of effort and position in a row, at most
-# largest relative error of a rotary encoder's local gain: that of an error of 5 mrad (0.3 degrees)
-# with one cycle per turn, usual for a magnetic encoder at the end of a shaft
+READ_APART = 0.5  # longest time between the readings of effort and position in a row, in samples
+# largest relative error of a rotary encoder's local gain: an error of 5 mrad (0.3 degrees) with one
+# cycle per turn, usual for a magnetic encoder at the end of a shaft
 LOCAL_GAIN = 5e-3
 CERTAIN = 1e-4  # significance of an effect that is reported
-LONGEST_RATIOS = 40  # characters of the ratios in a warning
+LONGEST_RATIOS = 40  # most characters that a warning uses for the ratios
 DELAY_STEPS = 3  # Gauss-Newton steps to an exact delay or lag
-SERIES = (DELAY, "resonance")  # effects with the first term of a series as their column
+SERIES = (DELAY, "resonance")  # effects that the fit approximates to first order
 NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 
 
@@ -80,7 +76,7 @@ class WidenedFit:
     """Fit with intervals that include unmodelled effects.
 
     - what: most significant effect; None if it is uncertain or hardly improves the prediction
-    - ratios: parameter -> new width divided by old width, for intervals that become much wider
+    - ratios: new width divided by old width of each interval that becomes much wider
     """
 
     fit: SlidingFit
@@ -151,9 +147,9 @@ def _of_windows(
 ) -> list[AcceptedEffects]:
     """Return the changes of the parameters with longer smoothing windows, beyond chance.
 
-    The columns of SERIES are first terms of Taylor series, which suffice if the window is longer
-    than the resonance or the lag. A fit that uses such a column is also compared with the
-    regression over its own windows, and over the longest windows.
+    The first-order approximations of SERIES hold if the window is longer than the lag or the period
+    of the resonance. A fit that includes one is also compared with the regressions over the same
+    windows and over the longest windows.
     """
     before = plain.intervals()
     out = []
@@ -170,9 +166,9 @@ def _of_windows(
 def _of_noise(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> list[AcceptedEffects]:
-    """Return the change of the inertia, beyond chance, to that of windows of twice the length.
+    """Return the change of the inertia, beyond chance, with windows of twice the length.
 
-    These windows have less noise, which attenuates the inertia.
+    Longer windows have less noise, which reduces the fitted inertia.
     """
     fitted = fit.parameters.get("inertia")
     smoother = effect_regression(fit, records, bench, confidence, SMOOTHER, hides=False)
@@ -185,8 +181,8 @@ def _of_noise(
 def _unlikely(one: Interval, other: Interval) -> float:
     """Return the change from the value of `one` to that of `other`, beyond chance.
 
-    `one` has the smaller variance if the model is true, so that the variance of the change is the
-    difference of the variances (Hausman, 1978).
+    If the model is true, `one` has the smaller variance, and the variance of the change is the
+    difference of the two variances (Hausman, 1978).
     """
     change = other.value - one.value
     chance = max(other.half_width**2 - one.half_width**2, 0.0)
@@ -194,10 +190,7 @@ def _unlikely(one: Interval, other: Interval) -> float:
 
 
 def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -> AcceptedEffects:
-    """Return the change from the intervals `before` to those with a longer window, beyond chance.
-
-    The estimate with the shorter window has the smaller variance if the model is true.
-    """
+    """Return the change, beyond chance, from the intervals `before` to those of `smoother`."""
     after = smoother.intervals()
     shift = {
         name: _unlikely(before[name], after[name])
@@ -216,9 +209,9 @@ def _of_delay(
 ) -> list[AcceptedEffects]:
     """Return the shifts by an exact delay and by an exact lag.
 
-    The effort is delayed or filtered by the estimated delay; the column of the delay then fits the
-    remaining delay, which is added (Gauss-Newton). A lag is tried only if the effort is early,
-    since the inverse of a lag would increase the noise of the effort.
+    Each Gauss-Newton step delays or filters the effort by the present estimate and fits the
+    remaining delay to first order. A lag is tried only if the effort is early, since the inverse of
+    a lag would increase the noise of the effort.
     """
     late = fit.effects.get(DELAY)
     if late is None:
@@ -248,10 +241,10 @@ def _rates(
     confidence: float,
     apart: float,
 ) -> dict[str, float]:
-    """Return the change of each parameter per second of delay, by the method of means over strokes.
+    """Return the change of each parameter of the stroke means per second of delay.
 
-    The method is repeated with the effort delayed by `apart` [s]. Its means weight the samples
-    otherwise than the regression. The result is empty for other methods.
+    The fit is repeated with the effort delayed by `apart` [s], because stroke means do not weight
+    the samples as the regression does. The result is empty for other methods.
     """
     if fit.method != STROKE_MEANS:
         return {}
@@ -289,9 +282,9 @@ def _hull(one: Interval, other: Interval) -> Interval:
 
 
 def _moved(interval: Interval, shift: float, scatter: float, known: Quantity | None) -> Interval:
-    """Return the interval with both ends moved outward because of a shift with a half width.
+    """Return the interval with its ends moved outward by a shift with the half width `scatter`.
 
-    No end moves beyond the interval of the bench, unless the bench contradicts the interval.
+    No end moves beyond the bench's interval `known`, unless that does not overlap the interval.
     """
     below = np.hypot(interval.value - interval.low, scatter)
     above = np.hypot(interval.high - interval.value, scatter)

@@ -22,8 +22,8 @@ from frictool.identify.excite.cramer_rao import SLIDING, cramer_rao
 from frictool.plant.polytope import corner_points
 from frictool.runtime.object_view import ResultView
 
-WANTED = 0.05  # default of the relative half width
-FINEST = 1e-6  # finest encoder tried, relative to the bench's step
+WANTED = 0.05  # default of the requested relative half width
+FINEST = 1e-6  # finest encoder step that is tried, relative to the bench's step
 BISECTIONS = 40
 USUAL = AssessmentRequest()
 
@@ -162,9 +162,9 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the rows of the parameters in `counted` that cannot be identified as requested.
+    """Return the assessments of the parameters in `counted` that cannot be identified as requested.
 
-    A parameter is left out if its a-priori value is 0.
+    Parameters with the a-priori value 0 are left out.
     """
     return [
         row

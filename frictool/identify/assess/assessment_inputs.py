@@ -27,7 +27,7 @@ class AssessmentInputs:
     - speed, effort: largest speed, rad/s | m/s, and largest effort, N m | N
     - strokes: strokes of the proposed sines
     - fastest, slowest: shortest and longest a-priori time constant inertia/viscous, s
-    - known: parameter -> relative half width of its a-priori interval
+    - known: relative half width of the a-priori interval of each parameter
     - inertia: lower end, value and upper end of the a-priori interval, kg m^2 | kg
     - breakaway: expected breakaway, N m | N
     - rate: slope of the proposed ramps, N m/s | N/s
@@ -74,7 +74,7 @@ class AssessmentRequest:
     Attributes
     ----------
     wanted : mapping of str to float
-        Parameter -> requested relative half width; 0.05 for a missing parameter.
+        Requested relative half width of each parameter; 0.05 for a missing parameter.
     duration : float
         Duration of the proposed sines, s.
     noise : float or None

@@ -16,7 +16,7 @@ from frictool.identify.assess.identifiability import (
 )
 from frictool.identify.assess.noise_filter import noise_ratio
 
-ENDS = {  # method -> end of the path of a sliding parameter
+ENDS = {  # last line of the scheme of a sliding parameter, by the proposed method
     DIFFERENTIATION: "least squares weighted by the speed, conditioned",
     WEAK_FORM: "weak form over windows of a stroke",
     STROKE_MEANS: "sines on a position loop",
@@ -66,7 +66,7 @@ def scheme(assessment: Assessment) -> list[str]:
 
 
 def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str) -> list[str]:
-    """Return the questions on differences of samples, first without a filter, then with one."""
+    """Return the questions on differences of samples, without and with a low-pass filter."""
     facts = assessment.facts
     raw = raw_bound(row.parameter, assessment.facts)
     lines = [
