@@ -78,7 +78,8 @@ def convert(
 ) -> None:
     """Write the streams in a format.
 
-    Raises LogError if there are several streams and a file of the format can contain only one.
+    Raises LogError about `source` if there are several streams and a file of the format can contain
+    only one.
     """
     if len(streams) > 1 and not form.several:
         topics = ", ".join(stream.head.topic for stream in streams)

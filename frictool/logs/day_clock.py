@@ -1,6 +1,6 @@
 """Times of day without a date, continued after midnight.
 
-A step back by more than half a day is treated as the next day.
+If a time is more than half a day earlier than the time before it, midnight has passed.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ PARQUET_MAGIC = b"PAR1"
 class FleetLog:
     """Log of the fleet.
 
-    name: path as the user wrote it; for a log in a listed folder, the path that `members` defines.
+    name: path of the log as shown to the user (see `members`).
     """
 
     path: Path

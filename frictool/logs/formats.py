@@ -236,7 +236,7 @@ def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[Ra
 
 
 def format_for(path: Path) -> Format | None:
-    """Return the format that is written to a file with this suffix, or None."""
+    """Return the format that is written to a file with the suffix of `path`, or None."""
     return next((one for one in WRITTEN.values() if path.suffix.lower() in one.suffixes), None)
 
 

@@ -65,7 +65,7 @@ class IngestRequest:
 
     @property
     def facts(self) -> dict[str, str]:
-        """Return kind, unit and date as entries of the metadata record KIND."""
+        """Return kind, unit and date as entries of the metadata record `log`."""
         entries = ((TEST, self.kind), (UNIT, self.unit), (DATE, self.date))
         return {key: text for key, text in entries if text}
 

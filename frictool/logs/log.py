@@ -98,8 +98,8 @@ class Log(ResultView):
     streams : tuple of Stream
         Streams in the order of the file.
     metadata : dict of str to dict of str to str
-        Metadata records such as `provenance`: record name -> key -> text. The record of the units
-        is left out, because each stream contains its units.
+        Metadata records such as `provenance`: record name -> key -> text. The units are in the
+        streams instead.
     source : str
         File name or other name of the log in error messages.
     warnings : tuple of str

@@ -88,8 +88,8 @@ class LogAssembly:
     notes: metadata records.
     lost: losses noticed when the files were opened.
     earlier_losses: losses that the metadata of a canonical input reports from an earlier salvage.
-    origin: clock time in ns at 0 of the log; None until the first sample of a clock is known.
-    ahead: topic -> time in ns by which the clock of the stream's instrument leads.
+    origin: clock time in ns at time 0 of the log; None until `start_streams` has set it.
+    ahead: topic -> time in ns by which the stream's clock leads the log's clock.
     findings: functions that return the warnings about each raw table.
     salvage: True if unreadable data is left out; False if it raises LogError.
     """
@@ -187,7 +187,7 @@ def add_tables(
     """Add the streams of a raw file; raise LogError if a column does not fit the bench.
 
     stem: name, without suffix, of a file that is not the first of the log; "" for the first.
-    ahead_ns: time in ns by which the file's clock leads.
+    ahead_ns: time in ns by which the file's clock leads the log's clock.
     """
     ready, findings = prepare_tables(tables, bench)
     flows = bind(

@@ -50,7 +50,7 @@ class LogOrigin:
 class LogName:
     """Path of a log, as shown to the user.
 
-    folder: name of the folder with the file, if it is below the listed folder; else "".
+    folder: last folder in `file` for a log found in a listed folder; "" if there is none.
     """
 
     file: str
@@ -67,7 +67,7 @@ def origin_of(
     """Return the origin of a log from its metadata, clock and name.
 
     noted: metadata record `log` of the log.
-    clock_ns: clock time at 0 of the log, in ns; None without a clock.
+    clock_ns: clock time in ns at time 0 of the log; None without a clock.
     first: time of the first sample, in s.
     """
     called = origin_by_name(name, patterns)

@@ -38,9 +38,8 @@ class DataLoss:
     start_s, end_s: first and last time of the loss, in s of log time; None if unknown.
     samples: number of lost samples; None if unknown.
 
-    If a table leaves both times unknown, the mapper uses the times of the samples before and after
-    the loss. It takes them when the next block arrives. Therefore a table must append the loss
-    before it yields the next block.
+    If both times are None, `ChannelMapper` sets them to the times of the samples before and after
+    the loss. Therefore a table must append a loss before it yields the next block.
     """
 
     channels: tuple[str, ...]
@@ -146,10 +145,7 @@ class DerivedTable:
 
 @runtime_checkable
 class DetectedLayout(Protocol):
-    """Table of a file with a layout that frictool has detected.
-
-    description: description of the layout for messages.
-    """
+    """Table of a file with a layout that frictool has detected; messages show its `description`."""
 
     description: str
 

@@ -201,7 +201,6 @@ def _child(
     )
     context = multiprocessing.get_context(method)
     ours, theirs = context.Pipe(duplex=False)
-    # not every context has Process
     # typeshed's base of contexts lacks Process; each context has it
     process = context.Process(target=_run, args=(theirs, path, work, arguments), daemon=True)  # type: ignore[attr-defined]
     with warnings.catch_warnings():

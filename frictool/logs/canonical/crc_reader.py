@@ -11,7 +11,7 @@ PIECE = 1 << 19  # bytes of the buffer
 class CountedBytes:
     """Buffer of a stream of `size` bytes, which are taken in order; `offset` is the read position.
 
-    All methods that read raise OSError.
+    All methods that read may raise OSError.
     """
 
     def __init__(self, stream: BinaryIO, size: int) -> None:
@@ -69,7 +69,6 @@ class CountedBytes:
         self._end = left
         self._counted = 0
         more = self._held[left : min(PIECE, left + self._size - self.offset)]
-        # a buffered file has readinto, BinaryIO does not declare it
         self._end += self._stream.readinto(more)  # type: ignore[attr-defined]  # a binary file has it
 
     def _taken_at_once(self, length: int) -> bytes:

@@ -34,9 +34,9 @@ class MissingSamples:
     def unread(self, part: FileSection, last: int | None, size: int) -> None:
         """Record a section that cannot be read.
 
-        If message indexes follow the chunk, they give the number and the times of the samples.
+        If the section is a chunk with message indexes after it, the indexes give the number and the
+        times of the samples.
 
-        part: the section.
         last: time of the last sample before the section, in ns; None if there is none.
         size: size of the file in bytes.
         """

@@ -23,7 +23,7 @@ from frictool.logs.quality.time_base import time_base
 from frictool.logs.quality.wrap_detection import WrapSearch
 from frictool.typing import Vector
 
-# relative deviation from the drive up to which an effort is treated as computed from it
+# relative deviation from a multiple of the drive up to which an effort is treated as computed
 ROUNDING = 1e-9
 SAME_CONSTANT = 1e-6  # relative tolerance of an unchanged constant
 

@@ -37,8 +37,8 @@ def bind(
     stem: name, without suffix, of a file that is not the first of its log; its first stream is
         `/axis/STEM`, its other streams `/axis/STEM_NAME`. "" for the first file.
     taken: topics already in use.
-    lost: list that receives each channel with a column in the missing part of a truncated file; the
-        channel is left out. None: such a channel raises LogError.
+    lost: list to which a channel is added if its column is in the missing part of a truncated file;
+        None to raise LogError instead.
 
     Raises LogError if the bench maps no channel or if a table has no time. Also raises LogError if
     a column is missing, is in several tables, or has a unit that contradicts the bench.

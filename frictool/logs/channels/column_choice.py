@@ -7,8 +7,8 @@
     unit      the unit in the file, else the unit at the end of the name; a question if both are
               missing
 
-Three kinds of units are inferred. ROS recordings give joint states in SI. Integers under the name
-of an encoder are counts. Times of a logger at more than 50 Hz can only be in seconds.
+Three kinds of units are inferred. Joint states of ROS recordings are in SI. Integers in a column
+that is named after an encoder are counts. Times with steps of at most 0.02 are in seconds.
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ from frictool.typing import Vector
 TEMPERATURE = "temperature"
 CHANNELS: tuple[str, ...] = get_args(Channel)
 DRIVES = ("current", "voltage")
-CLEAR = 2  # levels of QUANTITIES with words that a unit cannot overrule
-# words of a command's name that do not mean another quantity than the position
+CLEAR = 2  # number of levels of QUANTITIES with words that a unit cannot overrule
+# words that the name of a position command may contain
 NEUTRAL = {"value", "input", "signal", "axis", "joint", "motor", "achse"}
 MOST_NAMES = 8  # maximum number of column names in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
-# s, range of the steps of a time without unit that is in seconds; in ms, no logger is so fast
+# a time without unit is in seconds if its steps are in this range; in ms, no logger is so fast
 SECONDS = (1e-5, 0.02)
 FEWEST_STEPS = 8  # least number of rows of a column that may count them
 STEP_TOLERANCE = 0.02  # relative difference of the steps of a time, from rounding in the file
@@ -122,7 +122,7 @@ class ColumnChoice:
 
 
 def dimension_of(channel: str) -> str:
-    """Return the dimension of a channel; `time` is a channel, too."""
+    """Return the dimension of a channel or of `time`."""
     return CHANNEL_DIMENSIONS.get(channel, TIME)
 
 
@@ -178,9 +178,9 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
 
 
 def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnChoice]) -> bool:
-    """Return whether a choice that leaves a question is not worth the question.
+    """Return whether to leave out a channel instead of asking about it.
 
-    Only an effort without current and voltage is needed, and no temperature.
+    An effort is needed only without current and voltage; a temperature is never needed.
     """
     if channel == EFFORT:
         return choice.column == OPEN and any(name in chosen for name in DRIVES)
@@ -249,7 +249,7 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
 
 
 def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
-    """Return whether a command without a quantity in its name can be one of the position."""
+    """Return whether a command whose name has no quantity can be a position command."""
     neutral = all(is_command(w) or w in NEUTRAL or w in UNITS for w in words(one.name))
     return neutral and (one.unit is None or names_motion(one.unit, axis))
 
@@ -320,13 +320,13 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
 
 
 def _repeats(one: OfferedColumn, other: OfferedColumn, channel: str) -> bool:
-    """Return whether a column has the values of another one, and of the same name unless a time."""
+    """Return whether two columns are equal; columns other than times need equal names, too."""
     named = channel == TIME or without_number(one.name) == without_number(other.name)
     return named and np.array_equal(one.values, other.values, equal_nan=True)
 
 
 def _counts_rows(one: OfferedColumn) -> bool:
-    """Return whether a column x without unit rises in equal steps, as the x-axis of an export."""
+    """Return whether a column is the x-axis of an export: `x`, without unit, in equal steps."""
     if one.unit is not None or one.name.lower() != "x" or one.values.size < FEWEST_STEPS:
         return False
     steps = np.diff(one.values)

@@ -251,7 +251,6 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
 
 
 def _reason(error: LogError) -> str:
-    """Return the message of an error with its line, but without its file."""
     return _message(error) if error.line is None else f"line {error.line}: {_message(error)}"
 
 
@@ -299,9 +298,8 @@ def _si(
 def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
     """Return the sample period in s: the mean interval if the log has no gaps, else the median.
 
-    The period is rounded to 3 digits if rounding changes the period by less than 0.1 %, else to 6
-    digits. Returns None if no bench could have this period, because the unit of time is then
-    probably wrong.
+    The period is rounded to 3 digits if this changes the period by less than 0.1 %, else to 6
+    digits. Returns None if a bench does not allow the period: its unit is then probably wrong.
     """
     time = _si(table, columns, TIME, axis)
     if time is None and table.time_ns is not None and table.time_ns.size:

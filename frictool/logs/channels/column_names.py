@@ -103,7 +103,7 @@ def clarity(name: str) -> int:
 
 
 def is_no_signal(name: str) -> bool:
-    """Return whether a name means a supply, a limit or an error, which are no channels.
+    """Return whether a name means a supply, a limit or an error, and thus no channel.
 
     >>> is_no_signal("Ori_err_norm_rad"), is_no_signal("3V3"), is_no_signal("angle")
     (True, True, False)
@@ -117,7 +117,7 @@ def is_command(name: str) -> bool:
 
 
 def without_number(name: str) -> str:
-    """Return the name that several columns of a file have.
+    """Return a name without the number that was appended to make it unique.
 
     >>> without_number("target_q_0 (column 26)")
     'target_q_0'

@@ -20,7 +20,7 @@ from frictool.documents.bench import Bench
 from frictool.logs.quality.jumps import PositionJumps, allowance, lone
 from frictool.typing import Vector
 
-# bits of the registers to which a negative count may be sign-extended before it is read as unsigned
+# widths in bits to which a logger may sign-extend a negative count that it then stores as unsigned
 EXTENDED = (16, 24, 32)
 
 

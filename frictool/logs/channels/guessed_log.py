@@ -102,7 +102,6 @@ def _lost(
 
 
 def _time(table: MemoryTable, guess: ColumnGuess, column: str | None, axis: Axis) -> Vector:
-    """Return the times of the rows in s."""
     if table.time_ns is not None and table.time_ns.size:
         return np.asarray((table.time_ns - table.time_ns[0]) / NS)
     unit = guess.columns[TIME][1] if column is not None else OPEN

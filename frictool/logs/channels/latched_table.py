@@ -26,7 +26,7 @@ NS = 1e9  # ns per s
 class LatchedTable(DerivedTable):
     """Table with one row per `period_ns` that contains the latest value of each column.
 
-    time: name of the time column, and its unit in s; None if the table's blocks have `time_ns`.
+    time: name of the time column, and size of its unit in s; None if the blocks have `time_ns`.
     """
 
     def __init__(self, table: RawTable, period_ns: int, time: tuple[str, float] | None) -> None:
@@ -93,7 +93,7 @@ class LatchedTable(DerivedTable):
 def row_times(block: RowBlock, time: tuple[str, float] | None) -> Nanoseconds:
     """Return the times (n,) in ns of the n rows of a block.
 
-    time: name of the time column, and its unit in s; None if the block has `time_ns`.
+    time: name of the time column, and size of its unit in s; None if the block has `time_ns`.
     """
     if time is None:
         assert block.time_ns is not None

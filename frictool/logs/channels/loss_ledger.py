@@ -1,4 +1,4 @@
-"""List of the losses of one stream while it is read, each with time range and channels."""
+"""Losses of one stream, collected while the stream is read; each has a time range and channels."""
 
 from __future__ import annotations
 

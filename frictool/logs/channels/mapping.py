@@ -3,8 +3,7 @@
 `bench.columns` names the column and the unit of each channel. The value of a channel is (scale *
 raw + offset) in that unit. In the unit `count`, the counter of a position is first converted to
 unbounded counts (encoder.py), and the value is multiplied by the encoder's resolution and
-direction. The jumps of positions and references that are shown modulo a period are removed
-(unwrapping.py).
+direction. Wraps of positions and references are removed (unwrapping.py).
 """
 
 from __future__ import annotations
@@ -45,8 +44,10 @@ ROUNDED = (
     "times are so large that a double resolves only {:.2g} s; count times from the start, or "
     "write ISO 8601"
 )
-RATE_NOTED = 0.01  # relative difference of the log's period from the bench's that is a warning
-RATE_REFUSED = 0.2  # relative difference that is an error if the periods have to agree
+# relative differences between the periods of log and bench: above the first there is a warning, and
+# above the second an error if the periods have to agree
+RATE_NOTED = 0.01
+RATE_REFUSED = 0.2
 # largest ratio of two periods of one bench; a larger ratio points to a mistaken unit of time
 MOST_RATIO = 30.0
 
@@ -69,8 +70,7 @@ class ChannelMapper:
 
     table: the table.
     bench: bench with the `columns` to map.
-    columns: channel -> column of the bench, and its name in the table; also for `time` if the table
-        has a time column.
+    columns: channel or `time` -> column of the bench, and its name in the table.
     topic: topic of the stream.
     derive: True if `effort` is to be computed from the drive.
     period: expected sample period in s; None to accept any period.
@@ -118,7 +118,6 @@ class ChannelMapper:
         self._begin()
 
     def _begin(self) -> None:
-        """Reset the state for a new reading."""
         self.done, self.losses, self.warnings = 0, LossList(), ()
         self._counter = EncoderCounter(self._bench)
         self._intervals = SampleIntervals()
@@ -191,7 +190,6 @@ class ChannelMapper:
 
     @property
     def _last(self) -> int | None:
-        """Return the time of the last sample in ns, or None."""
         return self._intervals.last_ns if self._intervals.samples else None
 
     def _finite(self, block: RowBlock, salvage: bool) -> tuple[Rows, list[DroppedRows]]:
@@ -220,7 +218,6 @@ class ChannelMapper:
         return np.flatnonzero(left), dropped
 
     def _times(self, block: RowBlock, rows: Rows) -> Nanoseconds:
-        """Return the times of rows of a block in ns."""
         if self._time is None and block.time_ns is not None:
             return block.time_ns[rows]
         if self._time is None:
@@ -270,7 +267,6 @@ class ChannelMapper:
         )
 
     def _mapped(self, block: RowBlock, rows: Rows, time: Nanoseconds) -> SampleBlock:
-        """Return the channels' values in the selected rows, in SI units."""
         every = rows.size == next(iter(block.columns.values())).size
         values: dict[str, Vector] = {}
         for one in self._sources:

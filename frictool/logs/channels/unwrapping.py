@@ -5,8 +5,8 @@ differ by a multiple of P give the same step of y; the shortest of these steps i
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
-The period is `encoder.wrap`. For a position that is not in counts, it may also be the range of a
-counter of `encoder.wrap_bits`. A position that wraps without a declaration in the bench is an error
+The period is `encoder.wrap` or, for a position that is not in counts, the range of a counter of
+`encoder.wrap_bits` bits. A position that wraps without such a key in the bench is an error
 (quality/wrap_detection.py).
 """
 

@@ -41,9 +41,8 @@ class ZeroedTable(DerivedTable):
     def _zero(self, name: str, losses: list[DataLoss] | None) -> float:
         """Return the mean of the first values, from a separate reading that stops early.
 
-        If the table has too few values, all values are averaged, and a note is appended to
-        `losses`; if `losses` is None, LogError is raised instead. Also raises LogError if there is
-        no value.
+        If there are too few values, the mean of all values is returned and a note is appended to
+        `losses`. Raises LogError if there is no value, or if a note is needed and `losses` is None.
         """
         wanted = self._counts[name]
         samples = np.empty(0)

@@ -1,16 +1,17 @@
 """Clock offset between two instruments, from a quantity that both have recorded.
 
-    y(u) = a + b x(u - tau) + e        u: times of the clock that leads by tau; x by linear
-                                       interpolation
+    y(u) = a + b x(u - tau) + e
 
-Both signals get the same smoothing first. Without smoothing, the estimate of tau would be biased,
-because linear interpolation reduces the noise of x between the samples.
+x and y are the two records of the quantity. The clock of y, with the times u, leads by tau. a and b
+are the offset and the gain between the two sensors, and e is the residual. tau minimises the sum of
+squares of e, with |tau| <= most.
 
-a and b are the offset and the gain between the two sensors, and e is the residual. tau minimises
-the sum of squares of e, with |tau| <= most. The variance of tau follows from the slope s = b x',
-without the part that a and b can compensate. Because e is not white, the variance also contains the
-autocovariance of s e at the lags k. w_k are the weights of W. K. Newey and K. D. West (Econometrica
-55, 1987):
+Both signals get the same smoothing first. Without it, the estimate of tau would be biased, because
+linear interpolation reduces the noise of x between the samples.
+
+The variance of tau follows from the slope s = b x', without the part that a and b can compensate.
+Because e is not white, the variance also contains the autocovariance of s e at the lags k. w_k are
+the weights of W. K. Newey and K. D. West (Econometrica 55, 1987):
 
     var tau = sum_k w_k sum_i (s e)_i (s e)_{i+k} / (sum_i s_i^2)^2
 """

@@ -38,7 +38,7 @@ def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
 
 
 def lone(steps: Vector) -> NDArray[np.bool_]:
-    """Return a mask (n,), True at each jump, if the top speed is unknown.
+    """Return a mask (n,), True at each jump, by the rule for an unknown top speed.
 
     steps: (n,) differences of successive samples in counts.
     """
@@ -58,7 +58,7 @@ class PositionJumps:
     first_s, first_counts: time in s and length of the first jump.
     shortest, longest: absolute lengths of the shortest and the longest jump.
     lowest_landing, highest_landing: smallest and largest counter value after a jump.
-    slack: largest part of a jump that may be motion.
+    slack: largest part of a jump, in counts, that may be motion.
     """
 
     count: int = 0
@@ -94,10 +94,10 @@ class PositionJumps:
 
     @property
     def wrap_bits(self) -> int | None:
-        """Return the number of bits of a counter that overflows, or None.
+        """Return the number of bits of the counter if the jumps are its overflows, else None.
 
-        A counter overflows if several jumps are as long as the counter's range, and if the counter
-        values after the jumps span at most this range. Both lengths may deviate by `slack`.
+        The jumps are overflows if several of them are as long as the counter's range, and if the
+        counter values after the jumps span at most this range. Both lengths may deviate by `slack`.
         """
         if (
             self.count < FEWEST_WRAPS

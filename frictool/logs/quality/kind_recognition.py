@@ -7,8 +7,8 @@ The kind decides which parameters can be identified.
             rests at one position after the other
     ramp    the axis rests for most of the time; during each rest the effort rises from a low level
             along a line until the axis starts (`ramps`)
-    sines   few spectral lines contain nearly all power of the reference's acceleration; if there is
-            no reference, the drive is examined, or else the position
+    sines   a few spectral lines contain nearly all power of the reference's acceleration (without a
+            reference: of the drive; without a drive: of the position)
     stroke  the axis moves in one direction, or in one direction and back
     free    any other motion
 """
@@ -33,7 +33,7 @@ FEW_JUMPS = 0.02  # largest number of reference jumps relative to the number of 
 LINES = 12
 PURE = 0.9
 LOBE = 2  # bins on each side of a line that a Hann window fills
-FEWEST_BINS = 64  # least number of lobe widths in the spectrum
+FEWEST_BINS = 64  # least number of bins of a spectrum, divided by LOBE
 GRID_POINTS = 500  # samples at which the path length is evaluated
 ONE_WAY_AND_BACK = 2.2  # largest path of a stroke, relative to the position's range
 
@@ -92,10 +92,7 @@ def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
 
 
 def _is_lines(values: Vector) -> bool:
-    """Return whether LINES spectral lines contain at least the share PURE of the power.
-
-    Returns False if the spectrum is too coarse.
-    """
+    """Return whether LINES spectral lines contain at least the share PURE of the power."""
     window = np.hanning(values.size)
     power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2
     total = float(power.sum())

@@ -7,7 +7,7 @@ import numpy as np
 from frictool.logs.quality.time_base import encoder_step, levels
 from frictool.typing import Vector
 
-# distinct values after which no more are collected: these suffice to show any relevant step
+# maximum number of distinct values collected: these suffice to show any relevant step
 MOST = 1 << 17
 
 

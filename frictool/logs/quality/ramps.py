@@ -61,9 +61,8 @@ def ramps_among(
     position: (n,) in any unit.
     drive: (n,) effort, current or voltage in any unit.
 
-    If the axis starts in both directions, the value midway between the drive's levels at the starts
-    in the two directions is subtracted from the drive. A constant load or a sensor's offset then
-    has no effect. If the axis starts in one direction only, nothing is subtracted.
+    If the axis starts in both directions, the constant part of the drive, from a load or a sensor's
+    offset, is estimated and subtracted.
     """
     direction = np.array([_direction(position, end) for _, end in rests])
     lines = [
@@ -96,10 +95,7 @@ def _line(drive: Vector) -> tuple[float, float, float]:
 
 
 def _zero(level: Vector, direction: Vector) -> float:
-    """Return the drive midway between its levels at the starts in both directions.
-
-    Returns 0 if all starts have one direction.
-    """
+    """Return the constant part of the drive; 0 if all starts have one direction."""
     forward = level[direction > 0.0]
     backward = level[direction < 0.0]
     return (

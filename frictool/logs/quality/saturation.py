@@ -5,8 +5,8 @@ width, the topmost class has at most 1/(sqrt(2) - 1) = 2.4 times as many samples
 for any quantisation. A clipped signal has most samples in the topmost class, and stays at one value
 for several samples.
 
-Two kinds of signals are excluded. The first kind repeats its values everywhere, such as a command
-between two updates. The second kind has the extreme value 0, because the axis rests.
+A signal that repeats its values everywhere has no flat tops, for example a command between two
+updates. An extreme value of 0 is no flat top either, because the axis may rest.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from frictool.typing import Vector
 SHORTEST = 4  # least number of consecutive samples at the extreme
 SHARP = 5.0  # least ratio of the outermost class to the next; a parabola has 2.4
 CLASS = 1e-3  # width of a class relative to the range; a coarser quantisation step takes its place
-# share of repeated values away from the extremes, above which a signal is treated as held
+# largest share of repeated values away from the extremes; a signal with more repeats values anyway
 REPEATING = 0.5
 
 

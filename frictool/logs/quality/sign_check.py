@@ -103,7 +103,7 @@ def _culprit(effort: str, signals: dict[str, Vector]) -> str:
 
 
 def _window(position: Vector) -> int:
-    """Return the number of samples between two values of a position (n,) that are subtracted."""
+    """Return the number of samples over which a position (n,) is differenced."""
     return max(1, min(64, position.size // WINDOWS))
 
 

@@ -32,7 +32,7 @@ from frictool.typing import Vector
 POSITION, REFERENCE = "position", "reference"
 # not checked for flat tops: both stand still at the ends of a stroke
 UNSATURATED = (POSITION, REFERENCE)
-AT_LIMIT = 0.98  # share of the limit that is treated as reached, because measurements have noise
+AT_LIMIT = 0.98  # share of the limit from which on a noisy signal is treated as at the limit
 Pieces = Callable[[], Iterator[SampleBlock]]
 
 

@@ -36,7 +36,7 @@ ROUNDING = 1e-9  # relative tolerance of a period that is known exactly
 TURNS = (0.5, *(2.0**power for power in range(17)))  # natural periods in turns
 SEVERAL = 3  # number of wraps that is certain at any speed of the axis
 TWICE = 2  # number of wraps that is certain on a slow axis
-NATURAL_SLACK = 1e-3  # relative tolerance of a natural period outside the bounds of a jump
+NATURAL_SLACK = 1e-3  # relative distance by which a natural period may exceed a jump's bounds
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,8 @@ class Wrap:
 class WrapSearch:
     """Search for wraps in a position, block after block.
 
-    counted: True if the position was read in whole counts of the encoder, so that `wrap_bits`
-        removes a wrap of 2^b counts.
+    counted: True if the position was read in whole counts of the encoder. Only then can `wrap_bits`
+        remove a wrap.
     """
 
     def __init__(self, bench: Bench, counted: bool = False) -> None:

@@ -236,9 +236,9 @@ class TopicTable:
 def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[TopicTable, ...]:
     """Return a table for each topic; the table of a topic without numbers has no columns.
 
-    clock: `log time`, or the path of a stamp in the messages. None selects the stamp of each topic
-        with a stamp, and the log time of each topic without a stamp; if this would mix clocks that
-        differ by more than FARTHEST_APART, None selects the log time of all topics.
+    clock: `log time`, or the path of a stamp in the messages. None selects the stamp of each topic,
+        or the log time of a topic without stamps. If these clocks differ by more than
+        FARTHEST_APART, None selects the log time of all topics.
 
     Raises LogError if no topic has numbers, or if no topic has the requested clock.
     """
