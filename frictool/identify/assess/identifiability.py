@@ -1,17 +1,18 @@
 """Decision which method identifies a parameter precisely enough (thesis, figure 4.4).
 
-    differentiation   least squares, if the worst case of (4.3) | (4.4) is within the target
-    filtered          least squares, if (4.8) | (4.9) is within the target, with the slowest filter
-                      that the a-priori time constant of the axis permits
-    otherwise         inertia: the weak form, if its standard deviation permits
+The target is the requested relative half width. The methods are tried in this order:
+
+    differentiation   least squares, if the worst-case error (4.3) | (4.4) is within the target
+    filtered          least squares behind the slowest low-pass filter that the a-priori time
+                      constant of the axis permits, if the error (4.8) | (4.9) is within the target
+    otherwise         inertia: the weak form, if its standard deviation is small enough
                       viscous, Coulomb: sines on a position loop (4.38), which need no measured
                       velocity
 
-The numbers are equations of the thesis; of a pair a | b, a is for the inertia, and b is for viscous
-and Coulomb friction. One decision differs from the thesis. If (4.8) exceeds the target for the
-inertia, the thesis uses the a-priori value. However, (4.8) adds the errors of all counts with the
-worst sign, whereas these errors average out over windows of a stroke. The weak form is therefore
-judged by its error after averaging.
+(4.3) and (4.8) of the thesis apply to the inertia, (4.4) and (4.9) to viscous and Coulomb friction.
+One decision differs from the thesis. If (4.8) exceeds the target for the inertia, the thesis uses
+the a-priori value. However, (4.8) adds the errors of all counts with the worst sign, whereas these
+errors average out over a window. The weak form is therefore judged by its error after averaging.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke, PriorAxi
 
 CONFIDENCE = 0.95
 QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
-SINES_COUNTS = 20.0  # least counts of a stroke past the backlash, to detect its reversals
+SINES_COUNTS = 20.0  # least length of a stroke beyond the backlash, in encoder counts
 # methods of identify that a verdict proposes
 DIFFERENTIATION, WEAK_FORM, STROKE_MEANS = "least-squares", "weak", "sines"
 SINES = "excite --kind sines"
@@ -75,7 +76,7 @@ def differentiation(
 ) -> Identifiability | None:
     """Return the verdict for least squares, with a filter if needed.
 
-    None if the worst-case error of differentiation exceeds the target.
+    Return None if the worst-case error exceeds the target even with a filter.
     """
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
@@ -93,10 +94,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return as text why differences of samples are too inaccurate.
-
-    The text also states the precision expected with smoothing windows.
-    """
+    """Return a text on the error of differences of samples, and on the precision with windows."""
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:
@@ -116,7 +114,7 @@ def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
 
 
 def worst_case(bound: float) -> str:
-    """Return `bound` as text: the worst-case relative error of differences of samples."""
+    """Return a text on the worst-case relative error `bound` of differences of samples."""
     return f"worst case of one encoder count in differences of samples: {up_to(bound)}"
 
 
@@ -138,7 +136,7 @@ def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
 
 
 def statistical(facts: AssessmentInputs) -> dict[str, float]:
-    """Return parameter -> relative 95 % half width of windowed least squares."""
+    """Return the relative 95 % half width of each parameter by least squares over windows."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[0]
 
 
@@ -183,7 +181,7 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
     accuracy = differentiation("viscous", facts, wanted)
     precision = statistical(facts)[parameter]
     if accuracy is not None and precision <= wanted:
-        # the mean error of sign(v) is zero (4.2.1.1)
+        # quantisation does not bias Coulomb friction: the mean error of sign(v) is 0 (4.2.1.1)
         bound = accuracy.bound if parameter == "viscous" else None
         return replace(accuracy, precision=precision, bound=bound)
     bound = raw_bound("viscous", facts) if parameter == "viscous" else None

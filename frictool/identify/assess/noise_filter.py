@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-LARGEST_RATIO = 0.8  # largest noise ratio; above it the cut-off is beyond the sample rate
+LARGEST_RATIO = 0.8  # largest useful ratio; above it the cut-off is beyond the sample rate
 CONVERGED = 1e-12
 
 
@@ -26,9 +26,8 @@ def noise_ratio(time_constant: float, period: float) -> float:
 def filter_for(ratio: float, period: float) -> float:
     """Return the time constant [s] of the low-pass that passes the share `ratio` of the noise.
 
-    Newton's method solves thesis (4.7). ratio x - arctan(x) is convex, and positive at the first
-    guess pi/(2 ratio), so that every step stays above the root. Raises ValueError unless 0 < ratio
-    < 1.
+    Newton's method solves thesis (4.7); it converges because ratio x - arctan(x) is convex, and
+    positive at the first guess pi/(2 ratio). Raises ValueError unless 0 < ratio < 1.
     """
     if not 0.0 < ratio < 1.0:
         raise ValueError(f"ratio is {ratio:g}; allowed: between 0 and 1")

@@ -26,8 +26,11 @@ def inertia_error(
 ) -> float:
     """Return the relative error of the inertia, by thesis (4.3), or (4.8) with a filter.
 
+    - inertia: kg m^2 | kg
+    - step: encoder step, rad | m
+    - period: sample period, s
     - effort: largest effort, N m | N
-    - ratio: share of the noise power that passes the filter, 0 to 1
+    - ratio: share of the noise power that passes the filter, 0 to 1; 1 without a filter
     """
     return (
         inertia
@@ -38,5 +41,8 @@ def inertia_error(
 
 
 def viscous_error(step: float, period: float, speed: float, ratio: float = 1.0) -> float:
-    """Return the relative error of viscous friction; `speed`: top speed."""
+    """Return the relative error of viscous friction at the top speed `speed`, rad/s | m/s.
+
+    `inertia_error` explains the other arguments.
+    """
     return math.sqrt(ratio) * step / (period * speed)

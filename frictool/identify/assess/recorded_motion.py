@@ -1,7 +1,7 @@
 """Inputs of the decision scheme from recorded motion, in place of a proposed test.
 
-A stroke of a record is treated as a half sine with the same distance and duration. All strokes are
-sorted by duration; a few of them, evenly spaced in this order, represent the others.
+A stroke of a record is treated as a half sine with the same distance and duration. The strokes are
+sorted by duration; at most MOST of them, evenly spaced in this order, represent all.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _strokes(record: MotionRecord) -> Vector:
 
 
 def _representatives(strokes: Vector) -> tuple[PlannedStroke, ...]:
-    """Return at most MOST of the strokes (m, 2); their repetitions add up to m."""
+    """Return at most MOST strokes that represent `strokes` (m, 2), with m repetitions in all."""
     order = strokes[np.argsort(strokes[:, 0], kind="stable")]
     count = min(MOST, order.shape[0])
     chosen = order[((np.arange(count) + 0.5) * order.shape[0] / count).astype(np.int64)]

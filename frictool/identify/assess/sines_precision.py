@@ -7,10 +7,10 @@ mean speed therefore has the variance
     noise^2/n + (viscous step)^2/(6 duration^2)
 
 `noise` is the standard deviation of an effort sample, `step` the encoder step, and `duration` the
-duration of the middle part. The uncertainty of the inertia, times the mean acceleration, is a
-further error. The mean acceleration is 0 if the axis follows the sine exactly. The position loop is
-assumed to keep the speeds at both ends of the part equal to within the share FOLLOWED of the top
-speed. Repetition does not reduce this further error, which is added as a bound.
+duration of the middle part. A second error is the uncertainty of the inertia times the mean
+acceleration of this part, which is 0 if the axis follows the sine exactly. The speeds at the two
+ends of the part are assumed to differ by at most FOLLOWED times the top speed. Repeating strokes
+does not reduce the second error, which is added as a bound.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ import numpy as np
 from frictool.identify.assess.assessment_inputs import AssessmentInputs
 from frictool.typing import Vector
 
-GATE = math.radians(30.0)  # strokes count from 30 to 150 degrees
-MEAN = math.cos(GATE) / (0.5 * math.pi - GATE)  # mean of the sine over the gate
+GATE = math.radians(30.0)  # the middle part of a stroke is from 30 to 150 degrees
+MEAN = math.cos(GATE) / (0.5 * math.pi - GATE)  # mean of the sine over the middle part
 SPREAD = 1.2  # least ratio of the fastest to the slowest stroke, as in identify/estimators/sines.py
-FOLLOWED = 0.03  # difference of the speeds at the ends of the gate, relative to the top speed
+FOLLOWED = 0.03  # largest difference between the speeds at both ends, relative to the top speed
 
 
 def sines_half_width(facts: AssessmentInputs, quantile: float) -> Vector:

@@ -1,19 +1,19 @@
 """Expected precision of least squares over smoothing windows (weak form).
 
-The test function g (plant/weak_form.py) has the second difference c, and d is the central
-difference. Convolved (*) with g, the equation of motion contains no derivative of a measurement:
+g is the test function (plant/weak_form.py), c its second difference, and d the central difference.
+Convolved (*) with g, the equation of motion contains no derivative of a measurement:
 
     inertia (c*x) + viscous (g*d*x) + coulomb (g*sign v) + offset = g*u + n
     n = g*e_u - (inertia c + viscous g*d) * e_x
 
-e_u and e_x are the errors of effort and position. Ordinary least squares with the regressors G has
-the covariance N^-1 C N^-1, with N = G'G and the covariance C of G'n. The encoder's noise also
-enters the regressor c*x. This noise decreases the fitted inertia by the noise's share of the
-regressor's power, so that a window that is too short has a large error.
+x is the position, u the effort, and v the velocity; e_u and e_x are the errors of effort and
+position. Least squares with the regressors G have the covariance N^-1 C N^-1, with N = G'G and the
+covariance C of G'n. The encoder's noise in the regressor c*x decreases the fitted inertia by the
+noise's share of the regressor's power. This error is large if the window is too short.
 
-The result exceeds the Cramér-Rao bound, because all rows have equal weight. It is a standard
-deviation, whereas thesis (4.3) and (4.8) are worst-case bounds: the errors of counts are nearly
-independent once the axis moves about one count per sample.
+The result exceeds the Cramér-Rao bound, because all rows have equal weight. The result is a
+standard deviation for independent encoder errors, an assumption that holds if the axis moves about
+one count per sample or more; thesis (4.3) and (4.8) are worst-case bounds.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ def weak_deviation(
 ) -> tuple[Vector, int]:
     """Return the rms errors (4,) of inertia, viscous, Coulomb and offset (SI), and the window.
 
-    - window: samples; None selects the best window for the inertia
-    - share: part of the acceleration's power that further regressors do not explain
+    - window: length of the window in samples; None selects the best window for the inertia
+    - share: share of the acceleration's power that other regressors do not explain
 
     The errors are inf if no stroke is longer than the window.
     """
@@ -100,7 +100,7 @@ def _deviation(
         return np.full(4, np.inf)
     inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     deviation = np.sqrt(np.diag(inverse @ covariance @ inverse))
-    # relative to the power that only the acceleration explains
+    # decrease of the inertia by the noise in the acceleration
     pulled = axis.inertia * sensing.step**2 / 12.0 * float(c @ c) * samples * inverse[0, 0]
     deviation[0] = np.hypot(deviation[0] / np.sqrt(share), pulled / share)
     return of_sliding(deviation, axis)

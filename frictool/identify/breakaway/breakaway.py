@@ -1,24 +1,24 @@
 """Breakaway from ramps (thesis 4.3), corrected for the delay of the encoder.
 
-The thesis takes the largest effort before each visible motion. This maximum is too high by several
-steps of the ramp, because the axis moves for some time before its motion is visible. Here a line is
-fitted to the effort at rest. The breakaway is the value of this line at the onset of motion. The
-time of the onset is computed from the later motion (`onset`) with the inertia and the friction in
-slip; their uncertainty widens the interval of the breakaway.
+In a breakaway ramp, the effort rises until the axis starts to move: the onset. The thesis takes the
+largest effort before each visible motion. This maximum is too high by several steps of the ramp,
+because the axis moves for some time before the encoder shows it. Here a line is fitted to the
+effort at rest. The breakaway is the value of this line at the time of the onset, which is computed
+from the later motion (`onset`) with the inertia and the friction in slip. The uncertainty of these
+two widens the interval of the breakaway.
 
 The breakaway is constant, or a function of position and direction (`position_law`). The friction in
 slip is assumed to be proportional to the breakaway (thesis 4.42).
 
-- breakaway: mean over the range of positions and over both directions, so that an offset of the
-  effort cancels
-- fall: decrease of friction after the onset. Its Stribeck velocity comes from another log or from
-  the encoder's changes (`stribeck_velocity`). The value of the breakaway is computed with an
-  immediate fall if the encoder's changes allow one. The interval includes the breakaways that are
-  computed with all allowed falls.
-- interval: spread between onsets (jackknife), and the ranges of the axis's parameters
-  (`combined_interval`). A sampled ramp rises by one step per sample. Two errors of half a step are
-  added, because they do not average out: the breakaway lies anywhere within a step, and the
-  encoder's changes are late by up to half a sample.
+- The mean over both directions cancels an offset of the effort.
+- After the onset, friction falls from the breakaway to Coulomb friction. The Stribeck velocity of
+  this fall comes from another log, or from the times of the encoder's changes
+  (`stribeck_velocity`). The value of the breakaway is that of an immediate fall if these times
+  allow one. The interval includes the values with all falls that they allow.
+- The interval contains the spread between onsets (jackknife) and the ranges of the axis's
+  parameters (`combined_interval`). A sampled ramp rises by one step per sample. Two errors of half
+  a step, which do not average out, are added: the breakaway lies anywhere within a step, and the
+  log shows a change of the encoder up to half a sample late.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from frictool.identify.regression.regression import LeastSquaresSolution, Singul
 from frictool.typing import Vector
 
 UNIFORM = float(np.sqrt(3.0))  # ratio of half a range to its standard deviation
-ROUNDS = 3  # iterations between the friction's shape over position and the onsets
+ROUNDS = 3  # iterations: the shape of friction over position changes the onsets, and vice versa
 GRID_POINTS = 200  # grid points over the range at which the breakaway law must be positive
 
 
@@ -81,8 +81,7 @@ class Breakaway:
     - position: position of each onset, (n,), rad | m
     - direction: direction of each onset, (n,), +1 or -1
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: allowed falls of friction with the speed; `interval` includes the breakaway that is
-      computed with each of them
+    - fall: falls of friction with speed that `interval` includes
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     """
@@ -101,7 +100,7 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the mean breakaway; only the forward one if the breakaway varies with position."""
+        """Return the mean breakaway; the forward one if the breakaway varies with position."""
         return self.interval if self.by_position is None else self.by_position.forward
 
 
@@ -213,7 +212,7 @@ class BreakawayFit:
 
 
 def _fit(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit:
-    """Return the fit, iterated until shape and onsets agree."""
+    """Return the fit of the breakaway over position."""
     shape: Vector | None = None
     for _ in range(ROUNDS):
         friction = data.friction(nominal, shape)
@@ -226,9 +225,9 @@ def _fit(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit:
 
 
 def _levels(structure: PolynomialOrders) -> list[Vector]:
-    """Return the weights (p,) of the coefficients in the mean of each direction, forward first.
+    """Return, for each direction with onsets, the weights (p,) that give its mean breakaway.
 
-    There is one element if the onsets have one direction.
+    The mean is the sum of the fitted coefficients (p,) times these weights.
     """
     if structure.common:
         unit = np.eye(structure.orders[0] + 2)
@@ -242,10 +241,10 @@ def _levels(structure: PolynomialOrders) -> list[Vector]:
 class BreakawayErrors:
     """Errors of the coefficients (p,) of a fit.
 
-    - ranges: changes of the coefficients if an axis parameter, or the rest position, is at either
-      end of its range
-    - falls: changes of the coefficients with each allowed fall of friction
-    - half_step: half of the increase of a sampled ramp in one sample, N m | N
+    - ranges: changes (p,) of the coefficients if an axis parameter, or the rest position, is at the
+      low and at the high end of its range
+    - falls: changes (p,) of the coefficients with each allowed fall of friction
+    - half_step: half of the increase of a ramp in one sample, N m | N
     """
 
     solution: LeastSquaresSolution
@@ -255,7 +254,7 @@ class BreakawayErrors:
     confidence: float
 
     def interval(self, weights: Vector) -> Interval:
-        """Return the interval of the weighted sum of the coefficients, with `weights` (p,)."""
+        """Return the interval of the sum of the coefficients times `weights` (p,)."""
         value = float(weights @ self.solution.value)
         statistical = np.linalg.norm(weights * self.solution.half_width(self.confidence))
         deviation = float(statistical) / float(scipy.special.ndtri(0.5 + 0.5 * self.confidence))
@@ -282,7 +281,7 @@ def _errors(
     half_step: float,
     confidence: float,
 ) -> BreakawayErrors:
-    """Return the errors of a fit for intervals of the axis's parameters and a range of falls."""
+    """Return the errors of a fit, for the intervals `axis` and the allowed falls `fall`."""
     nominal = {name: known.value for name, known in axis.items()}
     design = data.positions.design(fit.structure)
     friction = data.friction(nominal, fit.shape)

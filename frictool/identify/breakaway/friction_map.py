@@ -8,10 +8,10 @@ have the same shape:
     beta = mean C_s/mean C_r
 
 A level is the mean friction in slip of one direction. The levels and the viscous friction come from
-means over strokes (`sines`). In the equation of a stroke, the shape is averaged over the positions
-of that stroke, so that strokes may cover different positions. If each direction has a separate
-polynomial, an offset of the effort cannot be distinguished from half the difference between the two
-levels. The bench's offset is then used; it is 0 if the bench has none.
+means over strokes (`sines`). In the equation of a stroke, C_s/mean C_s is averaged over the
+positions of the stroke, so that strokes may cover different positions. If each direction has a
+separate polynomial, an offset of the effort looks like half the difference between the two levels.
+The bench's offset is then used, or 0 if the bench has none.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def friction_map(
 
 
 def _mean(levels: list[Interval]) -> Interval:
-    """Return the mean of the directions; the ends of its interval are the means of the ends."""
+    """Return the mean of the values and of the ends of the intervals."""
     ends = np.mean([[level.value, level.low, level.high] for level in levels], axis=0)
     return Interval(float(ends[0]), float(ends[1]), float(ends[2]))
 
@@ -100,9 +100,9 @@ def _fitted(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> tuple[SlidingFit, list[Interval]]:
-    """Return the fit with the shape of `law`, and the levels of friction in slip.
+    """Return the fit with the shape of `law`, and the levels of friction in slip, forward first.
 
-    If the directions have separate polynomials, there are two levels, forward first; else one.
+    If both directions have the same polynomial, there is one level.
     """
     means = rows.means
     shaped = means.sign * means.mean(shape_along(rows, law))

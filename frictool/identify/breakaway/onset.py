@@ -1,26 +1,26 @@
 """Time of the onset of motion, from the encoder's changes after the onset.
 
-Under an effort that grows at a rate r, an axis of inertia J breaks away at t0, and its friction
-falls immediately to Coulomb friction. In the time t after t0, the axis moves by
+A change is a sample at which the encoder's count differs from the one before. Under an effort that
+grows at a rate r, an axis of inertia J breaks away at t0, and its friction falls immediately to
+Coulomb friction. In the time t after t0, the axis moves by
 
     s(t) = excess/J t^2 phi2(-l t) + r/J t^3 phi3(-l t)
     excess = |effort(t0)| - coulomb,   l = viscous/J
     phi2(x) = (e^x - 1 - x)/x^2
     phi3(x) = (phi2(x) - 1/2)/x
 
-Half a sample before the log shows a change, the travel is s = start + (distance between the first
-and this change). `start` is the unknown distance, at most one count, from the rest position to the
-first change. t0 minimises the sum of the squared differences between these two values of s, with
-`start` eliminated. The ramp gives the excess at t0.
+On average, the axis passes an edge of the encoder half a sample before the log shows the change.
+At this time s = start + (distance between the first and this change). `start`, the distance from
+the rest position to the first edge, is unknown and at most one count. t0 and `start` minimise the
+sum of the squared differences between this s and s(t). The ramp gives the excess at t0.
 
-If the changes do not determine `start`, a prior decides: a term with the weight `timing` prefers
-the `expected` start. `timing` is the variance of s at a change due to sampling, divided by the
-variance of a uniform start, 1/12 count^2. With a single change, only the prior separates t0 and
-`start`.
+A further term of the sum prefers the start `expected`, because the changes may not determine
+`start`; a single change never does. The weight `timing` of this term is the variance of s at a
+change due to sampling, divided by the variance of a uniform start, 1/12 count^2.
 
 With a Stribeck velocity v_s, friction at the speed v has fallen by
-excess (1 - exp(-(v/v_s)^exponent)). A table of the travel is then computed by numerical
-integration, with the excess at the previous estimate of t0. Table and t0 are computed ROUNDS times.
+excess (1 - exp(-(v/v_s)^exponent)). s(t) is then a table from a numerical integration, with the
+excess at the previous estimate of t0. Table and t0 are computed ROUNDS times.
 """
 
 from __future__ import annotations
@@ -83,12 +83,11 @@ def travel_tables(
     The columns are the begin of this interval [s], 1/length [1/s], and the four coefficients, the
     constant first, of a cubic in (t - begin)/length.
 
-    `axes` (m, 3) are inertia, viscous, coulomb.
-
-    Friction falls by `excess`, from the breakaway to Coulomb friction, with the Stribeck velocity
-    `velocity`; if `velocity` is inf, friction does not fall. The integration is a fourth-order
-    Runge-Kutta method, with short steps just after the onset, where friction falls fast. The steps
-    of all m onsets alternate, because each step waits for the exponential of the step before.
+    `duration` [s] and `excess` [N m | N] are (m,); `axes` (m, 3) are inertia, viscous, coulomb of
+    each onset. Friction falls by `excess`, from the breakaway to Coulomb friction, with the
+    Stribeck velocity `velocity`; if `velocity` is inf, friction does not fall. The method is
+    Runge-Kutta of order four, with short steps just after the onset, where friction falls fast. The
+    loop over the onsets is the inner one, which is faster.
     """
     m = duration.shape[0]
     tables = np.empty((m, STEPS, 6))
@@ -141,7 +140,7 @@ def travel_tables(
 
 @kernel
 def looked_up(t: float, duration: float, table: Table) -> float:
-    """Return the travel of a table of `travel_tables` at t; 0 for t <= 0."""
+    """Return the travel [rad | m] at t [s] by one table of `travel_tables`; 0 for t <= 0."""
     if t <= 0.0:
         return 0.0
     k = min(int(STEPS * math.sqrt(t / duration)), STEPS - 1)
@@ -163,7 +162,7 @@ def misfit(
     table_duration: float,
     table: Table,
 ) -> tuple[float, float]:
-    """Return the smallest weighted sum of squares for the onset `t0`, and the best start [rad | m].
+    """Return the least weighted sum of squares for the onset `t0` [s], and its start [rad | m].
 
     The sum is `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change.
     The start is the distance from the rest position to the first change.

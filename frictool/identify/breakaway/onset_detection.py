@@ -18,12 +18,12 @@ from frictool.logs.quality.ramps import STRAIGHT, are_ramps, ramps_among, rests_
 from frictool.plant.weak_form import effort_weights
 from frictool.typing import Vector
 
-MOVED_COUNTS = 0.5  # counts, least distance of a motion; a count forward and back is no motion
+MOVED_COUNTS = 0.5  # least net distance of a motion, in counts
 # encoder changes used after an onset; later ones reveal more of the inertia than of the onset
 CHANGES_USED = 4
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
-# standard deviations below the line at which the effort is treated as withdrawn
+# distance of the effort below the line, in standard deviations, at which the ramp has ended
 LEFT_THE_RAMP = 5.0
 
 
@@ -38,7 +38,7 @@ class BreakawayOnset:
     - seen: distance between the first and each change, (n,), rad | m
     - position: middle of the encoder count in which the axis rested, rad | m
     - rested: time at rest before the onset, s
-    - timing: weight of the expected rest position (`onset.py`)
+    - timing: weight of the expected rest position, defined in `onset.py`
     """
 
     direction: float
@@ -60,7 +60,7 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
 
 
 def _rests(record: MotionRecord) -> list[tuple[int, int]]:
-    """Return the first sample of each rest, and the first after it with a changed position."""
+    """Return (start, stop) of each rest; the position changes at the sample `stop`."""
     return rests_of(
         (np.abs(np.diff(record.position)) > 0.5 * record.resolution) | (np.diff(record.piece) > 0)
     )
@@ -138,7 +138,7 @@ def _onset(
 
 
 def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
-    """Return the mean square of the counts that the axis moves in one sample."""
+    """Return the mean square of the distance moved in one sample, in counts^2."""
     if time.size < 2:
         return 1.0  # any positive number: one change alone does not determine the position
     return float(
@@ -147,10 +147,9 @@ def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
 
 
 def _above(record: MotionRecord) -> float:
-    """Return by how many ramp steps the effort that acts around a row exceeds the row's value.
+    """Return the acting minus the logged effort of a rising ramp, in ramp steps of one sample.
 
-    A held effort acts half a sample later than its row; an effort behind a lag approaches the held
-    command gradually.
+    The acting effort is the mean around the row; `effort_weights` explains held efforts and lags.
     """
     before, _, after = effort_weights(record.period, record.lag)
     return after - before

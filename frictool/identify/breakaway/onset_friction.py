@@ -1,9 +1,9 @@
 """Friction at the onsets of ramps: the effort at which each motion begins.
 
-The rest position within an encoder count also follows from the encoder's changes, but often not
-uniquely. A test that withdraws the ramp after a fixed number of counts brings the axis to rest at
-nearly the same position each time. Therefore the mean rest position of all onsets is used
-(`OnsetData.rest`).
+The effort at an onset depends on the rest position within an encoder count. The times of the
+encoder's changes often do not determine this position. However, a test that ends each ramp after a
+fixed number of counts brings the axis to rest at nearly the same position within a count.
+Therefore, the mean rest position of all onsets is used (`OnsetData.rest`).
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.motion_record import MotionRecord
 from frictool.typing import IntVector, Vector
 
-PRIOR = 12.0  # precision of a rest position that is uniform within its count, 1/count^2
+PRIOR = 12.0  # 1/variance of a rest position that is uniform within its count, 1/count^2
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities
 ONSETS_COMPARED = 100
-SURELY = 1.0 + 1e-9  # factor beyond which a sum exceeds a limit in any order of its terms
-# largest number of computed onsets that are kept; one identification computes some 10 000
+SURELY = 1.0 + 1e-9  # factor on a limit, so that the order of a sum's terms does not matter
+# largest number of results in the cache; one identification computes some 10 000
 MOST_KEPT = 20_000
-TOGETHER = 4  # onsets that one call of the kernel computes
+TOGETHER = 4  # number of onsets that one call of the kernel computes
 Sliding = tuple[float, float, float, float]  # inertia, viscous, Coulomb friction, offset
 SlidingOnset = tuple[BreakawayOnset, Sliding]
 OnsetKey = tuple[BreakawayOnset, Sliding, float, float, StribeckFall]
@@ -140,16 +140,16 @@ class OnsetData:
 
     - positions: positions and directions of the onsets
     - resolution: encoder step, rad | m
-    - offset: offset of the bench, N m | N; None if all onsets have one direction
+    - offset: offset of the bench, N m | N; None if all onsets have one direction, in which the
+      argument `axis` of the methods contains the offset
     - fall: assumed fall of friction with the speed
     """
 
     onsets: list[BreakawayOnset]
     positions: BreakawayPositions
     resolution: float
-    # N m | N, the bench's; None in one direction, in which the offset is a parameter of the axis
     offset: float | None
-    fall: StribeckFall = IMMEDIATE  # assumed fall of friction over the speed
+    fall: StribeckFall = IMMEDIATE
 
     def misfit(
         self,
@@ -161,8 +161,8 @@ class OnsetData:
     ) -> float:
         """Return the mean misfit (`efforts`) of the onsets, computed with the fall `fall`.
 
-        Return inf if this mean exceeds `most`. The misfits are first added in the order `order`, so
-        that a sum that is too large is often found before all onsets are evaluated.
+        Return inf if the mean exceeds `most`. The onsets are evaluated in the order `order`, the
+        largest expected misfit first, so that this is often known after a few onsets.
         """
         onsets, factors = self._compared(shape)
 
@@ -211,10 +211,10 @@ class OnsetData:
     def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
-        The fit to an onset needs a prior position. Its result depends linearly on the prior
-        position, with constants a and b: fitted = a + b prior. At the position a/(1 - b), both are
-        equal. This position depends only on the times at which the encoder's count changes. It is
-        averaged with a position that is uniform within the count, with weights 1/variance.
+        The fit to an onset takes an assumed position, and its result is nearly linear in this
+        position: fitted = a + b assumed. At a/(1 - b), the two are equal; this position depends on
+        the times of the encoder's changes only. The result is the average of this position and of
+        the middle of the count (uniform distribution), with weights 1/variance.
         """
         low, high = (
             efforts(self.onsets, axis, self.resolution, expected, shape, self.fall)[1]
@@ -224,7 +224,7 @@ class OnsetData:
         gain = max(1.0 - float(np.mean(high - low)), 1e-6)
         independent = max(1.0, low.size / FOLLOWING)
         spread = max(float(np.var(0.5 * (low + high))), 1e-9) / (gain**2 * independent)
-        # variance of one onset's position due to the timing; all onsets repeat the same errors
+        # variance of a position due to sampling; all onsets have the same error
         repeated = max(1.0 - gain, 0.0) / (12.0 * gain)
         mean = (min(max(intercept / gain, 0.0), 1.0) / spread + 0.5 * PRIOR) / (
             1.0 / spread + PRIOR

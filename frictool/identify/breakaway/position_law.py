@@ -21,9 +21,9 @@ from frictool.identify.regression.regression import LeastSquaresSolution, solve
 from frictool.typing import Matrix, Vector
 
 HIGHEST_ORDER = 6
-# successive breakaways that are treated as one; least number of such groups
+# number of successive breakaways that are treated as one, and least number of such groups
 FOLLOWING, FEWEST_GROUPS = 4, 12
-SURE = 2.0  # standard errors within which an error is treated as equal
+SURE = 2.0  # standard errors within which two mean squares are treated as equal
 ROWS_PER_TERM = 6  # breakaways needed for each coefficient
 
 
@@ -47,7 +47,7 @@ class PolynomialOrders:
 
 @dataclass(frozen=True)
 class BreakawayPositions:
-    """Positions (n,) [rad | m], directions (n,) [+-1] and position range of breakaways."""
+    """Positions (n,) [rad | m] and directions (n,), +-1, of breakaways; range [low, high]."""
 
     position: Vector
     direction: Vector

@@ -19,7 +19,7 @@ from frictool.errors import LogError
 from frictool.identify.fit_result import Interval
 from frictool.typing import Vector
 
-FEWEST = 2  # least breakaways at a rate for an interval
+FEWEST = 2  # least number of breakaways at one rate
 LARGEST = 1_000_000  # bytes of a table
 SEPARATOR = re.compile(r"\s*[,;\t]\s*|\s+")
 
@@ -136,8 +136,8 @@ def _rise(
 ) -> Interval | None:
     """Return the slope of the mean breakaways (k,) over the logarithms `decades` of the rates (k,).
 
-    The half width follows from the intervals of the means or from the scatter of the means about
-    the line, whichever is wider, since friction need not be linear in the logarithm of the rate.
+    The half width is the larger of two: one follows from the intervals of the means, the other from
+    the scatter of the means about the line.
     """
     if decades.size < 2:
         return None

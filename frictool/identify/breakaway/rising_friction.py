@@ -4,8 +4,8 @@
                                                        (friction/rising_breakaway.py)
 
 For a fixed tau the law is linear in `full` and `full (1 - fresh)`; tau is searched. The law is used
-only if it predicts left-out breakaways better than a constant. The ramps must have different rates:
-t differs only between rates.
+only if it predicts left-out breakaways better than a constant. The ramps must have different rates,
+because the time at rest hardly varies between ramps of one rate.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.typing import Matrix, Vector
 
 SPREAD = 3.0  # least ratio of the 95 % to the 5 % quantile of the times at rest
-REACH = 3.0  # factor beyond the times at rest within which tau is searched
+REACH = 3.0  # tau is searched up to this factor below and above the times at rest
 
 
 @dataclass(frozen=True)

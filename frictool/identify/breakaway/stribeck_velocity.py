@@ -4,11 +4,11 @@ Friction falls from the breakaway to Coulomb friction with increasing speed (the
 slow fall, the encoder shows the motion later. The breakaway is then too high if an immediate fall
 is assumed.
 
-`allowed_fall` compares the misfit of each pair of Stribeck velocity and exponent with the least
-misfit of the preferred exponent. A pair is allowed if the difference is at most the chi-square
-quantile with one degree of freedom. The other exponents widen the interval only and do not change
-the value, because they can imitate friction that varies with position. All onsets together count as
-one observation with the mean misfit, because a repetitive test repeats its timing errors.
+`allowed_fall` compares the mean misfit of the onsets for each pair of Stribeck velocity and
+exponent with the least mean misfit of the preferred exponent. A pair is allowed if the difference
+is at most the chi-square quantile with one degree of freedom. The mean is used, and not the sum,
+because a repetitive test repeats its timing errors. The other exponents only widen the interval,
+because they can imitate friction that varies with position.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def allowed_fall(
     nominal
         Misfit function with the axis's most likely parameters.
     ends
-        Misfit functions, each with one parameter of the axis at an end of its interval.
+        Misfit functions, each for one parameter of the axis at an end of its interval.
     scale
         Speed after one count if only the ramp accelerates the axis, rad/s | m/s.
     confidence
@@ -97,9 +97,9 @@ def allowed_fall(
     Returns
     -------
     StribeckVelocityRange
-        For each exponent, the range ends at the first rejected velocities of the grid. The value is
-        an immediate fall if it is allowed, else the fall with the preferred exponent and the least
-        misfit.
+        For each exponent, the ends are the rejected velocities of the grid next to the allowed
+        ones. The value is an immediate fall if this is allowed, else the fall with the preferred
+        exponent and the least misfit.
     """
     columns = [
         [IMMEDIATE, *(StribeckFall(scale * step, exponent) for step in steps.tolist()), NO_FALL]

@@ -1,25 +1,26 @@
 """Choice of the method by the decision scheme (thesis, figure 4.4) on the recorded motion.
 
-Loads and disturbing effects are searched first (`explanation_search`). The following steps fit the
-supported ones together with the sliding parameters.
+First, loads and disturbing effects that the logs support are searched (`explanation_search`). The
+following steps fit them together with the sliding parameters. Unseen strokes are strokes that a fit
+did not use.
 
 1. If differentiated velocities are too inaccurate (`assess/identifiability.py`), the method is
-   sines. Least squares over smoothing windows are used instead in two cases: they agree with sines
-   and have intervals of at most half the width, or the strokes repeat too rarely for intervals of
-   sines.
+   sines, and steps 2 to 4 are left out. Steps 2 to 4 are used nevertheless if sines have no finite
+   intervals, or if the intervals of least squares overlap those of sines and have at most half the
+   width.
 2. If the intervals of `least_squares` and `power_balance` do not overlap, friction at low speed is
    not viscous + Coulomb, and `power_balance` is preferred.
 3. Otherwise `least_squares` is preferred.
 4. The methods of steps 2 and 3, without and with the load terms that the simulation selects, and
    output error are compared by their prediction of unseen strokes (`method_comparison`). The
-   preferred method is used if its error is within a tenth of the smallest.
-5. If steps 1 to 4 do not identify the inertia, it comes from the weak form if `assess` proposes
-   this, otherwise from output error, which differentiates nothing.
+   preferred method is used if its error is at most a tenth larger than the smallest error.
+5. An inertia that is not identified yet comes from the weak form if `assess` proposes this,
+   otherwise from output error, which differentiates nothing.
 
-If more than 70 % of the motion is at constant speed, and the bench declares no loads, the runs
-determine the Stribeck curve (`stribeck-curve`). If the reversals determine the inertia, the curve
-is fitted with this inertia; and if friction does not fall with speed, the fit of the above steps is
-used instead, which also has the samples near the reversals.
+If more than 70 % of the motion is at constant speed, and the bench declares no loads, the parts at
+constant speed determine the Stribeck curve (`stribeck-curve`). The curve is fitted with the inertia
+of the above steps if they identify one. If friction then does not fall with speed, the fit of the
+above steps is used, because it also has the samples near the reversals.
 
 Viscous friction, and an offset that the bench does not declare, are dropped if the prediction of
 unseen strokes does not become worse.
@@ -56,7 +57,7 @@ from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.slip_fit import weighted_fit
 
 STRIBECK_CURVE = "stribeck-curve"
-FAR = 0.5  # largest half width of least squares that replace sines, relative to that of sines
+FAR = 0.5  # largest ratio of half widths, least squares to sines, at which the former are used
 WEAK_DETAILS = ("window", "position_order")
 DROPPABLE = ("viscous", "offset")
 
@@ -94,8 +95,8 @@ def _with_simulated_inertia(
 ) -> SlidingFit:
     """Return the fit with the inertia by output error, which needs no differentiation.
 
-    Effects cannot be simulated; their effort widens the interval. A fit with a load is returned
-    unchanged.
+    The effort of disturbing effects, which the simulation lacks, widens the interval. A fit with a
+    load is returned unchanged.
     """
     effects = {effect.term for effect in declared_effects(bench)}
     if bench.load is not None and set(bench.load.terms) - effects - {"offset"}:
@@ -150,7 +151,7 @@ def _at_inertia(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> SlidingFit:
-    """Return the parameters of `fit` except the inertia, fitted again with the inertia `inertia`.
+    """Return `fit` with the parameters other than the inertia fitted again with `inertia` fixed.
 
     The encoder's noise makes the inertia of `fit` too small, which shifts the other parameters.
     """
@@ -178,11 +179,11 @@ def _more_precise(
 def _of_runs(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the Stribeck curve of runs at constant speed, or the fit of the strokes.
+    """Return the Stribeck curve of the parts at constant speed, or the fit of the strokes.
 
     The fit of the strokes is used if it has all parameters and friction does not fall with speed.
     If friction falls, the curve is fitted with the inertia of the strokes. Raises UnusableLogs if
-    the runs do not determine a curve.
+    the parts do not determine a curve.
     """
     why = "most of the motion consists of runs at constant speed"
     curve = run(STRIBECK_CURVE, records, bench, settings)
@@ -284,7 +285,7 @@ def _differentiated(
 
 
 def disagreement(one: SlidingFit, other: SlidingFit) -> str | None:
-    """Return as text the first friction parameter whose two intervals do not overlap, or None."""
+    """Return a text on the first friction parameter whose two intervals are disjoint, or None."""
     for name in ("viscous", "coulomb"):
         a, b = one.parameters.get(name), other.parameters.get(name)
         if a is not None and b is not None and (a.low > b.high or b.low > a.high):

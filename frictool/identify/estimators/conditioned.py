@@ -1,9 +1,9 @@
 """Power balance with the equation scaled by sqrt(2)/V; V is the speed amplitude.
 
-M_2 is the part of the normal matrix that belongs to viscous and Coulomb friction. For V = sqrt(2)
+M_2 is the block of the normal matrix for viscous and Coulomb friction. For V = sqrt(2) in SI units,
 its condition number is 19, the least possible for a sine (thesis 4.29 to 4.33). All fits of
-frictool use QR on columns of unit length, which have the same condition number without the scaling.
-The values therefore equal the values of the power balance.
+frictool scale the columns to unit length, with or without this method. The identified values
+therefore equal those of the power balance; only the condition numbers before and after are added.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
 """Search for loads and disturbing effects that explain the effort of unseen strokes.
 
-`auto` adds one hypothesis at a time to inertia, viscous, Coulomb and offset:
+A hypothesis is a load or an effect, with one or more columns of the regressor matrix. Unseen
+strokes are strokes that a fit did not use. `auto` adds one hypothesis at a time to inertia,
+viscous, Coulomb and offset:
 
 - loads: a spring; gravity on a rotary axis; harmonics of a ripple, with wave numbers from the
   spectrum of the residual over the position (`position_spectrum`)
@@ -8,17 +10,18 @@
 - viscous friction by direction, which competes with the others, but is never added here:
   `structure_selection` decides on it
 
-A fit to one half of the strokes predicts the other half. The best hypothesis is used under two
-conditions. The squared prediction errors decrease significantly and noticeably. The parameters of
-the hypothesis differ from 0 in the joint test over clusters (`joint_test`). A load is not used in
-two cases: an effect predicts the strokes equally well, or the load does not explain the effort with
-windows of twice the length. A longer window changes effort and load alike, but removes the ringing
-of a compliance. If every stroke begins at the same position, this ringing looks like a load over
-the position. A ripple is not used either if a periodic error of the encoder with the same period
-predicts the strokes better. If the measured temperature passes these tests, it explains friction
-that changes along the log. A hypothesis is removed again if the errors no longer decrease;
-harmonics of a ripple stay. Significant hypotheses that are not used are reported as left in the
-residual.
+A fit to one half of the strokes predicts the other half. The best hypothesis is used if the squared
+prediction errors decrease significantly and noticeably, and if the parameters of the hypothesis
+differ significantly from 0 (`joint_test`).
+
+A load is not used if an effect predicts the strokes equally well. Nor is it used if it does not
+explain the effort with windows of twice the length, which remove the ringing of a compliance: if
+every stroke begins at the same position, this ringing looks like a load over the position. A ripple
+is not used if a periodic error of the encoder with the same period predicts the strokes better.
+
+If the measured temperature passes these tests, no other hypothesis for friction that changes along
+the log is tried. A hypothesis, other than a ripple, is removed again if the errors increase little
+without it. Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify.md states the levels and limits of the tests.
 """
 
@@ -75,19 +78,20 @@ from frictool.identify.rows.temperature_law import temperatures, varies
 from frictool.typing import Vector
 
 LONGEST_SHARE = 0.25  # longest window of `smoother`, relative to a stroke
-FALSE_ALARM = 0.02  # of all hypotheses together
-ROWS_PER_WINDOW = 8  # rows of a smoothing window; nearer ones repeat each other
-MOST_ROWS = 8_000  # samples of all records divided by this is the least distance of two rows
-MOST_SAMPLES, PARTS = 300_000, 20  # of longer logs, evenly spaced parts are searched
-MOST_LEFT = 3  # hypotheses reported as left in the residual
-# an effect is used, and a hypothesis reported, only if it reduces the sum of held-out squares to
-# less than this share
+FALSE_ALARM = 0.02  # probability that any hypothesis is significant if all are wrong
+ROWS_PER_WINDOW = 8  # number of rows per length of a smoothing window
+MOST_ROWS = 8_000  # approximate largest number of rows of all records
+# largest number of samples that are searched; of longer logs, PARTS evenly spaced parts are used
+MOST_SAMPLES, PARTS = 300_000, 20
+MOST_LEFT = 3  # largest number of hypotheses that are reported as left in the residual
+# largest squared prediction error, relative to that without the hypothesis, at which an effect is
+# used and a hypothesis is reported
 NOTICEABLE = 0.95
 ECCENTRICITY = "eccentricity"
-NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
-LIKE_ACCELERATION = ("delay", "resonance")  # effects that are not tried if it is noisy
+NOISY = 2.0 * SMALLEST_SHARE  # share of noise above which the acceleration counts as noisy
+LIKE_ACCELERATION = ("delay", "resonance")  # effects that are not tried with noisy acceleration
 SMOOTHER = 2.0  # factor on the smoothing windows of the second test of a load
-EQUAL = 1.1  # largest ratio of the squares of two hypotheses that predict equally well
+EQUAL = 1.1  # largest ratio of the squared errors of two hypotheses that predict equally well
 
 
 @dataclass(frozen=True)
@@ -148,7 +152,7 @@ class ExplanationSearch:
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """Return the hypotheses that suit the records, without ripples and declared terms."""
+        """Return the hypotheses that suit the records, except ripples and declared terms."""
         named = () if self.bench.load is None else self.bench.load.terms
         measured = any(record.velocity is not None for record in self.records)
         return tuple(
@@ -164,13 +168,13 @@ class ExplanationSearch:
 
     @cached_property
     def warmed(self) -> bool:
-        """Return whether all records have a temperature, and it varies."""
+        """Return whether all records have a temperature and this temperature varies."""
         return varies(temperatures(self.records))
 
     def samples(self, waves: tuple[float, ...]) -> RegressionSamples:
-        """Return the rows with the columns of all hypotheses and of ripples at `waves`.
+        """Return the rows with the columns of all hypotheses.
 
-        Raises UnusableLogs if nothing slips.
+        `waves` are the wave numbers of ripples, 1/rad | 1/m. Raises UnusableLogs if nothing slips.
         """
         declared = self.bench.load or LoadTerms(("offset",))
         terms = (*(one.term for one in self.hypotheses), *RIPPLES[: len(waves)])
@@ -190,10 +194,10 @@ class ExplanationSearch:
         return samples
 
     def rows(self, waves: tuple[float, ...]) -> ReducedRows:
-        """Return the rows of `samples`, reduced to triangular matrices.
+        """Return the rows with the columns of all hypotheses, reduced to triangular matrices.
 
-        Raises UnusableLogs if nothing slips, or if the motion does not determine Coulomb friction
-        and offset.
+        `waves` are the wave numbers of ripples. Raises UnusableLogs if nothing slips, or if the
+        motion does not determine Coulomb friction and offset.
         """
         samples = self.samples(waves)
         names, refused = parameters_of(samples)
@@ -234,7 +238,7 @@ class ExplanationSearch:
         return self.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
 
     def shortest_period(self, rows: ReducedRows) -> float:
-        """Return the shortest period of a ripple that the windows keep, rad | m."""
+        """Return the shortest period of a ripple that smoothing does not remove, rad | m."""
         speed = float(np.quantile(np.abs(rows.samples.velocity), 0.25))
         return max(
             max(speed * window * record.period, 4.0 * record.resolution)
@@ -244,10 +248,7 @@ class ExplanationSearch:
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return a ripple at the highest peak of the residual's spectrum, and the peak.
-
-        Return None if the spectrum has no peak.
-        """
+        """Return a ripple at the highest peak of the residual's spectrum, and the peak, or None."""
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if position is None or len(waves) == MOST_HARMONICS:
             return None
@@ -314,7 +315,7 @@ def _trials(
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
 ) -> list[Trial]:
-    """Return the visible hypotheses that are not used, each tried in addition to the used ones."""
+    """Return a trial of each visible hypothesis that is not used, in addition to those used."""
     hidden = LIKE_ACCELERATION if search.noisy(rows.samples) else ()
     free = [one for one in search.hypotheses if one not in used and one.term not in hidden]
     level = 0.5 * FALSE_ALARM / max(len(search.hypotheses), 1)
@@ -340,7 +341,7 @@ def search_explanations(
     """Return the load terms that the logs support, and all explanations of the effort.
 
     The terms are None if the bench declares its loads, if the logs support no hypothesis, or if
-    nothing slips. An explanation is used in the fit, or left in the residual.
+    nothing slips.
     """
     try:
         search = ExplanationSearch.of(records, bench, settings)
@@ -400,10 +401,9 @@ def _lasting(
 ) -> bool:
     """Return whether a load explains the effort with longer smoothing windows, too.
 
-    The prediction error must decrease as much as with the first windows, and the parameters must
-    differ from 0. The paired test over strokes, which few strokes pass by chance, is not repeated.
-    The result is True for an effect, for a ripple that the longer windows smooth away, and if the
-    windows cannot be longer.
+    The prediction error must decrease by the same factor as is required with the first windows, and
+    the parameters must differ from 0. The result is True without a test for an effect, for a ripple
+    that the longer windows remove, and if the windows cannot be longer.
     """
     one = trial.hypothesis
     smoother = search.smoother(SMOOTHER)
@@ -427,8 +427,8 @@ def _of_encoder(
 ) -> bool:
     """Return whether a periodic error of the encoder predicts better than a ripple.
 
-    The error e sin(n x) adds e (sin n x)'' to the acceleration. The result is False for a
-    hypothesis that is not a ripple.
+    The encoder's error e sin(n x) at the position x adds its second time derivative to the
+    acceleration. The result is False for a hypothesis that is not a ripple.
     """
     n = trial.wave
     if n is None:
@@ -455,7 +455,7 @@ def _named_after_encoder(trial: Trial) -> Trial:
 
 
 def _spans_a_turn(trial: Trial) -> bool:
-    """Return whether the travel determines the hypothesis: an eccentric encoder needs a turn."""
+    """Return False for an eccentric encoder on less than a turn, else True."""
     position = trial.rows.samples.loads.get(TERMS[SPRING][0])
     return (
         trial.hypothesis.term != ECCENTRICITY
@@ -481,7 +481,7 @@ def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Tri
 def _supported(
     trial: Trial, simpler: Vector, used: Sequence[Hypothesis], settings: IdentificationSettings
 ) -> bool:
-    """Return whether a trial predicts better, and its parameters differ from 0."""
+    """Return whether a hypothesis predicts better and its parameters differ from 0."""
     return (
         _better(trial.hypothesis, trial.squares, simpler, settings.confidence)
         and trial.rows.probability(trial.hypothesis, used) < trial.level
@@ -493,9 +493,9 @@ def _better(
 ) -> bool:
     """Return whether the strokes are predicted better with a hypothesis than without it.
 
-    A load is a statement about the machine, and has to predict clearly better. An effect has to
-    predict noticeably better. The measured temperature is a known cause: its gain need not be the
-    same in all strokes, since the strokes of extreme temperatures have most of it.
+    A load has to predict clearly better, because it becomes part of the model. An effect has to
+    reduce the error noticeably and in most strokes. The measured temperature need not reduce it in
+    most strokes, because only strokes at extreme temperatures show its influence.
     """
     if one.is_load or richer is None or simpler is None:
         return clearly_better(richer, simpler, confidence)
@@ -510,7 +510,7 @@ def _left(
     used: Sequence[Hypothesis],
     settings: IdentificationSettings,
 ) -> list[Explanation]:
-    """Return the significant hypotheses that are left in the residual, the largest first."""
+    """Return the significant hypotheses that are not used, the largest effort first."""
     out: list[Explanation] = []
     seen = list(used)
     while len(out) < MOST_LEFT:
@@ -544,7 +544,7 @@ def _explanation(
     rivals: Sequence[Trial],
     state: str,
 ) -> Explanation:
-    """Return the view of a trial; `before`: sum of the squares without its hypothesis."""
+    """Return the explanation of a trial; `before`: sum of the squares without its hypothesis."""
     one = trial.hypothesis
     alike = tuple(rival.hypothesis.what for rival in rivals)
     position = trial.rows.samples.loads.get(TERMS[SPRING][0])

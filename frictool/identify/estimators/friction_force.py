@@ -10,9 +10,9 @@ speed v_p, and not at rest as in thesis (2.34); v_p is therefore not a Stribeck 
 reported in the details. Only v_p is searched, since the other parameters are linear.
 
 Every sample of a stroke is used, even at rest. Samples at rest shift Coulomb friction towards the
-effort at rest; select the moving part of the log with `ingest --from --to`. The intervals take into
-account that the filter correlates the residuals (`newey_west`). The intervals do not include errors
-from samples at rest, from the inertia, or from different clocks of the instruments.
+effort at rest; select the moving part of the log with `ingest --from --to`. The filter correlates
+the residuals, which the intervals include (`newey_west`). The intervals do not include errors of
+the inertia, of samples at rest, or of the instruments' clocks.
 """
 
 from __future__ import annotations

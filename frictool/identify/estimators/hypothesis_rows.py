@@ -1,4 +1,7 @@
-"""Rows of all hypotheses of `explanation_search` as triangular matrices, and fits to them."""
+"""Regression rows with the columns of all hypotheses of `explanation_search`, and fits to them.
+
+Groups of rows are reduced to triangular matrices, so that each of the many fits takes little time.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +21,13 @@ from frictool.identify.rows.load_columns import indistinct_terms
 from frictool.identify.rows.regression_samples import RegressionSamples
 from frictool.typing import IntVector, Matrix, Vector
 
-# least effort of a hypothesis, relative to that which the encoder's noise causes
+# least effort of a hypothesis, relative to the effort that the encoder's noise causes
 ABOVE_NOISE = 3.0
 
 
 @dataclass(frozen=True)
 class ReducedRows:
-    """Rows of all hypotheses in g groups of successive rows, each reduced to a triangle by QR.
+    """Rows in g groups of successive rows, each group reduced to a triangular matrix by QR.
 
     - plain: triangular matrix of each group, (g, q, q), from q - 1 regressor columns and the effort
     - names: names of the regressor columns, (q - 1,)
@@ -96,10 +99,10 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return True if the rows determine `tested`, and if its effort exceeds the noise's effort.
+        """Return True if the rows determine `tested`, and noise does not explain its effort.
 
         The encoder's noise makes the fitted inertia too small. A column of `tested` that resembles
-        the acceleration, or its derivative, would explain the effort that is then missing.
+        the acceleration, or the derivative of the acceleration, would fit the missing effort.
         """
         columns = self.columns([*others, tested])
         names = [self.names[k] for k in columns]
@@ -117,11 +120,12 @@ class ReducedRows:
             return False
 
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
-        """Return the decrease of the mean square, (N m)^2 | N^2, that the encoder's noise causes.
+        """Return how much more columns reduce the mean square residual by encoder noise alone.
 
-        The acceleration has the rms noise n, and the other columns leave the part s^2 of its mean
-        square unexplained. The residual of the inertia J then has the mean square J^2 n^2 (s^2 -
-        n^2)/s^2, which becomes smaller if s^2 becomes smaller. For a fixed inertia the result is 0.
+        n is the rms noise of the acceleration, and s^2 the mean square of the acceleration that the
+        other columns do not explain. The noise adds J^2 n^2 (s^2 - n^2)/s^2 to the mean square
+        residual, with the inertia J. More columns reduce s^2 and thus this term. The unit is
+        (N m)^2 | N^2. For a fixed inertia the result is 0.
         """
         if "inertia" in self.samples.fixed:
             return 0.0
@@ -153,7 +157,7 @@ class ReducedRows:
 
 
 def _triangle(parts: Tensor) -> Matrix:
-    """Return the triangle (q, q) of all rows; zero rows are added if there are fewer than q."""
+    """Return the triangular matrix (q, q) of all rows; missing rows are 0."""
     q = parts.shape[2]
     out = np.zeros((q, q))
     if parts.shape[0]:

@@ -183,8 +183,8 @@ def _central(values: Vector, period: float) -> Vector:
 def _filtered(rows: NDArray[np.float64], pipeline: PublishedFilters) -> NDArray[np.float64]:
     """Return rows (m, p) after the decimation's Chebyshev filter, forward and backward.
 
-    A filter of even order passes a constant at the bottom of its ripple. The result is divided by
-    that gain, so that the column of the offset stays 1.
+    The result is divided by the filter's gain for a constant, which differs from 1 for an even
+    order, so that the column of the offset stays 1.
     """
     if pipeline.decimate == 1:
         return rows

@@ -1,9 +1,9 @@
 """Least squares (thesis 4.11 to 4.15) on smoothed signals of samples that certainly slip.
 
-The slip mask is thesis (4.18) with a threshold derived from encoder and motion. The noise of the
-effort does not depend on speed, so that equal weights are efficient. The mask excludes stick and
-the Stribeck effect. If friction still falls with speed outside the mask, `power_balance` is better;
-`auto` detects this.
+The samples are selected by thesis (4.18) with a threshold derived from encoder and motion, which
+excludes stick and the Stribeck effect. All samples have equal weights, because the noise of the
+effort does not depend on speed. If friction still falls with speed in the selected samples,
+`power_balance` is better; `auto` detects this.
 """
 
 from __future__ import annotations

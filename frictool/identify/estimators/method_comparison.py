@@ -1,19 +1,20 @@
 """Choice of the method whose model predicts unseen strokes best.
 
-- candidates: the regressions that `auto` requests, without and with the load terms that the
-  simulation selects, and output error
-- scores: rms error of the simulated position, and force error; a fit to one half of the logs
-  predicts the other half
-- allowed: candidates with a force error of at most twice the smallest, since a model with a wrong
-  effort may still simulate the position well
-- winner: the first allowed candidate with a position error within a tenth of the smallest. The
-  order of preference is the method of the decision scheme (`auto`), another regression, output
-  error. Output error wins only if the regression of the same structure (set of load terms) does not
-  contradict it.
+Unseen strokes are strokes that a fit did not use. The candidates are the regressions that `auto`
+requests, without and with the load terms that the simulation selects, and output error. Each
+candidate is fitted to one half of the logs and predicts the other half. The predictions are
+compared by the rms error of the simulated position and by the force error.
 
-If an effect was removed from the effort (`rows/effects.py`), the preferred method is used, because
-the effect cannot be simulated. If the logs are too short to be halved, the regressions are compared
-on the logs of the fit. Output error is then no candidate, because it minimises the compared error.
+A candidate is allowed if its force error is at most twice the smallest, since a model with a wrong
+effort may still simulate the position well. The first allowed candidate with a position error
+within a tenth of the smallest is chosen. The order is the method of the decision scheme (`auto`),
+other regressions, output error. Output error is not chosen if the regression with the same load
+terms contradicts it.
+
+If an effect was removed from the effort (`rows/effects.py`), the method of the decision scheme is
+used, because the effect cannot be simulated. If the logs are too short to be halved, the
+regressions are compared on the logs of the fit. Output error is then no candidate, because it
+minimises the compared error.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ from frictool.typing import Vector
 
 Rows = Sequence[Sequence[SlipRows]]  # slipping samples of each half
 NAMES = {DIRECTION: WHAT["viscous_by_direction"]}
-REFINED = 0.9  # largest position error of another winner, relative to the preferred method's
+REFINED = 0.9  # least ratio of the smallest position error to that of the chosen candidate
 # half widths of the regression's interval by which a load must differ from 0
 SURE = 2.0
 MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
@@ -142,12 +143,12 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
 def _winner(
     allowed: Sequence[PredictionScore], scores: Sequence[PredictionScore], declared: bool
 ) -> tuple[PredictionScore, SlidingFit, str]:
-    """Return the winner, its fit, and why the best candidate was not chosen (empty if it was).
+    """Return the chosen candidate, its fit, and why the first one was rejected (empty if chosen).
 
-    If an allowed regression of the same structure lies outside the intervals of output error, both
-    models lack an effect, for example a breakaway at the reversals. The missing effect shifts the
-    simulated position, and output error compensates this shift by wrong parameters. A load that the
-    bench does not declare must differ from 0 beyond doubt in the regression.
+    Output error is rejected if a parameter of an allowed regression with the same load terms lies
+    outside its intervals. Both models then lack an effect, for example a breakaway at the
+    reversals, and output error compensates the missing effect by wrong parameters. A candidate is
+    also rejected if a load that the bench does not declare may be 0 according to the regression.
     """
     best = min(score.position for score in allowed)
     winner = next(score for score in allowed if REFINED * score.position <= best)
@@ -193,8 +194,8 @@ def _doubtful_load(regression: SlidingFit, chosen: SlidingFit) -> str | None:
 def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:
     """Return the fit by output error, with intervals that also contain those of the regression.
 
-    Both fits have the same structure and the same logs. The methods give different weights to an
-    effect that the structure lacks, so that their difference is a part of the uncertainty.
+    Both fits have the same load terms and logs. An effect that the model lacks has a different
+    influence on each method, so that their difference is a part of the uncertainty.
     """
     extended = {
         name: replace(
@@ -284,7 +285,7 @@ def regression_scores(
 
 
 def _simulations(sides: Sides, rows: Rows, data: ComparedData) -> list[PredictionScore]:
-    """Return the scores of output error and of regressions with the load terms that it chose."""
+    """Return the scores of output error, and of regressions with the load terms it selects."""
     known = start_values(data.fits[0], data.bench)
     try:
         structure = choose_structure(sides, data.bench, known, data.settings.confidence)
@@ -328,7 +329,7 @@ def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> Segmen
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the rms force error over both halves; each is predicted by the fit to the other."""
+    """Return the rms force error of both halves, each predicted by the fit to the other half."""
     errors = [
         force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
     ]

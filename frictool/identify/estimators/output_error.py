@@ -53,8 +53,8 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
 
 OUTPUT_ERROR = "output-error"
-# largest interval of the regression's inertia, relative to the simulation's, at which the former
-# is used
+# largest ratio of the interval of the inertia by regression to that by simulation at which the
+# inertia of the regression is used
 KNOWN_BETTER = 0.5
 # largest number of clusters; strokes are joined, since each cluster costs a simulation
 MOST_CLUSTERS = 60
@@ -212,7 +212,7 @@ def _widened(
     half: dict[str, float],
     fixed: Mapping[str, Interval],
 ) -> dict[str, float]:
-    """Return the half widths `half`, with the uncertainty of fixed parameters added as squares."""
+    """Return `half`, increased by the uncertainty of the fixed parameters (sum of squares)."""
     squares = np.array(list(half.values())) ** 2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)
@@ -252,7 +252,10 @@ def _with_inertia(
 
 
 def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
-    """Return the start of the search: the regression's values if plausible, or else the bench's."""
+    """Return the parameters at which the search starts.
+
+    They are the regression's values if these are plausible, else the bench's.
+    """
     known = load_values(start.laws)
     for name in SLIDING:
         prior = getattr(bench.mechanics, name)
@@ -300,7 +303,7 @@ def _fit(
 def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:
     """Return the position-dependent load terms whose intervals all contain 0.
 
-    Such a load only compensates a drift of the simulation.
+    These loads only compensate a drift of the simulation.
     """
     load = None if fit.laws is None else fit.laws.load
     gravity = (

@@ -1,11 +1,11 @@
 """Recursive least squares in square-root form, by Givens rotations of the QR triangle.
 
-Thesis (4.16) updates a gain matrix instead, which rounding errors make indefinite on long logs. In
-the duration of a median stroke, the weight of an earlier squared residual decreases by the factor
-`forgetting`, so that the end of the log has the largest weight.
+Thesis (4.16) updates a gain matrix instead, which rounding errors make indefinite on long logs. The
+weight of a squared residual decreases by the factor `forgetting` in the duration of a median
+stroke, so that the end of the log has the largest weight.
 
-Least squares with these weights (`fit`) give the same last value, and its interval. `path` returns
-the values along the log, so that a drift is visible.
+The result is the value at the end of the log, computed by least squares with these weights, which
+also give the interval. `path` returns the values along the log, so that a drift is visible.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from frictool.identify.rows.regression_samples import RegressionSamples, fit
 from frictool.identify.rows.slip_fit import slipping_fit
 from frictool.typing import Matrix
 
-STROKE_FORGETTING = 0.99  # weight of a square one stroke back; a memory of about a hundred strokes
+STROKE_FORGETTING = 0.99  # default of `forgetting`: a memory of about a hundred strokes
 
 
 def recursive(

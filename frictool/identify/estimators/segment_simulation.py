@@ -41,7 +41,7 @@ FAILED = 1e3
 # share of a closed-loop segment that is ignored at its start, since the log does not give the
 # initial state of the loop
 SETTLING = 0.03
-OBSERVER = 10.0  # settling times of the observer in a median stroke
+OBSERVER = 10.0  # number of time constants of the observer in a median stroke
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
 """Simulation of servo logs along their goals, and fit of the axis and the servo's constants.
 
 The firmware (engine/firmware_servo.py) drives the axis from goal and simulated position, from the
-first sample to the last without a restart. The residual is the position error. Fitted are the axis,
-the zero angle of a known pendulum, and those constants of the servo to which the bench gives a
-range. A known pendulum determines the drive constant. Without one, the drive constant is the
-bench's, and gravity is fitted.
+first sample to the last without a restart. The residual is the position error. The fit determines
+the axis, the zero angle of a known pendulum, and the constants of the servo for which the bench
+gives a range. A known pendulum determines the drive constant. Without a pendulum, the drive
+constant is the bench's, and gravity is fitted.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ SINE, COSINE = TERMS[GRAVITY]
 ZERO = "zero"  # angle of the pendulum at position 0, rad
 LOOSE = "loose_viscous"  # viscous friction with the torque disabled
 SERVO = ("constant", "goal_speed", "delay", "back_emf")
-DIFFERENCE = 1e-3  # relative step of the differences; smaller ones see single events
-MARGIN = 1e-4  # least distance of the start from the ends of a range, in units of the scale
+DIFFERENCE = 1e-3  # relative step of the numerical derivatives; for smaller ones, residuals jump
+MARGIN = 1e-4  # least distance of the start from an end of a range, relative to the typical size
 SMALLEST = 1e-3  # least value of a positive parameter in the search, relative to the bench's
 # zero angle of a pendulum if the bench does not state it
 USUAL_ZERO = Quantity(0.0, -0.5, 0.5, "rad")
@@ -42,7 +42,7 @@ DELAY_SHARES = (0.2, 0.4, 0.6, 0.8)  # first delays of the search, as shares of 
 SHORT_RUNS = 8  # evaluations of the search from each delay
 MOST_RUNS = 60  # largest number of evaluations in the trust region
 FIRST_STROKES = 3  # strokes of a free swing that are added to the search one by one
-OTHER_FRICTIONS = (0.8, 1.25)  # Coulomb frictions of further searches, relative to the best one
+OTHER_FRICTIONS = (0.8, 1.25)  # start of further searches: Coulomb friction over the best one
 FAILED = 10.0  # rad, residual of a failed simulation; it makes the search turn back
 
 
@@ -128,9 +128,9 @@ def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> Simulation
     """Return the values that minimise the squared residual; the search starts at `start` [SI].
 
     A free swing without torque amplifies errors of the friction with each stroke. The first
-    searches therefore include only the first strokes of a swing. An axis that comes to rest makes
-    the residual uneven, so that the search is repeated from other frictions. Raises UnusableLogs if
-    a search does not converge.
+    searches therefore include only the first strokes of a swing. If the axis comes to rest, the
+    squared residual has local minima, so that the search is repeated from other Coulomb frictions.
+    Raises UnusableLogs if a search does not converge.
     """
     strokes = np.concatenate([free_strokes(segment) for segment in simulated.segments])
     start = _best_delay(simulated, start, (strokes == 0).astype(np.float64))
@@ -149,7 +149,7 @@ def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> Simulation
 def _best_delay(
     simulated: ServoSimulation, start: Mapping[str, float], weight: Vector
 ) -> Mapping[str, float]:
-    """Return the best of short searches with fixed delays of the bench's range.
+    """Return the values of the best of several short searches, each with a fixed delay.
 
     A shorter delay with a larger inertia is a local minimum of the full search.
     """

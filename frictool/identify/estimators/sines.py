@@ -48,7 +48,7 @@ NO_INERTIA = (
     "the method of sines does not identify it: the mean acceleration in the middle of a stroke is "
     "nearly zero"
 )
-GATE = 0.5  # speed relative to the stroke's largest, above which samples count
+GATE = 0.5  # speed above which samples are used, relative to the largest speed of the stroke
 # share of noise in the acceleration (`smoothing`); the velocity only selects the samples
 NOISE_SHARE = 0.02
 FEWEST_STROKES = 8
@@ -153,9 +153,9 @@ def _of_fixed(
 def _coulomb_and_offset(
     rows: StrokeRows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit of Coulomb friction and offset; a fixed one of the two is not fitted.
+    """Return the fit of Coulomb friction, offset or both, whichever is not fixed.
 
-    Viscous friction is known.
+    Viscous friction is fixed.
     """
     means = rows.means
     free = [name for name in COLUMNS[1:] if name not in fixed]
@@ -280,7 +280,7 @@ def _of_inertia(
 ) -> Vector:
     """Return the half widths (p,) that the bench's range of inertia adds, with the knees fixed.
 
-    The inertia is uniformly distributed within its range.
+    The inertia is assumed to be uniformly distributed within its range.
     """
     means = rows.means
     rows_of = design(means, pieces.knees) * means.weight[:, None]

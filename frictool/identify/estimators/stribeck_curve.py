@@ -43,12 +43,13 @@ BLOCK = 50  # samples per block; runs grow block by block
 STRAIGHT_COUNTS = 2.0  # counts, largest distance of a run's position from its line
 # largest distance from the line of a whole stroke, relative to its distance: half that of a sine
 WHOLE_SHARE = 0.027
-# least share of the moving samples in runs of a test at constant speeds; trapezoids of the speed
-# with ramps of a quarter of the stroke have 0.5, tests of `excite --kind speeds` at least 0.75
+# share of the moving samples in runs above which a test has constant speeds. Trapezoids of the
+# speed with ramps of a quarter of the stroke have 0.5, tests of `excite --kind speeds` at least
+# 0.75.
 SPEEDS_SHARE = 0.7
 ENDS_SHARE = 0.1  # share of a stroke at each end in which the speed settles
 MOST_DRIFT = 0.05  # largest change of speed along a run, relative to its speed
-FEWEST_COUNTS = 10.0  # least counts of a run; its speed is then known to a tenth
+FEWEST_COUNTS = 10.0  # least distance of a run, in counts; its speed is then known to a tenth
 FEWEST_SPEEDS = 6  # least number of runs in each direction
 NAMES = ("coulomb", "fall", "viscous", "offset")
 FALL = ("breakaway", "stribeck_velocity")
@@ -189,9 +190,9 @@ def _with_offset(fit: SlidingFit, offset: Interval | None) -> SlidingFit:
 def _fitted(
     runs: ConstantSpeedRuns, velocity: float, exponent: float, reach: float, confidence: float
 ) -> SlidingFit:
-    """Return the fit of a curve with this Stribeck velocity and exponent; a line at velocity 0.
+    """Return the fit of a curve with this Stribeck velocity and exponent, or a line if it is 0.
 
-    The intervals include the effect of an inertia that differs by up to `reach` from the known one.
+    The intervals include the effect of an error of the bench's inertia of up to `reach`.
     """
     design = runs.design(velocity, exponent)
     names = [name for name in NAMES if velocity > 0.0 or name != "fall"][: design.shape[1]]
@@ -230,9 +231,9 @@ def _fitted(
 
 
 def _sum(one: Interval, other: Interval) -> Interval:
-    """Return the sum of two estimates with anticorrelated errors.
+    """Return the sum of two estimates with negatively correlated errors.
 
-    The half width is the root of the sum of squares, which is too wide for these errors.
+    The half width is that of independent errors, which is an upper bound.
     """
     return Interval.around(
         one.value + other.value, float(np.hypot(one.half_width, other.half_width))
@@ -264,8 +265,8 @@ def runs_prevail(records: list[MotionRecord]) -> bool:
 def _rows(records: list[MotionRecord]) -> list[RunRow]:
     """Return a row for each run, or for each whole stroke.
 
-    Whole strokes are used if there are too few runs, because the ripple of a servo's speed exceeds
-    an encoder count.
+    Whole strokes are used if there are too few runs, for example because a ripple of the servo's
+    position exceeds two counts.
     """
     rows = [row for record in records for row in _runs(record)]
     if _enough(*_directions(rows)):
@@ -317,7 +318,7 @@ def _whole_stroke(record: MotionRecord, start: int, end: int) -> list[RunRow]:
     """Return one row for a stroke without its ends, in a list; empty if its speed varies.
 
     The speed is treated as constant if the position deviates from a line in time by at most
-    WHOLE_SHARE of the distance. The ripple of a servo's speed is then averaged.
+    WHOLE_SHARE of the distance.
     """
     ends = max(BLOCK, int(ENDS_SHARE * (end - start)))
     position = record.position[start + ends : end - ends]

@@ -1,17 +1,13 @@
 """Choice of the load terms of a simulated axis by the prediction of unseen data.
 
-A fit to one half of the records simulates the other half.
+Each record is cut into halves at the reversal nearest to its middle, where a simulation can begin
+at rest. A model that is fitted to one half by output error simulates the other half. Load terms
+(`load_terms`) are added to the four sliding parameters one at a time. A term is kept if the squared
+errors of the predicted strokes decrease significantly (Student's test of paired strokes), and if
+their rms error falls by a fifth.
 
-- half: the strokes before or after the middle of each record; the cut is at a reversal, where a
-  simulation can begin at rest
-- candidates: output error with the four sliding parameters and one more load term at a time
-  (`load_terms`)
-- declared terms: if the bench declares its loads, these are kept and no others are tried
-- choice: a term is kept if the squared errors of the predicted strokes decrease significantly
-  (Student's test of paired strokes), and the held-out error falls by a fifth
-
-If the logs are too short for halves, no term is added. Long records are simulated in evenly spaced
-parts.
+If the bench declares its loads, these terms are kept and no others are tried. If the logs are too
+short for halves, no term is added. Of long records, evenly spaced parts are simulated.
 """
 
 from __future__ import annotations
@@ -38,7 +34,7 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
 
 Sides = tuple[list[MotionRecord], list[MotionRecord]]
-FEWEST_STROKES = 4  # least strokes of a record that is cut: both directions on either side
+FEWEST_STROKES = 4  # least number of strokes in a record that is cut: two in each half
 MOST_COMPARED = 300_000  # largest number of simulated samples in a half
 
 
@@ -63,12 +59,12 @@ def halves(records: Sequence[MotionRecord]) -> Sides | None:
 
 @dataclass(frozen=True)
 class HeldOutPrediction:
-    """Prediction of unseen strokes by a model.
+    """Prediction of each half of the records by a model fitted to the other half.
 
     - terms: load terms of the model
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - values: parameters fitted to each half
-    - errors: name of each compared choice of terms -> held-out rms error [rad | m]
+    - errors: rms prediction error [rad | m] of each compared set of terms, by name
     """
 
     terms: tuple[str, ...]
@@ -120,7 +116,7 @@ def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) ->
 def choose_terms(
     records: Sequence[MotionRecord], bench: Bench, known: Mapping[str, float], confidence: float
 ) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Return the best load terms, and the held-out rms error [rad | m] of each tried set."""
+    """Return the best load terms, and the rms prediction error [rad | m] of each tried set."""
     sides = halves(records)
     if sides is None:
         return declared_terms(bench), {}

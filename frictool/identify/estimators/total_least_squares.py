@@ -8,9 +8,9 @@ their noise. The estimate theta solves (Golub and Van Loan 1980, generalised)
 
     (M - lambda S) [theta; -1] = 0
 
-lambda is the smallest generalised eigenvalue, which is 1 if S is correct. The noises of
-acceleration and velocity at the same time are uncorrelated, because one filter is even and the
-other odd.
+lambda is the smallest generalised eigenvalue, which is 1 if S is correct. S is diagonal, because
+the filters of acceleration and velocity are even and odd, so that their noises at the same time are
+uncorrelated.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def _fit(
 
 
 def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Matrix:
-    """Return the noise variances of acceleration, velocity, sign, constant and effort, (5, 5)."""
+    """Return S (5, 5): the noise variances of acceleration, velocity, sign, constant, effort."""
     position = position_noise(record) ** 2
     g = bump(window, record.period)
     velocity = np.convolve(g, [1.0, 0.0, -1.0]) / (2.0 * record.period)

@@ -81,7 +81,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if parameters_of(samples) == (SLIDING, {}):
         structure = choose_structure(samples, parts, OVERLAP, settings.confidence)
     samples = _chosen(samples, parts, structure)
-    # these columns share the acceleration's power, so that a longer window is better
+    # further columns explain a part of the acceleration, so that a longer window is better
     if structure != FrictionStructure():
         share = _unexplained_power(samples) / float(np.mean(samples.acceleration**2))
         deviation, window = weak_deviation(strokes, axis, sensing, settings.window, share)
@@ -121,11 +121,7 @@ def _widened(
     window: int,
     confidence: float,
 ) -> Interval:
-    """Return the inertia plus half of its possible error by encoder noise, with a wider interval.
-
-    The noise makes the fitted inertia too small. The interval includes an error of 0 and the full
-    error.
-    """
+    """Return the inertia, corrected and widened for the encoder's noise (module docstring)."""
     inertia = fit.parameters["inertia"]
     if not np.isfinite(inertia.half_width):
         return inertia

@@ -1,13 +1,12 @@
 """Choice of position polynomials and speed knees for the weak form, by unseen strokes.
 
-- order: the smallest order that predicts unseen strokes as well as the best order does. The order
-  is above 0 only if the best order is significantly better than a constant and reduces the held-out
-  error by a fifth.
-- knees: each new knee is placed at the speed at which it explains most; the same rule decides
-  whether it is kept
+Friction is a polynomial of the position. Its order is the smallest order that predicts unseen
+strokes, which the fit did not use, as well as the best order does. The order is 0 unless the best
+order reduces the prediction error significantly and by at least a fifth.
 
-The order is chosen again after each knee, because a bend over speed looks like a dependence on
-position if it has no column.
+Viscous friction changes at knees of the speed. Each new knee is placed at the speed at which it
+reduces the residual most, and is kept by the same rule. The order is chosen again after each knee,
+because a missing knee looks like a dependence on position.
 """
 
 from __future__ import annotations
@@ -106,7 +105,7 @@ class _Comparison:
         return None if squares is None else by_stroke(squares, self.stroke)
 
     def of_best_order(self) -> tuple[FrictionStructure, Vector | None]:
-        """Return the structure of the best order, and the squared prediction errors with it."""
+        """Return the structure with the chosen order, and its squared prediction errors (s,)."""
         errors = {
             order: squares
             for order in range(HIGHEST + 1)
@@ -131,7 +130,7 @@ def _place(
     structure: FrictionStructure,
     overlap: int,
 ) -> float:
-    """Return the speed at which one more knee explains most, rad/s | m/s."""
+    """Return the speed at which one more knee reduces the residual most, rad/s | m/s."""
     others = with_structure(samples, parts, structure)
     speed = np.abs(samples.velocity)
     low, high = (float(np.quantile(speed, share)) for share in (ENDS, 1.0 - ENDS))

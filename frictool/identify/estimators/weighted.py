@@ -18,7 +18,7 @@ from frictool.identify.rows.slip_fit import weighted_fit
 from frictool.typing import Vector
 
 CLASSES = 12
-# largest ratio of weights, so that a class with a chance fit does not dominate
+# largest ratio of two weights, so that a class with small residuals by chance does not dominate
 LARGEST_RATIO = 10.0
 
 
@@ -33,7 +33,7 @@ def weighted(
 
 
 def inverse_deviation(samples: RegressionSamples) -> Vector:
-    """Return for each row (n,) 1/(standard deviation of the residuals in its speed class).
+    """Return 1/(standard deviation of the residuals in the row's speed class) for each row, (n,).
 
     Raises UnusableLogs if the regressors are dependent.
     """

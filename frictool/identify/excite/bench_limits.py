@@ -4,6 +4,8 @@ The effort is computed for the weakest actuator on the heaviest axis. Every axis
 intervals can therefore follow a reference within these limits (thesis 4.2.3):
 
     inertia_high |a| + viscous_high |v| + coulomb_high + |offset| + load.most <= constant_low limit
+
+a is the acceleration and v the velocity; low and high are ends of the a-priori intervals.
 """
 
 from __future__ import annotations

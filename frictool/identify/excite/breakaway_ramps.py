@@ -12,9 +12,10 @@ simulated first on three axes: the nominal axis, the lightest axis with the leas
 heaviest axis with the most friction. The simulation has no load, since the shape of the load is
 unknown; the tops of the ramps are raised by `load.most`.
 
-Rate: after a breakaway under a ramp of R [N m/s | N/s], the encoder shows a count after at most t =
-(6 inertia step/R)^(1/3), while the effort grows by R t. The rate R = (0.05 F)^(3/2)/sqrt(6 inertia
-step) limits this growth to 5 % of the breakaway F; `identify` corrects for it.
+After a breakaway under a ramp of R [N m/s | N/s], the encoder shows a count after at most t =
+(6 inertia step/R)^(1/3), with the encoder step `step`. In this time the effort grows by R t. The
+rate R = (0.05 F)^(3/2)/sqrt(6 inertia step) limits the growth to 5 % of the breakaway F, which
+`identify` corrects.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ PAUSE = 0.05  # s, at zero before each ramp
 # (tables 4.8 and 4.1)
 RATIOS = (1.0, 1.1, 1.5)
 HEADROOM = 1.1  # top of a ramp relative to the largest breakaway
-SEGMENTS = 40  # ramps over the travel
+SEGMENTS = 40  # number of ramps over the travel
 LEAST_COUNTS = 2.0
 SPARE = 1.5  # segments written, relative to those that the slowest axis needs
 NAMES = ("lightest", "nominal", "heaviest")
