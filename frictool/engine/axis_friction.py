@@ -1,9 +1,10 @@
 """Friction of an axis with friction laws (plant/axis_friction_laws.py).
 
-The friction depends on direction, speed, position and time at rest. A speed w >= 0 is measured in
-the direction of motion. The law consists of pieces, such as speed regimes; the state determines the
-present piece. The limit between two pieces has a hysteresis, so that no motion chatters between
-them.
+The friction depends on direction, speed, position and time at rest. The speed w >= 0 is the speed
+in the direction of motion. A knee is a speed at which the viscous coefficient changes. In the
+Stribeck layer, the range of low speeds, friction falls with speed. An axis that slows down passes
+the limit between two speed ranges at a lower speed than an axis that speeds up; otherwise a motion
+could chatter between the two ranges.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from frictool.typing import Vector
 # parameters of an axis with laws, None if it has none; numba compiles both cases separately
 Laws = Vector | None
 
-# lower limits of the hysteresis, relative to the speed of a knee and of the Stribeck layer
+# speed at which a slowing axis passes a knee, or enters the Stribeck layer, relative to the speed
+# of the knee or the layer
 BELOW_KNEE = 1.0 - 2.0**-40
 BELOW_LAYER = 0.98
 NOWHERE, MAP_EDGE, END_STOP = 0, 1, 2
@@ -61,10 +63,9 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return (F, share): the breakaway at x is F after a long rest, share F just after a stop.
+    """Return (F, ratio): the breakaway at x is F after a long rest, ratio F just after a stop.
 
-    F is in N m | N; share times F is at least the Coulomb friction. The axis must have friction
-    laws.
+    F is in N m | N; ratio F is at least the Coulomb friction. The axis must have friction laws.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -88,7 +89,7 @@ def at_edge(state: Vector, p: Vector, direction: float) -> bool:
 def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
     """Return the largest effort [N m | N] in a direction under which an axis stays at rest.
 
-    At an end stop, the result is inf.
+    The result is inf towards an end stop that the axis touches.
     """
     if laws is not None and distance_to_stop(laws, state[ax.POSITION], direction) <= 0.0:
         return math.inf
@@ -109,7 +110,7 @@ def distance_to_stop(p: Vector, x: float, direction: float) -> float:
 def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
     """Return the distance [rad | m] from x to the next boundary in this direction, and its kind.
 
-    The kind is MAP_EDGE (an end of the travel of the position polynomials) or END_STOP.
+    The kind is END_STOP, or MAP_EDGE for an end of the range of the position polynomials.
     """
     length = distance_to_stop(p, x, direction)
     kind = END_STOP
@@ -140,7 +141,7 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 def is_straight(p: Vector, load: Vector) -> bool:
     """Return True if every slip of an axis with the parameters p and the load (l,) is closed-form.
 
-    Its friction is then linear in speed between knees and does not depend on the position.
+    The friction is then linear in speed between knees and does not depend on the position.
     """
     if load.shape[0] > 0:
         return False
@@ -151,9 +152,9 @@ def is_straight(p: Vector, load: Vector) -> bool:
 
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
-    """Return (added, viscous) for the speed w.
+    """Return (a, b): friction at speed w is Coulomb friction + a + b w + Stribeck term.
 
-    The friction is Coulomb friction + added + viscous w + Stribeck term.
+    a is in N m | N, b in N m s/rad | N s/m.
     """
     added = 0.0
     viscous = p[al.VISCOUS_PAIR + _side(direction)]

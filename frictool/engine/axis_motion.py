@@ -4,14 +4,13 @@
     slipping   until the speed falls to zero or the backlash closes; solved to rounding
                (engine/slip_closed_form.py)
 
-With friction laws (plant/axis_friction_laws.py) a slip also ends at an end stop, and where the law
-changes: at a knee, at the boundary of the Stribeck layer and at an end of the position polynomials.
-If the breakaway grows with the time at rest, engine/drive_lag.py computes the time of the
-breakaway. If friction is nonlinear in speed or position, or a load depends on the position
-(plant/position_load.py), the slip is integrated in steps (engine/slip_integration.py); otherwise
-the slip has a closed form. A dynamic law, which neither sticks nor slips, is integrated by
-engine/dynamic_law_axis.py. `advance_axis` with `curved` None contains the closed form only. That is
-enough for most axes, and the other integrators are then not compiled.
+With friction laws (plant/axis_friction_laws.py) a slip also ends at an end stop, at a knee, at the
+limit of the Stribeck layer and at an end of the position polynomials. If the breakaway grows with
+the time at rest, engine/drive_lag.py computes the time of the breakaway. A slip has a closed form
+unless friction is nonlinear in speed or position, or a load depends on the position
+(plant/position_load.py); such a slip is integrated in steps (engine/slip_integration.py). A dynamic
+law, which neither sticks nor slips, is integrated by engine/dynamic_law_axis.py. Most axes need
+only the closed form; `advance_axis` with `curved` None is compiled without the integrators.
 
 The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the
@@ -62,9 +61,9 @@ from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
 ROUNDING = 2.0**-50  # largest effort that is treated as zero, relative to the sum of its terms
-MAX_EVENTS = 100  # events per call; a held command causes only a few, since its effort is monotone
-MAX_REBOUNDS = 10_000  # events per call of an axis with end stops, which may rebound
-SHORTEST_FLIGHT = 1e-6  # s, shortest flight of a rebound; a shorter one ends at rest at the stop
+MAX_EVENTS = 100  # most events in a call; a held command causes few, since its effort is monotone
+MAX_REBOUNDS = 10_000  # most events in a call if the axis has end stops, from which it may rebound
+SHORTEST_FLIGHT = 1e-6  # s; a rebound with a shorter flight ends at rest at the stop
 
 
 @inner_kernel
@@ -82,9 +81,8 @@ def _rest(
 ) -> tuple[float, float]:
     """Keep the axis at rest for up to `remaining` [s] and advance the drive.
 
-    Returns the duration, and the direction of the breakaway at its end or 0. refused: direction in
-    which a slip has just failed to start, because the effort equals the threshold to rounding and
-    does not rise.
+    Returns the duration, and the direction of the breakaway that ends the rest (0: none). refused:
+    direction in which the axis cannot break away, because a slip has just failed to start there.
     """
     lag = p[ax.LAG]
     drive = state[ax.DRIVE]
@@ -110,7 +108,7 @@ def _rest(
 
 @kernel
 def _wait(state: Vector, command: float, p: Vector, direction: float, remaining: float) -> float:
-    """Return the time until the drive outgrows the rising breakaway, or NEVER."""
+    """Return the time until the drive reaches the breakaway, which rises, or NEVER."""
     full, fresh = strength(p, direction, state[ax.POSITION])
     settled = direction * (p[ax.CONSTANT] * command - opposing_effort(p, state[ax.POSITION]))
     losing = direction * p[ax.CONSTANT] * (command - state[ax.DRIVE])
@@ -123,11 +121,10 @@ def _wait(state: Vector, command: float, p: Vector, direction: float, remaining:
 def _phase(
     state: Vector, command: float, p: Vector, direction: float, coulomb: float, viscous: float
 ) -> Phase:
-    """Return the coming phase of slip.
+    """Return the phase of slip that begins now.
 
-    If the breakaway equals the Coulomb friction, slip begins without acceleration. The rounding
-    error of the acceleration is removed; otherwise the axis would stop and break away again at the
-    same instant.
+    If the breakaway equals the Coulomb friction, a slip begins without acceleration. A rounding
+    error of this acceleration is removed: it could make the axis stop and break away again.
     """
     settled = direction * (p[ax.CONSTANT] * command - p[ax.OFFSET]) - slip_force(
         0.0, 1.0, coulomb, viscous
@@ -207,10 +204,10 @@ def _straight_slip(
 
 @kernel
 def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
-    """Pass the end of the position maps or hit the end stop ahead; return the new direction.
+    """Pass the end of the position polynomials or hit the end stop; return the new direction.
 
-    If the effort pushes the motor against the stop, the motor rebounds infinitely often in finite
-    time; the last rebounds are left out.
+    A motor that the effort presses against the stop rebounds infinitely often in finite time.
+    Rebounds shorter than SHORTEST_FLIGHT are left out.
     """
     _, kind_of_end = next_place(p, start, direction)
     if kind_of_end == MAP_EDGE:
@@ -326,8 +323,8 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
     """Return True if the axis rests and stays at rest as long as `command` [A | V] acts.
 
     The test is exact, because the drive tends monotonically to the command and the breakaway does
-    not fall at rest. The result is False for an axis with a winding, because the winding changes
-    the drive limit within a period, and for a dynamic law, which deflects under any effort.
+    not fall at rest. The result is always False for an axis with a winding, whose drive limit
+    changes within a period, and for a dynamic law, which deflects under any effort.
     """
     if state[ax.VELOCITY] != 0.0 or p[ax.RESISTANCE] > 0.0:
         return False
@@ -339,7 +336,7 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
 
 @kernel
 def rest_on(state: Vector, command: float, p: Vector, duration: float, decay: float) -> None:
-    """Advance an axis that stays at rest under `command` (`is_held`); same result as `advance`.
+    """Advance an axis for which `is_held` is True; the result equals the result of `advance`.
 
     decay: e^(-duration/lag), 0 without a lag.
     """
@@ -354,7 +351,7 @@ def rest_on(state: Vector, command: float, p: Vector, duration: float, decay: fl
 
 @kernel
 def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
-    """Return the lowest and highest drive [A | V] that drive limit and winding allow at a speed."""
+    """Return the lowest and highest drive [A | V] that drive and winding allow at `velocity`."""
     low = -p[ax.DRIVE_LIMIT]
     high = p[ax.DRIVE_LIMIT]
     if p[ax.RESISTANCE] > 0.0:
@@ -368,7 +365,7 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
     """Return the present drive [A | V], limited to `drive_range`.
 
-    The unlimited drive is the drive's state if the drive has a lag, else the command.
+    If the drive has a lag, the drive before the limit is part of the state; else it is the command.
     """
     low, high = drive_range(p, state[ax.VELOCITY])
     return float(min(max(state[ax.DRIVE] if p[ax.LAG] > 0.0 else command, low), high))
@@ -378,11 +375,11 @@ def drive_from_now(state: Vector, command: float, p: Vector) -> float:
 def advance(state: Vector, command: float, parameters: Vector, duration: float) -> int:
     """Advance `state` (7,), in place, by `duration` [s] under a held `command` [A | V].
 
-    parameters: (14,), or (EXTENDED_SIZE,) with friction laws. A load (plant/position_load.py
-    `with_load`) and a dynamic law (engine/dynamic_law_axis.py) add further values. A dynamic law
-    also adds its states at the end of `state`. A winding limits the current by supply voltage and
-    back-EMF; this limit is computed once, for the speed at the beginning of the call. Returns a
-    status of engine/status_codes.py.
+    parameters: (14,), or (EXTENDED_SIZE,) with friction laws. A dynamic law
+    (engine/dynamic_law_axis.py) and a load (plant/position_load.py `with_load`) append values to
+    `parameters`; a dynamic law also appends its states to `state`. With a winding, supply voltage
+    and back-EMF limit the current; the limit is computed for the speed at the beginning of the
+    call. Returns a status of engine/status_codes.py.
     """
     return int(advance_axis(state, command, parameters, parameters, duration))
 
@@ -393,8 +390,8 @@ def advance_axis(
 ) -> int:
     """Advance `state` as `advance` does.
 
-    curved: `parameters` if a slip may have to be integrated in steps; None if every slip has a
-    closed form (axis_friction.py `is_straight`).
+    curved: None if every slip has a closed form (axis_friction.py `is_straight`), else
+    `parameters`.
     """
     total = command * 0.0 + duration
     for index in range(ax.STATE_SIZE):

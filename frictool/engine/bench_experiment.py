@@ -1,12 +1,12 @@
 """Simulation of a bench test: a reference under the bench's position loop, or breakaway ramps.
 
     reference   position --[encoder]--> bench_position_loop.py --[delay]--> drive --> axis
-    ramps       rows of drive values; segments end and directions change at certain encoder readings
-                (figure 4.6)
+    ramps       a list of drive values, one per sample, in segments; a segment ends, and the
+                direction changes, at certain encoder readings (figure 4.6)
 
 The position loop computes rates as differences of encoder counts over a period. An effort computed
-at sample k acts from sample k + `delay` on; until then the drive is 0. The result is the measured
-`position` (n,) and `drive` (n,) at each sample.
+at sample k acts from sample k + `delay` on; until then the drive is 0. The results are the measured
+`position` (n,) and the `drive` (n,) at the samples.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class ServoMemory(NamedTuple):
 def servo_effort(
     servo: Vector, memory: ServoMemory, reference: float, measured: float, period: float
 ) -> tuple[float, ServoMemory]:
-    """Return the effort [N m | N] of the bench's position loop at a sample, and its new memory.
+    """Return the effort [N m | N] of the bench's position loop at a sample, and the loop's memory.
 
     servo (5,): `PositionServo`.
     """
@@ -53,7 +53,7 @@ def servo_effort(
 
 
 class RampProgress(NamedTuple):
-    """Next row of a ramp test, current segment, and encoder reading at the segment's start."""
+    """Index of the next drive value, number of the segment, encoder reading at its start."""
 
     row: int
     segment: float
@@ -98,8 +98,8 @@ def play_reference(
 ) -> int:
     """Follow `reference` (n,) from `state` (7,), in place; fill `position` and `drive` (n,).
 
-    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo`. The effort is
-    limited by the axis's drive only. Returns a status of engine/status_codes.py.
+    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo`, whose limit is
+    ignored: only the axis's drive limits the effort. Returns a status of engine/status_codes.py.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)
@@ -134,9 +134,9 @@ def play_one_ramp(
     """Advance `state` (7,), in place, through one ramp of the drive [A | V] in a direction (1, -1).
 
     The drive is 0 for `pause` samples and then rises by `slope` per second up to `top`. The ramp
-    ends after `samples` samples, or once the axis has moved by `advance_on` or passed `turn` [rad |
-    m]; if `advance_on` is inf, only after `samples` samples. extremes (3,): lowest position,
-    highest position and largest speed, updated. Returns True if the axis ends beyond `turn`, and a
+    ends after `samples` samples. If `advance_on` [rad | m] is finite, it ends earlier once the axis
+    has moved by `advance_on` or passed the position `turn`. extremes (3,): lowest position, highest
+    position and largest speed so far, updated. Returns True if the axis ends beyond `turn`, and a
     status of engine/status_codes.py.
     """
     start = state[POSITION]
@@ -173,11 +173,12 @@ def play_ramps(
 ) -> int:
     """Apply the drive values `rows` (n,) of a ramp test; fill `position` and `drive` (n,).
 
-    segment (n,): number of each row's segment; the number's sign is the direction. following (n,):
-    first row of the next segment. turning (n,): first row of the next segment in the other
-    direction. Both are n if there is no such segment. rules (3,) [rad | m]: displacement after
-    which a segment ends; lower and upper position at which the direction changes. played (1,): set
-    to the number of rows applied. Returns a status of engine/status_codes.py.
+    segment (n,): number of each value's segment; its sign is the direction. following (n,): index
+    of the first value of the next segment. turning (n,): index of the first value of the next
+    segment in the other direction. Without such a segment, the index is n. rules (3,) [rad | m]:
+    displacement after which a segment ends; lower and upper position at which the direction
+    changes. played (1,): set to the number of values applied. Returns a status of
+    engine/status_codes.py.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)

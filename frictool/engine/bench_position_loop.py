@@ -3,11 +3,11 @@
     error = reference - position        integral' = I error
     effort = P error + integral + D d/dt (r reference - position)
 
-P, I and D are gains. The controller is sampled once per period; rates are backward differences.
+P, I and D are gains. The controller runs once per period; derivatives are backward differences.
 With r = 1 the derivative acts on the error, with r = 0 on the position alone. A cascade of a
 position gain k_p and a speed gain k_v has P = k_v k_p, D = k_v, r = 0. The effort acts without
-delay and is held for a period; the drive may have a lag. The encoder's quantisation is treated as
-noise of the log, so that the simulation is a smooth function of the axis's parameters.
+delay and is held for a period; the drive may have a lag. Without the encoder's quantisation, the
+simulation is a smooth function of the axis's parameters.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ PROPORTIONAL, INTEGRAL, DERIVATIVE, REFERENCE_RATE = 0, 1, 2, 3
 class PositionServo(NamedTuple):
     """Gains of the bench's position loop [N/m, N/(m s), N s/m]; rotary: N m and rad for N and m.
 
-    reference_rate: weight of the reference's rate; 1 for a derivative of the error, 0 for a
-    derivative of the position. limit: largest effort [N | N m].
+    reference_rate: weight r of the reference in the derivative term. limit: largest effort [N | N
+    m].
     """
 
     proportional: float
@@ -61,9 +61,8 @@ def follow_reference(
     Fills positions, velocities and efforts (n,).
 
     p: engine/effort_replay.py `replay_parameters`. load: plant/position_load.py. servo (5,):
-    `PositionServo`. start: first effort [N m | N]; if the loop has an integral gain, the integral
-    starts so that the loop's first effort equals `start`. Returns a status of
-    engine/status_codes.py.
+    `PositionServo`. start: first effort [N m | N], from which the initial integral is computed if
+    the loop has an integral gain. Returns a status of engine/status_codes.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

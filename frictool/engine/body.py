@@ -4,8 +4,8 @@
     effort u ──▶ [ m ] ──▶ v          lower stop │        x        │ upper stop
 
 The friction law consists of a kernel `slip_force(v, direction, law)` and two breakaway forces.
-Above the speed `straight_from`, the force is the straight line `direction * coulomb + viscous * v`
-up to rounding; there the engine uses a closed form. Below this speed, in the Stribeck layer, the
+Above the speed `straight_from`, the friction is the straight line `direction * coulomb + viscous *
+v` up to rounding, and the engine uses a closed form. Below this speed, in the Stribeck layer, the
 engine integrates in steps.
 """
 
@@ -29,7 +29,7 @@ BODY_SIZE = 16
 POSITION, VELOCITY, INTEGRAL_STATE, DIRECTION, REGION = range(5)
 STATE_SIZE = 5
 
-# regions of a slip
+# speed regions of a slip: Stribeck layer, straight line, straight line above the knee
 IN_LAYER, STRAIGHT, BEYOND_KNEE = 0, 1, 2
 
 # events, one row each: time, kind, position, velocity just before the event
@@ -59,9 +59,7 @@ class FrictionBody:
 
     slip_force: kernel (v, direction, law) -> force. law: parameters of the kernel. `breakaway`,
     `coulomb`, `viscous` and `viscous_beyond` are pairs (backward, forward), >= 0; `stops` is (low,
-    high). straight_from: speed above which the force is linear in v; inf: never. knee: speed above
-    which `viscous_beyond` replaces `viscous`. tolerance: relative error of v; near rest it is
-    relative to `speed_scale`. extension: friction/law_extension.py. The function
+    high). tolerance: error of v, relative to v or, at low speed, to `speed_scale`. The function
     `law_simulation.body_of` returns the body of a friction law.
     """
 
@@ -71,15 +69,15 @@ class FrictionBody:
     breakaway: tuple[float, float]
     coulomb: tuple[float, float]
     viscous: tuple[float, float] = (0.0, 0.0)
-    straight_from: float = 0.0  # m/s, speed from which the law is a straight line; inf: never
-    speed_scale: float = 1.0  # m/s, least reference of the relative `tolerance`
-    # m/s, speed from which the viscous coefficient is `viscous_beyond`; at least straight_from
+    straight_from: float = 0.0  # m/s, speed above which the force is linear in v; inf: never
+    speed_scale: float = 1.0  # m/s
+    # m/s, speed above which the viscous coefficient is `viscous_beyond`; at least straight_from
     knee: float = math.inf
     viscous_beyond: tuple[float, float] = (0.0, 0.0)
     stops: tuple[float, float] = (-math.inf, math.inf)  # m
     restitution: float = 0.0  # ratio of the speeds after and before an end stop
     tolerance: float = TOLERANCE_DEFAULT
-    # friction/law_extension.py; its knees replace those of the body
+    # friction/law_extension.py; an extension has knees of its own
     extension: PackedExtension | None = None
 
     def law_in(self, direction: float) -> Vector:
@@ -107,7 +105,6 @@ class FrictionBody:
         return array
 
     def _check(self) -> None:
-        """Raise ValueError for the first inequality that does not hold."""
         if not 0.0 < self.mass < math.inf:
             raise ValueError(f"mass: found {self.mass}; allowed: above 0 and finite")
         if not 1e-14 <= self.tolerance <= 1e-2:
@@ -132,15 +129,15 @@ class FrictionBody:
         ):
             finding = "a pure delay of the film" if self.knee == math.inf else "a knee of the body"
             raise ValueError(
-                f"found {finding}; an extension has its own knees, and its film may have a lag but "
-                "no delay"
+                f"extension: found {finding}; allowed: knees of the extension only, and a film "
+                "without a pure delay"
             )
         for side, direction in enumerate((-1.0, 1.0)):
             start = direction * float(self.slip_force(0.0, direction, self.law_in(direction)))
             if not start <= self.breakaway[side] * (1.0 + 1e-12):
                 raise ValueError(
-                    f"the breakaway {self.breakaway[side]} is below the friction {start} "
-                    "at which slip in its direction begins"
+                    f"breakaway: found {self.breakaway[side]}; allowed: at least {start}, the "
+                    "friction at which slip in this direction begins"
                 )
 
 
@@ -150,10 +147,7 @@ def at_rest(position: float = 0.0) -> Vector:
 
 
 def moving(position: float, velocity: float) -> Vector:
-    """Return the state (5,) of a body that slips at `velocity` [m/s | rad/s].
-
-    The first step determines the region of the friction law.
-    """
+    """Return the state (5,) of a body that slips at `velocity` [m/s | rad/s]."""
     if velocity == 0.0:
         return at_rest(position)
     return np.array([position, velocity, 0.0, math.copysign(1.0, velocity), IN_LAYER])

@@ -3,10 +3,10 @@
     sample k:  position --[encoder: floor(x/step) step]--> y[k] --[controller]--> u[k]
     --[delay_samples]--> held until k+1
 
-The counter of an incremental encoder reports the edge below the position; the formula therefore has
-floor. The command of sample k acts from sample k + delay_samples on; until the first command
-acts, the command is zero. Both controller and axis limit the drive. A drive without lag jumps at
-the sample; the record contains the value after the jump.
+An incremental encoder counts the edges below the position; the formula therefore has floor. The
+command of sample k acts from sample k + delay_samples on. Before the first command acts, the drive
+is zero. Both the controller and the axis limit the drive. A drive without lag jumps at a sample;
+the record contains the value after the jump.
 
 A load that depends on position (plant/position_load.py) is part of the integrated equations. At
 rest neither position nor load changes, so that the position of an axis at rest is exactly constant.
@@ -53,8 +53,8 @@ def measure(position: float, step: float) -> float:
 def load_of_run(axis: Vector, load: Vector) -> Vector | None:
     """Return the argument `load` of `run` for the parameters `axis` (a,) and a load (l,).
 
-    The result is None if every slip has a closed form. The kernel of such an axis is compiled
-    without the other integrators.
+    The result is None if every slip has a closed form; `run` is then compiled without the
+    integrators.
     """
     return None if is_straight(axis, load) else load
 
@@ -99,7 +99,7 @@ def run(
 
 @inner_kernel
 def encoder_reading(axis: Vector, state: Vector, last: float, conditions: Vector, k: int) -> float:
-    """Return the encoder's reading at sample k [rad | m]; `last`: reading at the sample before."""
+    """Return the encoder's reading at sample k [rad | m]; `last`: reading at sample k - 1."""
     reported = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
     return (
         faulty(reported, axis[ax.ENCODER_STEP], last, conditions[k])
@@ -125,9 +125,9 @@ def advance_sample(
     """Apply the command of sample k, fill the record's row (7,), and advance to sample k + 1.
 
     axis (a,): parameters without drifts, followed by the load (plant/position_load.py `with_load`).
-    p (a,): parameters under the conditions of sample k - 1, updated to sample k. waiting
-    (delay_samples + 1,): commands that do not act yet, updated. load: as in `run`; its values are
-    read from `p`. Returns a status of engine/status_codes.py.
+    p (a,): parameters with the drifts of sample k - 1, updated to sample k. waiting (delay_samples
+    + 1,): commands that do not act yet, updated. load: None if every slip has a closed form.
+    Returns a status of engine/status_codes.py.
     """
     acting, _ = begin_sample(axis, state, p, waiting, k, measured, command, row, conditions)
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
@@ -154,7 +154,7 @@ def begin_sample(
     row: Vector,
     conditions: Vector,
 ) -> tuple[float, bool]:
-    """Fill the record's row (7,) of sample k; return the acting drive, and True if `p` has changed.
+    """Fill the record's row (7,) of sample k; return the acting command, and True if `p` changed.
 
     `advance_sample` explains the arguments.
     """

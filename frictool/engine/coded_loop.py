@@ -1,7 +1,7 @@
 """Closed loop of engine/closed_loop.py with a controller as machine code (control/machine_code.py).
 
-The record equals the record of `closed_loop.run` bit by bit. While the axis rests and the command
-cannot move it, only the state of the drive is computed.
+The record equals the record of `closed_loop.run` bit by bit. While the command cannot move the
+resting axis, only the state of the drive is computed.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ def replay_coded(
     velocity: Vector,
     returned: Vector,
 ) -> None:
-    """Run a controller's machine code over recorded samples; write its results to `returned` (n,).
+    """Run a controller's machine code over recorded samples; write its commands to `returned` (n,).
 
-    controller (v,), in place, and code: as in `run_coded`. reference, position, velocity (n,):
-    inputs of the controller.
+    controller (v,), changed in place, and code: as in `run_coded`. reference, position, velocity
+    (n,): inputs of the controller.
     """
     memory = np.int64(controller.ctypes.data)
     for k in range(reference.shape[0]):
@@ -56,8 +56,8 @@ def run_coded(
 ) -> int:
     """Simulate the loop as `closed_loop.run` does, with the controller's machine code.
 
-    controller (v,), in place: values of the program (machine_code.started_values). code: address of
-    its code (machine_code.MachineCode).
+    controller (v,): values of the program (machine_code.started_values), changed in place. code:
+    address of the machine code (machine_code.MachineCode).
     """
     if load is not None:
         axis = with_load(axis, load)

@@ -17,8 +17,7 @@ col.  name             meaning
 7     SENSOR_GAIN      b of the drive's sensor; 1 without fault
 ====  ===============  =========================================================================
 
-The inner loop of the drive makes the measured drive equal to the command. A factor that is constant
-over a run has the same effect as a changed parameter of the axis.
+The inner loop of the drive makes the measured drive equal to the command.
 """
 
 from __future__ import annotations
@@ -103,9 +102,9 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
 
 
 def with_friction(axis: Vector, viscous: float, dry: float) -> Vector:
-    """Return the parameters `axis` of an axis whose drive has no limit, with other friction.
+    """Return the parameters `axis` with friction multiplied by the factors `viscous` and `dry`.
 
-    viscous, dry: factors as in the columns VISCOUS_FACTOR and FRICTION.
+    The axis's drive must have no limit.
     """
     row = neutral(1)[0]
     row[VISCOUS_FACTOR], row[FRICTION] = viscous, dry
@@ -116,7 +115,7 @@ def with_friction(axis: Vector, viscous: float, dry: float) -> Vector:
 
 @kernel
 def changes_parameters(before: Vector, row: Vector) -> bool:
-    """Return True if a row (8,) gives other parameters (`impose`) than the row before."""
+    """Return True if `before` and `row` (8,) give the axis different parameters (`impose`)."""
     return bool(
         row[DISTURBANCE] != before[DISTURBANCE]
         or row[FRICTION] != before[FRICTION]
@@ -140,7 +139,7 @@ def true_command(command: float, limit: float, row: Vector) -> float:
 def faulty(reported: float, step: float, last: float, row: Vector) -> float:
     """Return the reading [rad | m] of an encoder with faults; without faults it is `reported`.
 
-    last: reading at the sample before. step: resolution [rad | m].
+    last: reading at the last sample. step: resolution [rad | m].
     """
     if row[ENCODER_FAULT] == INVALID:
         return math.nan

@@ -1,5 +1,6 @@
 """One step of the Dormand-Prince method 5(4) with dense output, for x' = v, v' = a, q' = x - r.
 
+x is the position, v the velocity, a the acceleration, r the reference, and q the integral of x - r.
 Coefficients: Dormand, Prince 1980; dense output: Hairer, Norsett, Wanner, Solving Ordinary
 Differential Equations I, II.6.
 """
@@ -94,7 +95,7 @@ def _rate(slip: _Slip, t: float, x: float, v: float, q: float) -> float:
 
 @bare_kernel
 def fill_row(row: Vector, k: tuple[float, float, float, float, float, float, float]) -> None:
-    """Fill a row of slopes with the derivatives at the seven stages of a step."""
+    """Fill a row with the derivatives k at the seven stages of a step."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = k
 
 
@@ -113,9 +114,8 @@ def layer_step(
 ) -> float:
     """Try one step of length h from y = (x, v, q) at time t; return the error of v [m/s | rad/s].
 
-    x is the position, v the velocity and q the integral of the position error. start: acceleration
-    at t. slopes (3, 7): filled with x', v', q' at the stages. `force(v, direction, law)` opposes
-    the motion.
+    start: acceleration at t. slopes (3, 7): filled with x', v', q' at the stages. The friction
+    `force(v, direction, law)` opposes the motion.
     """
     x, v, q = y[0], y[1], y[2]
     v1 = v
@@ -154,9 +154,10 @@ def layer_step(
 
 @bare_kernel
 def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
-    """Fill the first 5 columns of `piece` with coefficients of polynomials of the time in the step.
+    """Fill the first 5 columns of `piece` with the polynomials of the step's dense output.
 
-    `piece` and `slopes` (rows, 7) have one row for each state.
+    The polynomials are functions of the time since the step's start. `piece` and `slopes` (rows, 7)
+    have one row for each state.
     """
     for row in range(slopes.shape[0]):
         piece[row, 0] = y[row]
@@ -171,7 +172,7 @@ def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
 
 @bare_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
-    """Fill `point` (n,) with the states at which a stage is evaluated; slopes (7, n)."""
+    """Fill `point` (n,) with the state at which a stage is evaluated; slopes (7, n)."""
     for row in range(y.shape[0]):
         total = 0.0
         for j in range(stage):

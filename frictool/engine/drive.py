@@ -1,4 +1,4 @@
-"""Effort on a body as a function of time and motion, in one form for all drives.
+"""Effort on a body as a function of time and motion, one formula for all drives.
 
     u(t) = offset + slope t + amplitude sin(frequency t + phase)
            - proportional (x - r) - derivative v - integral q
@@ -14,7 +14,7 @@ decaying        decaying e^(-decay_rate t): the lag of a drive, for dynamic laws
 u is the effort, x the position, v the velocity, r the position reference, q the integral of x - r.
 Apart from the sine, u is linear in time and state. With a fixed sign of the friction, the motion
 therefore has a power series with recursive coefficients. Time t is measured from the start of the
-run, not of the segment.
+run, also if a run has several drives in succession.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def effort(t: float, x: float, v: float, q: float, drive: Vector) -> float:
 
 @kernel
 def effort_rate(t: float, drive: Vector) -> float:
-    """Return the derivative of u [N/s | N m/s] by t at a constant position, speed and integral."""
+    """Return the partial derivative of u [N/s | N m/s] by t."""
     rate: float = drive[SLOPE] + drive[PROPORTIONAL] * drive[TARGET_SPEED]
     if drive[AMPLITUDE] != 0.0:
         turn = math.cos(drive[FREQUENCY] * t + drive[PHASE])

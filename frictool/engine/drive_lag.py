@@ -1,4 +1,7 @@
-"""Drive with a first-order lag under a held command, and its time to reach a rising breakaway."""
+"""Drive with a first-order lag under a held command, and the time at which it reaches a breakaway.
+
+The breakaway rises with the axis's time at rest.
+"""
 
 from __future__ import annotations
 
@@ -59,15 +62,14 @@ def outgrowing_time(
 ) -> float:
     """Return the first t in [0, remaining] at which the drive reaches the breakaway, or NEVER.
 
-    At time t the drive's effort is settled - losing e^{-t/lag} with losing > 0 and lag > 0. The
-    breakaway is `full` after a long rest. At time t it is full dwell_factor(rested + t, fresh,
-    rise), where rested [s] is the time at rest before t = 0. At t = 0 the effort must be below the
-    breakaway.
+    effort(t)    = settled - losing e^{-t/lag}              losing > 0, lag > 0
+    breakaway(t) = full dwell_factor(rested + t, fresh, rise)
+                 = full - lost/(age + t)     age = rise + rested, lost = (1 - fresh) full rise
 
-    With age = rise + rested and lost = (1 - fresh) full rise, the breakaway minus the effort is
-    full - lost/(age + t) - settled + losing e^{-t/lag}. This difference falls while (age + t)^2
-    e^{-t/lag} > lost lag/losing. It has at most one falling part, between two rising parts, and its
-    first zero is on the falling part.
+    `full` is the breakaway after a long rest, and `rested` [s] the time at rest before t = 0. At
+    t = 0 the effort must be below the breakaway. The difference breakaway - effort falls while
+    (age + t)^2 e^{-t/lag} > lost lag/losing. This is at most one interval, which contains the first
+    zero of the difference.
     """
     lost = (1.0 - fresh) * full * rise
     age = rise + rested

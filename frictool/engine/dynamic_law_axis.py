@@ -2,17 +2,18 @@
 
     J v' = K i(t) - offset - load(x) - F(z, z', v)        x' = v        z' = rate(z, v)
 
-The drive i(t) is an exponential. The law replaces the sticking and slipping of
-engine/axis_motion.py: its contact deflects under any effort, so that the axis has no exact rest.
-The motion is integrated by the Rosenbrock method of engine/dynamic_law_motion.py. The length of a
-step is kept from one call to the next. The end stops are located on the dense output of a step; an
-axis that is pressed against a stop rests there exactly.
+x is the position, v the velocity, z the inner state of the law, and F the friction. The drive i(t)
+is an exponential. The contact deflects under any effort, so that the axis has no exact rest, and
+does not stick and slip as in engine/axis_motion.py. The motion is integrated by the Rosenbrock
+method of engine/dynamic_law_motion.py. The length of a step is kept from one call to the next.
+Impacts at end stops are located on the dense output of a step. An axis that is pressed against a
+stop rests there exactly. The axis has no backlash.
 
-The parameters of an axis with such a law (plant/axis_friction_laws.py) continue with DYNAMIC_SIZE
-values, in front of the load. These values are: HEAD numbers (addresses of kernels, sizes and
-tolerance), the reference sizes of `dynamic_law_motion.run_dynamic`, the kind of drift of each
-parameter, and the arrays of friction/law_extension.py. The state (7,) of the axis continues with
-the length of the next step [s] and the law's z. The axis has no backlash.
+The parameters of the axis (plant/axis_friction_laws.py) are followed by the DYNAMIC_SIZE values of
+the law, and then by the load. The values of the law are: HEAD numbers (addresses of kernels, sizes
+and tolerance), the reference sizes of `dynamic_law_motion.run_dynamic`, the kind of drift of each
+parameter, and the arrays of friction/law_extension.py. The state (7,) of the axis is followed by
+the length of the next step [s] and z.
 """
 
 from __future__ import annotations
@@ -62,9 +63,9 @@ RATE, FORCE, COMMIT, MOVING, STATES, PARAMETERS = range(6)
 HEAD = 6
 STEP = ax.STATE_SIZE  # index in the state; z follows
 
-FRICTION, SLOPE = 1.0, 2.0  # drift of a parameter: dry or viscous friction; 0: none
-MAX_IMPACTS = 10_000  # impacts at end stops per call
-SHORTEST_FLIGHT = 1e-6  # s, shortest flight of a rebound; a shorter one ends at rest at the stop
+FRICTION, SLOPE = 1.0, 2.0  # a parameter drifts with the dry or the viscous friction; 0: no drift
+MAX_IMPACTS = 10_000  # most impacts at end stops in a call
+SHORTEST_FLIGHT = 1e-6  # s; a rebound with a shorter flight ends at rest at the stop
 BISECTIONS = 60
 
 
@@ -93,7 +94,7 @@ def with_dynamic_law(axis: Vector, dynamic: AxisDynamicLaw) -> Vector:
 
 
 def with_contact(state: Vector, dynamic: AxisDynamicLaw) -> Vector:
-    """Return the state (7,) of an axis, followed by the state of a contact that never moved."""
+    """Return the state (7,) of an axis, followed by the step length 0 and z without deflection."""
     kernels = dynamic.law.kernels
     assert isinstance(kernels, DynamicKernels)
     return np.concatenate([state, [0.0], kernels.reset(dynamic.p)])
@@ -107,7 +108,7 @@ def has_dynamic_law(p: Vector) -> bool:
 
 @inner_kernel
 def _levels_start(p: Vector) -> int:
-    """Return the index in p of the drifts, behind the reference sizes."""
+    """Return the index in p of the kinds of drift, behind the reference sizes."""
     return al.EXTENDED_SIZE + HEAD + CONTACT + int(p[al.EXTENDED_SIZE + STATES])
 
 
@@ -115,9 +116,8 @@ def _levels_start(p: Vector) -> int:
 def impose_on_law(axis: Vector, p: Vector, friction: float, viscous: float) -> None:
     """Set the law's parameters in `p` to the parameters in `axis`, multiplied by two factors.
 
-    `friction` multiplies the parameters of dry friction, including the stiffness of the contact, so
-    that its largest deflection does not change. `viscous` multiplies the parameters of viscous
-    friction.
+    The factor `viscous` multiplies the parameters of viscous friction. `friction` multiplies those
+    of dry friction and the stiffness of the contact: the largest deflection does not change.
     """
     if not has_dynamic_law(p):
         return
@@ -155,7 +155,7 @@ def _wall(x: float, p: Vector) -> float:
 
 @kernel
 def _released(driven: DrivenContact, t: float, wall: float, outwards: float) -> float:
-    """Return the time at which the effort ceases to press the axis against the stop; may be inf.
+    """Return the time at which the effort ceases to press the axis against the stop, or inf.
 
     outwards: acceleration towards the stop at t. The friction of a resting contact is constant.
     """
@@ -171,9 +171,10 @@ def _released(driven: DrivenContact, t: float, wall: float, outwards: float) -> 
 def _meet_stop(
     y: Vector, after: Vector, stages: Vector, rows: int, wall: float, place: float, at: Vector
 ) -> float:
-    """Move y to the end stop at `place`, which the step to `after` passes; return the step's share.
+    """Move y to the end stop at `place`, which the step to `after` passes.
 
-    An axis that the step presses against the stop stays there for the whole step.
+    Returns the fraction of the step up to the stop. An axis already at the stop stays there for the
+    whole step.
     """
     if y[0] == place:
         y[:rows] = after[:rows]

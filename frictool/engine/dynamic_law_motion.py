@@ -7,15 +7,15 @@ the friction. `run_dynamic` simulates a run of a mass without load; engine/dynam
 the steps of this module for an axis in a sampled loop. The kernels of the law are called by their
 addresses, so that the steps are compiled once for all laws.
 
-These laws are reference models for the exact engine. They have no modes: during stick v is small,
-but not zero. The integrator is an implicit Rosenbrock method (engine/rosenbrock.py) with error
-control on v and z, because the equations are stiff in slip, where the contact relaxes in
-microseconds.
+A dynamic law has no modes: in stick v is small, but not zero. In slip the equations are stiff,
+because the contact relaxes in microseconds. The integrator is therefore an implicit Rosenbrock
+method (engine/rosenbrock.py) with error control on v and z.
 
-The memory of a law is updated after accepted steps only. A step ends at each reversal, because the
-memory must register it. An extension (friction/law_extension.py) provides F_c and F_s for the
-current position and direction, and adds its knee force. The Jacobian neglects the change of
-friction with position, which is small compared with the contact stiffness.
+Some laws have a memory in z, which is updated after accepted steps only. A step ends at each
+reversal, because the memory must register the reversal. An extension (friction/law_extension.py)
+provides Coulomb friction and breakaway for the current position and direction, and adds the force
+of speed regimes. The Jacobian neglects the change of friction with position, which is small
+compared with the contact stiffness.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ FIRST_STEP = 1e-9  # first step, relative to the length of the segment
 SHORTEST_STEP = 2.0**-50  # shortest step, relative to the time
 GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
 DIFFERENCE = 1e-7  # step of the law's difference quotients, relative to the size of a state
-AT_REVERSAL = 1e-3  # speed below which a step may pass v = 0, relative to the speed's size
+AT_REVERSAL = 1e-3  # speed below which a step may pass v = 0, relative to the reference speed
 
 
 class LawKernels(NamedTuple):
@@ -71,7 +71,7 @@ class DrivenContact(NamedTuple):
 
 
 class Linearisation(NamedTuple):
-    """Derivatives of the state's rate y' (rosenbrock.py `complete_stage`)."""
+    """Derivatives of y' by the state y and by time (rosenbrock.py `complete_stage`)."""
 
     gains: Vector
     couplings: Vector
@@ -90,10 +90,10 @@ def law_kernels(kernels: DynamicKernels) -> LawKernels:
 def virgin_contact(
     kernels: DynamicKernels, p: Vector, speed_scale: float, length_scale: float
 ) -> tuple[Vector, int, Vector]:
-    """Return the state z (n,) of a contact that never moved, and how its error is measured.
+    """Return the state z (n,) of a contact that never moved, and two values for error control.
 
-    The second value is the number of leading elements of z with a rate; the others are memory. The
-    third (n,) is a reference size of each element: its change over `length_scale` [m | rad].
+    These are the number of leading elements of z with a rate (the others are memory), and a
+    reference size (n,) of each element: its change over `length_scale` [m | rad].
     """
     z = kernels.reset(p)
     rates = np.zeros_like(z)
@@ -104,9 +104,9 @@ def virgin_contact(
 
 @kernel
 def hold_levels(laws: Laws, y: Vector) -> float:
-    """Compute the law's parameters at the state y; return the friction of the speed regimes.
+    """Write the law's parameters at the state y to p, the last array of `laws`.
 
-    The parameters are written to p, the last array of `laws`.
+    Returns the friction that the speed regimes add [N | N m].
     """
     forward, backward, table, p = laws
     if table.shape[0] == 0:
@@ -136,8 +136,8 @@ def linearise(
 ) -> int:
     """Fill the derivatives of y' at the state y for engine/rosenbrock.py; `slope`: y' at y.
 
-    The steps of the difference quotients lead away from velocity 0, and in the direction in which
-    the law's state z moves: a hysteresis is stiffer in the opposite direction.
+    The derivatives are difference quotients. Their steps lead away from velocity 0, and in the
+    direction in which z moves: a hysteresis is stiffer in the opposite direction.
     """
     kernels, laws, mass, drive, load = driven
     gains, couplings, in_time = linear
@@ -216,7 +216,6 @@ def try_law_step(
 
 @kernel
 def _sample(driven: DrivenContact, t: float, y: Vector, zdot: Vector, row: Vector) -> None:
-    """Fill one sample at time t and state y."""
     kernels, laws, _, drive, _ = driven
     added = hold_levels(laws, y)
     law = laws[3]
@@ -230,7 +229,7 @@ def _sample(driven: DrivenContact, t: float, y: Vector, zdot: Vector, row: Vecto
 
 @kernel
 def step_factor(error: float) -> float:
-    """Return the next step length relative to the last, for an error relative to the tolerance."""
+    """Return (next step)/(last step) for an `error` relative to the tolerance."""
     if not math.isfinite(error):
         return SHRINKAGE
     return GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.25))
@@ -309,13 +308,12 @@ def run_dynamic(
 ) -> tuple[int, float]:
     """Simulate y = (x, v, q, z...), in place, from `start` [s] under successive drives.
 
-    x is the position, v the velocity, q the integral of the position error, and z the law's state.
-    The segments end at `ends` (s,) and have the `drives` (s, 10). kernels: `law_kernels`. laws:
-    arrays of a PackedExtension (forward, backward, table), then a workspace for the current
-    parameters; without an extension the workspace contains the parameters of the law. moving:
-    number of leading elements of z with a rate; the other elements are memory. scales: relative
-    tolerance, reference speed [m/s], 0 (q has no error control), and a reference size for each z.
-    times (n,): ascending, within the run; samples (n, 5) are filled.
+    ends (s,), drives (s, 10): drive i acts up to ends[i] [s]. kernels: `law_kernels`. laws: arrays
+    of a PackedExtension (forward, backward, table), then a workspace for the current parameters;
+    without an extension the workspace contains the parameters of the law. moving: number of leading
+    elements of z with a rate; the others are memory. scales: relative tolerance, reference speed
+    [m/s], 0 (q has no error control), and a reference size for each element of z. times (n,):
+    ascending, within the run. samples (n, 5): filled.
 
     Returns a status of engine/status_codes.py and the time reached.
     """

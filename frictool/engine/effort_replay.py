@@ -4,13 +4,12 @@
 
 The effort is held for a period, or moves to effort[k+1] with the drive's lag.
 
-Most periods contain no event. While the axis slips in one direction under linear friction, its
-motion over a period is linear, with coefficients computed once. A test excludes events exactly:
-under the lower of the two efforts of a period the axis is slower at every instant. A slip that does
-not end under the lower effort therefore does not end under the real effort. All other periods are
-simulated by engine/axis_motion.py. A load that depends on position (plant/position_load.py) is
-constant over a period, with its value in the middle of the period; the error is of second order in
-the period.
+In most periods the axis slips in one direction under linear friction, without an event. The motion
+over such a period is linear in the state, with coefficients computed once. A test excludes events
+exactly: under the lower of the period's two efforts the axis is slower at every instant, so that a
+slip that lasts under the lower effort also lasts under the real one. All other periods are
+simulated by engine/axis_motion.py. A load that depends on position (plant/position_load.py) keeps
+its value of the middle of the period; the error is of second order in the period.
 
 The correction works as a stationary observer: before each period, `gains` times (measured -
 position) is added to position and velocity. With zero gains, the simulation is open loop. With the
@@ -46,9 +45,9 @@ def replay_parameters(axis: AxisParameters) -> Vector:
 
 @kernel
 def period_coefficients(p: Vector, period: float, out: Vector) -> None:
-    """Fill `out` (2, 6) with the coefficients of a slip over one period, backward and forward.
+    """Fill `out` (2, 6) with the coefficients of a slip over one period: rows backward, forward.
 
-    Column 0 is the Coulomb friction. The other columns are factors of the speed and the distance
+    Column 0 is the Coulomb friction. From the other columns follow speed and distance
     (engine/slip_closed_form.py).
     """
     rate = 1.0 / p[ax.LAG] if p[ax.LAG] > 0.0 else 0.0
@@ -68,10 +67,10 @@ def period_coefficients(p: Vector, period: float, out: Vector) -> None:
 def slip_through_period(
     state: Vector, first: float, last: float, command: float, p: Vector, c: Vector
 ) -> bool:
-    """Advance a slipping axis by a period in closed form, unless the period may contain an event.
+    """Advance a slipping axis by a period in closed form, and return True.
 
-    c (2, 6): `period_coefficients`. If the period may contain an event, the function returns False
-    and leaves the state unchanged.
+    If the period may contain an event, return False and leave the state unchanged. c (2, 6):
+    `period_coefficients`.
     """
     velocity = state[ax.VELOCITY]
     if velocity == 0.0:

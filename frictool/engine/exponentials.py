@@ -12,9 +12,9 @@ import math
 
 from frictool.runtime.kernels import kernel
 
-SMALL = 0.6  # |x| below which power series are used; above, differences lose less than three bits
-NEGLIGIBLE = 2.0**-56  # term at which a series ends; its sum is above 1/4
-NEAR = 0.02  # relative difference of rates below which they are averaged
+SMALL = 0.6  # |x| below which a power series is used; above, the formula loses less than three bits
+NEGLIGIBLE = 2.0**-56  # term at which a series ends; the sum of the series is above 1/4
+NEAR = 0.02  # relative difference of two rates below which their mean is used
 # Gauss-Legendre, 4 points on [0, 1]
 NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263)
 WEIGHTS = (0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692)

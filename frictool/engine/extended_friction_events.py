@@ -2,13 +2,12 @@
 
 The functions correspond to those of slip_events.py, but use a larger state:
 
-    state (8,)   state of engine/body.py, then the film's lagged velocity, the time at rest, the
-                 number of knees passed
+    state (8,)   state of engine/body.py, then the lagged velocity of the lubricant film, the time
+                 at rest, the number of knees below the speed
 
 The time at rest is measured from the stop, or from the start of a run that begins at rest; during
-slip it is the duration of the last rest. A pure delay of the film is not supported: the motion
-after an event would depend on all pieces within the preceding delay, and each of their kinks would
-cause a further event. The fixed-step laws support a pure delay (engine/fixed_step_laws.py).
+slip it is the duration of the last rest. A pure delay of the film is not supported here, since each
+event would cause a further event after the delay; engine/fixed_step_laws.py supports it.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ from frictool.typing import Vector
 
 @kernel
 def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
-    """Set in `state` the speed regime, and whether the film's velocity is in the Stribeck layer.
+    """Set the speed regime in `state`, and the region: film in the Stribeck layer or above it.
 
     Without a lag of the film, also set the film's velocity.
     """
@@ -76,7 +75,7 @@ def _layer_event(
 def extended_slip_event(
     laws: ExtendedLaws, body: Vector, state: Vector, piece: Vector, longest: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return time and kind of the first event in a slip: stop, knee, layer's edge or end stop."""
+    """Return time and kind of a slip's first event: stop, knee, edge of the layer or end stop."""
     regimes = regime_table(laws[2])
     passed = int(state[KNEES_PASSED])
     direction = state[fb.DIRECTION]

@@ -1,14 +1,15 @@
 """Motion of a body with extended friction (friction/law_extension.py), one piece per call.
 
-    at rest    the breakaway threshold grows with the time at rest and as the film decays; since it
-               never falls, an interval can be proved to contain no breakaway
-    in slip    Dormand-Prince with error control on speed and film, because the motion has no
-               closed form if Coulomb friction and breakaway vary with position
+    at rest    the threshold of the breakaway grows with the time at rest and as the film decays; it
+               never falls
+    in slip    Dormand-Prince with error control on speed and film; there is no closed form if
+               Coulomb friction and breakaway vary with position
 
-The film is the lagged velocity that determines the Stribeck effect. Within a piece of slip the
-derivatives are smooth, because four quantities are constant: the direction, the speed regime
-between two knees, the side of the Stribeck layer, and the time at rest before the slip. The time at
-rest determines the breakaway, which is the value of the Stribeck curve at speed 0.
+The lubricant film is described by a lagged velocity, which determines the Stribeck effect. Within a
+piece of slip the derivatives are smooth, because four quantities are constant: the direction, the
+speed regime between two knees, the region inside or above the Stribeck layer, and the time at rest
+before the slip. The time at rest determines the breakaway, which is the value of the Stribeck curve
+at speed 0.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ def slip_friction(
 ) -> float:
     """Return the friction of a slip at position x, velocity v and lagged velocity w.
 
-    `state` contains the direction, the speed regime, the side of the layer and the time at rest.
+    `state` contains the direction, the speed regime, the region and the time at rest.
     """
     forward, backward, table, p = laws
     direction = state[fb.DIRECTION]
@@ -81,7 +82,7 @@ def threshold(
     """Return the largest effort in a direction under which a body stays at rest.
 
     Without a film, this effort is the breakaway. A film with the lagged velocity w lowers the
-    friction at the start of a slip, and the effort is lower by the same amount.
+    friction at the start of a slip, and this effort by the same amount.
     """
     force, body = driven.force, driven.body
     forward, backward, table, p = laws
@@ -133,8 +134,8 @@ def sampled_friction(
 def pass_time(laws: ExtendedLaws, state: Vector, film: Vector, spent: float) -> None:
     """Advance the film's velocity and the time at rest in `state` by the time `spent` [s].
 
-    `state` must already contain the body's velocity at the end of this time. film: coefficients of
-    the film velocity's polynomial in slip; at rest the film's velocity decays instead.
+    `state` must already contain the body's velocity at the end of this time. film: polynomial of
+    the film's velocity in slip; at rest this velocity decays exponentially.
     """
     lag = laws[2][LAG]
     if state[fb.DIRECTION] == 0.0:
@@ -166,7 +167,7 @@ def _crossing(
     high: float,
     more: float,
 ) -> float:
-    """Return the time of the breakaway within [low, high], by bisection to rounding."""
+    """Return the time of the breakaway in [low, high], found by bisection."""
     middle = 0.5 * (low + high)
     while low < middle < high:
         if (
@@ -191,11 +192,11 @@ def _first_breakaway(
     more: float,
     size: float,
 ) -> tuple[float, bool]:
-    """Return the time [s] up to which rest is proven, and True if the body breaks away then.
+    """Return the time [s] up to which the body stays at rest, and True if it then breaks away.
 
-    more: amount by which the threshold is raised. size: sum of the magnitudes of the effort's
-    terms. The threshold never falls. Therefore the body stays at rest on [a, b] if the largest
-    effort there is below the threshold at a.
+    The threshold never falls. Therefore the body stays at rest on [a, b] if the largest effort
+    there is below the threshold at a. more: amount by which the threshold is raised. size: sum of
+    the magnitudes of the effort's terms.
     """
     bound = curvature_bound(u, h)
     low = 0.0
@@ -203,7 +204,7 @@ def _first_breakaway(
     above = direction * u[0] - _threshold_after(driven, laws, state, direction, 0.0) - more
     if above > ROUNDING * size:
         return 0.0, True
-    # on the threshold: breaks away if the effort rises faster
+    # at the threshold, the body breaks away if the effort rises faster than the threshold
     if above >= -ROUNDING * size and more == 0.0:
         low = RESOLUTION * h
         later = direction * value(u, low) - _threshold_after(driven, laws, state, direction, low)

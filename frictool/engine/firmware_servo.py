@@ -1,10 +1,9 @@
 """Axis under the firmware of a smart servo, which follows a logged goal.
 
-The firmware is that of plant/servo_firmware.py; the effort is the drive constant times its voltage.
-The effort of a voltage includes no back-EMF; the viscous friction of the axis contains it. While
-the torque is disabled, the motor is an open circuit: the effort is 0 and the viscous friction is
-that of the mechanics alone. The firmware samples faster than the log; its loop is that of
-engine/bench_position_loop.py.
+plant/servo_firmware.py defines the firmware, which runs the position loop of
+engine/bench_position_loop.py at a higher rate than the log. The effort is the drive constant times
+the voltage; the back-EMF is part of the axis's viscous friction. While the torque is disabled, the
+motor is an open circuit: the effort is 0, and the viscous friction is the mechanical one alone.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from frictool.typing import Vector
 
 @kernel
 def limited_profile(goal: Vector, start: float, largest: float) -> Vector:
-    """Return a goal (n,) followed from `start` by steps of at most `largest`."""
+    """Return a profile (n,) that follows `goal` from `start` in steps of at most `largest`."""
     out = np.empty(goal.shape[0])
     at = start
     for k in range(goal.shape[0]):
@@ -34,9 +33,9 @@ def limited_profile(goal: Vector, start: float, largest: float) -> Vector:
 
 
 def profile_of(goal: Vector, law: FirmwareLaw, period: float) -> Vector:
-    """Return the profile (n s,) at the s firmware periods of each sample of a goal (n,), rad.
+    """Return the position profile (n s,) [rad] of a goal (n,), with s firmware periods per sample.
 
-    The delay acts on the profile, so that the profile is a continuous function of the delay.
+    The profile is a continuous function of the firmware's delay.
     """
     steps = law.steps(period)
     times = np.arange(goal.size * steps) / steps
@@ -113,9 +112,9 @@ def follow_goal(
 
 
 def _mean_over_step(switch: NDArray[np.bool_], late: Vector, step: float) -> Vector:
-    """Return the mean (m,) of a held switch (n,) from each index `late` (m,) to `late` + step.
+    """Return the mean (m,) of a switch (n,) between each index `late` (m,) and `late` + step.
 
-    A fraction keeps the simulation a continuous function of the delay.
+    The mean makes the simulation a continuous function of the delay.
     """
     held = np.concatenate(([0.0], np.cumsum(switch)))
     at = np.arange(held.size)

@@ -1,13 +1,14 @@
 """Laws with a fixed time step: hybrid A, B, C, and banded laws (thesis 3.28-3.39, 2.32, 2.35).
 
 The step T_e is a parameter of these laws, not a tolerance: thesis (3.11) limits T_e by the capture
-velocity. Each step uses the midpoint rule; its mode is determined at its start and stays constant.
-The rate of the position and the drive's derivative term use the velocity that the law reports
-(Karnopp's v_m is 0 in the band).
+velocity. Each step uses the midpoint rule; the mode is determined at the start of the step. A
+banded law treats a band of low velocities as rest: there it reports the velocity 0 (Karnopp's v_m).
+The rate of the position and the drive's derivative term use the reported velocity.
 
-The extensions (friction/law_extension.py) are the same as in the exact engine; Coulomb friction and
-breakaway are constant in each step. A pure delay of the film is a whole number of steps. A film
-does not affect the banded laws, because their friction in slip has no Stribeck effect.
+The extensions (friction/law_extension.py) are the same as in the event-driven engine; Coulomb
+friction and breakaway are constant in each step. A pure delay of the film is a whole number of
+steps. A film does not affect the banded laws, because their friction in slip has no Stribeck
+effect.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ Band = Callable[[Vector], float]
 # friction/law_extension.py: parameters of both directions, table, workspace for the current
 # parameters
 Laws = tuple[Vector, Vector, Vector, Vector]
-DRY = 1e-300  # film speed of zero that keeps its direction
+DRY = 1e-300  # stands for the film speed 0, so that the film has a direction
 
 
 @kernel
@@ -115,7 +116,7 @@ def _hybrid_acceleration(
 
 @kernel
 def _hold_breakaway(force: Valued, u: float, z: Vector, laws: Laws, w: float) -> None:
-    """Set the breakaway to the friction at the start of a slip, while a film lasts."""
+    """Set the breakaway to the friction at which a slip would start with the present film."""
     table, p = laws[2], laws[3]
     if table.shape[0] > 0 and table[LAG] + table[DELAY] > 0.0:
         film = _film(laws, 0.0, u, w)
@@ -124,9 +125,9 @@ def _hold_breakaway(force: Valued, u: float, z: Vector, laws: Laws, w: float) ->
 
 @kernel
 def _film_after(laws: Laws, w: float, v: float, after: float, span: float) -> float:
-    """Return the film's lagged velocity after `span` [s]; v changes linearly to `after`.
+    """Return the film's lagged velocity after `span` [s], in which v changes linearly to `after`.
 
-    A delayed film stays until the next step.
+    The velocity of a film with a pure delay changes only between steps.
     """
     table = laws[2]
     if table.shape[0] == 0:
@@ -157,10 +158,10 @@ def run_hybrid(
     """Simulate state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1].
 
     x is the position, v the velocity, q the integral of the position error, and z the law's state.
-    step [s]: length of a step. ends (s,), drives (s, 10): ends and drives of the segments; each
-    step uses the drive in the middle of the step. times (n,): ascending. samples (n, 5): filled
-    with the values at the step's start that is nearest to each time. events (m, 4): filled. laws:
-    as in `dynamic_law_motion.run_dynamic`. past (d + 1,): workspace for a film delay of d steps.
+    step [s]: length of a step. ends (s,), drives (s, 10): drive i acts up to ends[i] [s]; each step
+    uses the drive in the middle of the step. times (n,): ascending. samples (n, 5): filled with the
+    values at the step's start that is nearest to each time. events (m, 4): filled. laws: as in
+    `dynamic_law_motion.run_dynamic`. past (d + 1,): workspace for a film delay of d steps.
 
     Returns a status of engine/status_codes.py, the time reached, and the number of events.
     """

@@ -1,12 +1,12 @@
 """Simulation of a mass with any law of friction/law_registry.py under successive drives.
 
-    static    without a band of rest    exact engine with events, `tolerance`
-              with a band of rest       as printed in the thesis, in a fixed step
-    dynamic                             Rosenbrock method with error control, `tolerance`
-    hybrid                              as printed in the thesis, in a fixed step
+    static    without a band of rest    event-driven engine with error control
+              with a band of rest       the thesis's equations with a fixed time step
+    dynamic                             Rosenbrock method with error control
+    hybrid                              the thesis's equations with a fixed time step
 
-There is one driver for each kind of law. It is compiled once and calls the kernels of the law
-through pointers.
+A band of rest is a range of low velocities that a law treats as rest. Each of these integrators is
+compiled once for all laws and calls the kernels of the law through pointers.
 """
 
 from __future__ import annotations
@@ -39,10 +39,11 @@ STEP_TOLERANCE = 1e-7  # relative tolerance of the dynamic laws
 def body_of(
     law: Law, p: Vector, mass: float, extension: FrictionExtension | None = None
 ) -> FrictionBody:
-    """Return the body of the exact engine for a static law without a band.
+    """Return a body with a static law without a band of rest, for the event-driven engine.
 
-    p: parameter array, `law.pack(...)`. The other fields have their default values. Raises
-    ValueError for any other law, and for an extension that the law does not support.
+    p: parameter array, `law.pack(...)`. Fields of the body that do not follow from the law have
+    their default values. Raises ValueError for any other law, and for an extension that the law
+    does not support.
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
@@ -66,7 +67,7 @@ def body_of(
 
 
 def _pointers(parts: Sequence[Any], types: Sequence[Any]) -> Any:
-    """Return the kernels `parts` as pointers of the function types `types`, for a driver."""
+    """Return the kernels `parts` as pointers of the function types `types`."""
     return tuple(function_pointer(part, kind) for part, kind in zip(parts, types, strict=True))
 
 
@@ -74,13 +75,12 @@ def _pointers(parts: Sequence[Any], types: Sequence[Any]) -> Any:
 class LawRunSettings:
     """Settings of a simulation of one law.
 
-    step: step [s] of a law with a fixed time step; the other laws ignore it.
+    step: time step [s], needed and used only by a law with a fixed step.
     tolerance: relative tolerance of a dynamic law.
-    speed_scale: speed below which the error of the speed is relative to this scale [m/s | rad/s].
-    length_scale: smallest displacement to which the relative error of the presliding refers [m |
-    rad].
-    extension: friction/law_extension.py; at 0 s the body has just come to rest. most_events:
-    largest number of events.
+    speed_scale: smallest speed to which `tolerance` is relative [m/s | rad/s].
+    length_scale: smallest presliding displacement to which `tolerance` is relative [m | rad].
+    extension: friction/law_extension.py; at 0 s the body has just come to rest.
+    most_events: largest number of events.
     """
 
     step: float | None = None
@@ -192,7 +192,7 @@ def _run_dynamic(
     samples: Vector,
     scales: Vector,
 ) -> Trajectory:
-    """Run the driver of dynamic laws; it has no events, because such a law has no modes."""
+    """Simulate a dynamic law; the trajectory has no events, because such a law has no modes."""
     z, moving, sizes = virgin_contact(kernels, laws[3], scales[1], scales[CONTACT])
     y = np.concatenate([np.zeros(CONTACT), z])
     scales = np.concatenate([scales[:CONTACT], sizes])

@@ -1,7 +1,8 @@
 """One piece of the motion of a body: at rest, in the Stribeck layer, or above it.
 
-A piece consists of polynomials of the time since its start, in the rows x, v, q (and u at rest),
-and of its length.
+A piece is an interval of time in which position x, velocity v, integral q of the position error,
+and effort u are polynomials of the time since the start of the piece. An array `piece` has a row of
+coefficients for x, v, q and, at rest, u.
 """
 
 from __future__ import annotations
@@ -20,16 +21,15 @@ from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import Vector
 
 ROUNDING = 2.0**-48  # largest effort that is treated as zero, relative to its terms
-TRACE = 2.0**-40  # excess over a refused breakaway, relative to the effort's terms
+TRACE = 2.0**-40  # raise of the threshold by `rest_piece`, relative to the effort's terms
 SHORTEST_STEP = 2.0**-50  # shortest step, relative to the time or to the run
-# first step, relative to the time in which the largest force would cross the layer
+# first step, relative to the time in which the largest force would accelerate the body through the
+# Stribeck layer
 FIRST_STEP = 2.0
-# least reference speed of the tolerance, relative to the speed scale; errors at the start of a slip
-# grow most
-FLOOR = 2.0**-5
+FLOOR = 2.0**-5  # smallest speed to which the tolerance is relative, in units of the speed scale
 GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.85
-# exponents of this and the last error in the next step length: a proportional-integral controller
-# (Gustafsson 1991), which adapts to a layer that becomes stiffer
+# exponents of the present and the last error in the next step length: proportional-integral control
+# of the step length (Gustafsson 1991)
 NOW = 0.85 / 5.0
 BEFORE = 0.4 / 5.0
 LEAST_ERROR = 1e-10
@@ -81,7 +81,7 @@ def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
 
 @kernel
 def gross(state: Vector, t: float, drive: Vector) -> float:
-    """Return the sum of the magnitudes of the effort's terms, to which rounding is relative.
+    """Return the sum of the magnitudes of the effort's terms, the scale of its rounding error.
 
     The sum includes the effect of the rounding of t.
     """
@@ -112,8 +112,8 @@ def rest_piece(
 ) -> tuple[float, float]:
     """Return the duration [s] of a rest, and the direction of a breakaway at its end, or 0.
 
-    refused: direction of a slip that has just ended at the instant at which it began; 0 if there is
-    none. In this direction the threshold is slightly higher.
+    refused: direction of a slip that has just ended at the instant at which it began (0: none). In
+    this direction the threshold is raised slightly.
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
@@ -186,9 +186,8 @@ def layer_piece(
     """Take one accepted step in the Stribeck layer; return its length [s] and a status.
 
     pace (3,): step length to try [s], 0 at first; logarithm of the last error; time at which the
-    body entered the layer [s]. The tolerance limits the error in time: an error of v shifts the
-    motion in time by error/acceleration, which may be at most `tolerance` times the time spent in
-    the layer.
+    body entered the layer [s]. An error of v shifts the motion in time by error/acceleration. This
+    shift may be at most `tolerance` times the time spent in the layer.
     """
     force, law, body, drive = driven
     # the last stage of a step is the first of the next

@@ -1,8 +1,9 @@
-"""First time at which a polynomial falls to zero, for events on a piece of trajectory.
+"""First time at which a polynomial falls to zero, for events on a part of a trajectory.
 
     p(t) = c[0] + c[1] t + ... + c[n-1] t^(n-1)          0 <= t <= h
 
-The coefficients give a bound of |p''|, so that no crossing between two evaluated points is missed:
+No zero between two evaluated points a and b is missed, because the coefficients give a bound of
+|p''|:
 
     p(t) >= min(p(a), p(b)) - bound (b - a)^2 / 8        on [a, b]
 """
@@ -14,9 +15,8 @@ from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
 NEVER = -1.0
-# shortest distance of two crossings that the search separates, relative to the piece
-RESOLUTION = 2.0**-40
-MAX_HALVINGS = 10_000  # limit of iterations; a piece that nearly touches zero needs about a hundred
+RESOLUTION = 2.0**-40  # shortest distance of two zeros that the search separates, relative to h
+MAX_HALVINGS = 10_000  # most iterations; a polynomial that nearly touches zero needs about 100
 
 
 @kernel
@@ -64,10 +64,7 @@ def _root(c: Vector, low: float, high: float, start: float, end: float) -> float
 
 @kernel
 def _first_zero(c: Vector, h: float) -> float:
-    """Return the first t in (0, h] at which a polynomial, positive at 0, is zero, or NEVER.
-
-    The search goes from left to right in intervals on which the curvature bound proves its result.
-    """
+    """Return the first t in (0, h] at which a polynomial, positive at 0, is zero, or NEVER."""
     bound = curvature_bound(c, h)
     low = 0.0
     width = h
@@ -99,8 +96,8 @@ def _first_zero(c: Vector, h: float) -> float:
 def first_fall(c: Vector, h: float) -> float:
     """Return the first t in [0, h] at which a polynomial p falls to zero from above, or NEVER.
 
-    The result is 0 if p starts below zero, or at zero and falls. If p starts at zero and rises,
-    that zero is divided out, so that the start of a motion is not taken for its stop.
+    The result is 0 if p(0) < 0, or if p(0) = 0 and p falls. If p(0) = 0 and p rises, the zero at
+    t = 0 does not count: a motion that starts is not a motion that stops.
     """
     if h <= 0.0:
         return NEVER

@@ -3,9 +3,9 @@
     m v' = u(t, x, v, q) - friction - viscous v        x' = v        q' = x - r
 
 x is the position, v the velocity, r the reference, and q the integral of x - r. engine/drive.py
-defines the effort u. The system is linear with constant coefficients: its solution
-is a power series in which each coefficient follows from the one before. A piece ends where the
-truncated series is no longer exact to rounding; there is no step-size control.
+defines the effort u. The system is linear with constant coefficients, so that the coefficients of
+its power series follow from a recursion. A series is used up to the time `reach`; there is no
+step-size control.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from frictool.typing import Vector
 
 TERMS = 24
 EXACT = 2.0**-54  # largest magnitude of the last terms, relative to the size of the quantity
-REFINEMENTS = 3  # iterations; few suffice: the length depends on the size to the power 1/TERMS
+REFINEMENTS = 3  # iterations of `reach`; few suffice, since it depends weakly on the largest term
 
 
 @kernel
@@ -32,13 +32,11 @@ def motion(
     start: float,
     piece: Vector,
 ) -> None:
-    """Fill `piece` (4, TERMS) with power series in the time since t; rows x, v, q and u.
+    """Fill the rows x, v, q and u of `piece` (4, TERMS) with power series in the time since t.
 
-    x is the position, v the velocity, q the integral of x - r, and u the effort. The initial values
-    are y = (x, v, q). At rest (not `moving`) x and v are constant.
-
-    start: acceleration at t, including friction. An acceleration that is 0 to rounding must be
-    passed as 0 when a slip begins. Friction affects the other coefficients through `viscous` only.
+    y: (x, v, q) at t. If `moving` is False, x and v are constant. start: acceleration at t,
+    including friction. At the beginning of a slip, an acceleration that is 0 to rounding must be
+    passed as 0.
     """
     frequency = drive[dr.FREQUENCY]
     proportional = drive[dr.PROPORTIONAL]
@@ -76,8 +74,7 @@ def motion(
 def reach(c: Vector) -> float:
     """Return the time for which the series c (TERMS,) is exact to rounding; inf for a polynomial.
 
-    Up to that time the last two terms are below EXACT times the largest term of the first half, and
-    no term is so large that the sum loses digits.
+    Up to that time the last two terms are below EXACT times the largest term of the first half.
     """
     longest = math.inf
     for k in (TERMS - 2, TERMS - 1):

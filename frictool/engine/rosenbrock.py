@@ -3,12 +3,14 @@
     W k_i = f(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij k_j/h + h d_i f_t
     W = I/(gamma h) - J
 
-The method suits contacts that relax in microseconds: it is L-stable, so that after the relaxation
-only the motion limits the step length. Coefficients: RODAS, Hairer, Wanner, Solving Ordinary
-Differential Equations II, VI.4. In y = (x, v, q, z...), z_i' depends only on z_i and v, so that J
-is an arrowhead matrix:
+y' = f(t, y), f_t is the derivative of f by time, J the Jacobian, h the step length, and k_i stage
+i. The method is L-stable: after a contact has relaxed, which takes microseconds, only the motion
+limits the step length. Coefficients: RODAS, Hairer, Wanner, Solving Ordinary Differential Equations
+II, VI.4. The state is y = (x, v, q, z...) of engine/dynamic_law_motion.py:
 
     x' = v        v' = (u(t, x, v, q) - F(v, z))/m        q' = x - r        z_i' = rate(z_i, v)
+
+z_i' depends only on z_i and v, so that J is an arrowhead matrix.
 """
 
 from __future__ import annotations
@@ -83,10 +85,10 @@ def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> No
 def complete_stage(
     gains: Vector, couplings: Vector, in_time: Vector, h: float, i: int, stages: Vector
 ) -> None:
-    """Replace stage i, the value of y' at its point, by k_i.
+    """Replace row i of `stages`, which contains y' at the stage's point, by k_i.
 
-    gains (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of each z with a rate.
-    in_time (3,): d(x', v', q')/dt.
+    gains (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of the m elements of z
+    with a rate. in_time (3,): d(x', v', q')/dt.
     """
     m = couplings.shape[1]
     k = stages[i]
@@ -113,7 +115,7 @@ def complete_stage(
 def between(y: Vector, end: Vector, stages: Vector, share: float, rows: int, out: Vector) -> None:
     """Fill the first `rows` of out with the dense output of the step from y to `end`.
 
-    share: part of the step, 0 to 1.
+    share: time since the beginning of the step, divided by the step length.
     """
     left = 1.0 - share
     for row in range(rows):

@@ -14,8 +14,8 @@ def bracket_step(
 ) -> tuple[float, float, float, bool]:
     """Take one step towards the root in [low, high] of a falling function.
 
-    ahead, slope: value and derivative at t. Returns low, high, the next t, and True if t is the
-    root.
+    ahead, slope: value and derivative of the function at t. Returns low, high, the next t, and True
+    if t is the root.
     """
     if ahead > 0.0:
         low = t
@@ -23,7 +23,7 @@ def bracket_step(
         high = t
     new = t - ahead / slope if slope < 0.0 else low
     if ahead == 0.0 or (slope < 0.0 and abs(new - t) <= ROUNDING * t):
-        # t is now an end of the bracket, so that the step need not lie inside
+        # t is now an end of the bracket; the step was not tested against the new bracket
         return low, high, t, True
     if not low < new < high:
         new = 0.5 * (low + high)

@@ -1,18 +1,18 @@
 """One phase of slip in closed form: the motion, its stop, and the time to cover a distance.
 
-All quantities are in the direction of motion: speed w >= 0, distance y >= 0. With a fixed sign of
-the friction and a held command, the drive decays at `rate` = 1/lag and the speed at `decay` =
+Speed w >= 0 and distance y >= 0 are measured in the direction of motion. The sign of the friction
+is fixed and the command is held. The drive decays at `rate` = 1/lag, the speed at `decay` =
 viscous/inertia:
 
     w' = -decay w + settled + transient e^{-rate t}
 
-settled     acceleration at w = 0 that the final drive minus the Coulomb friction causes
-transient   initial acceleration that the drive's deviation from its final value causes; 0 without
-            a lag
+settled     acceleration at w = 0 under the final drive
+transient   additional acceleration at t = 0, since the drive differs from its final value; 0
+            without a lag
 
-A phase is the tuple (w0, settled, transient, decay, rate) in SI. Its acceleration has at most one
-zero, so that the speed is monotone on at most two intervals. The first stop, or any other level, is
-therefore bracketed without a search.
+A phase is the tuple (w0, settled, transient, decay, rate) in SI units; w0 is the initial speed. The
+acceleration has at most one zero, which splits a phase into at most two intervals with a monotone
+speed. The time of the stop, or of any other speed, is therefore bracketed without a search.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def acceleration(phase: Phase, t: float) -> float:
 
 @kernel
 def _turning_time(start: float, transient: float, decay: float, rate: float) -> float:
-    """Return the time t > 0 at which the acceleration, `start` at t = 0, is zero; inf if never."""
+    """Return the time t > 0 at which the acceleration is zero, or inf; `start`: value at t = 0."""
     if transient == 0.0:
         return math.inf
     r = start / (transient * rate)
@@ -86,8 +86,8 @@ def _root(phase: Phase, quantity: int, level: float, low: float, high: float) ->
 def fall_time(phase: Phase, level: float, duration: float) -> float:
     """Return the first t in [0, duration] at which the speed falls to `level`, or NEVER.
 
-    level: at most the initial speed w0; level 0 is the stop. If w0 equals `level`, t = 0 is the
-    result only if the speed does not rise from there.
+    level: at most the initial speed w0; level 0 is the stop. If w0 equals `level`, the result is 0
+    unless the speed rises at t = 0.
     """
     w0, settled, transient, decay, rate = phase
     if w0 - level > (abs(settled) + abs(transient) + decay * max(abs(w0), abs(level))) * duration:
@@ -112,8 +112,7 @@ def fall_time(phase: Phase, level: float, duration: float) -> float:
 def rise_time(phase: Phase, level: float, duration: float) -> float:
     """Return the first t in [0, duration] at which the speed rises to `level`, or NEVER.
 
-    level: at least the initial speed w0. The function uses the mirrored phase, which falls to
-    -level.
+    level: at least the initial speed w0.
     """
     w0, settled, transient, decay, rate = phase
     return fall_time((-w0, -settled, -transient, decay, rate), -level, duration)

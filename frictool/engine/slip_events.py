@@ -1,4 +1,4 @@
-"""Events that end a piece of slip, and the state after them."""
+"""Events that end a piece of slip (engine/motion_pieces.py), and the state after them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from frictool.engine.polynomial_events import NEVER, first_fall
 from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import Vector
 
-BELOW = 0.98  # speed at which a slower slip enters the layer again, relative to the layer's speed
-# speed at which a slowing slip passes the knee, relative to the knee's speed
+# speed at which a slowing slip enters the Stribeck layer, or passes the knee, relative to the speed
+# of the layer or the knee
+BELOW = 0.98
 BELOW_KNEE = 1.0 - 2.0**-40
-SHORTEST_FLIGHT = 1e-9  # shortest flight of a rebound, relative to the run
+# a rebound with a shorter flight, relative to the duration of the run, ends at rest at the stop
+SHORTEST_FLIGHT = 1e-9
 
 
 @kernel
@@ -29,9 +31,9 @@ def region(body: Vector, speed: float) -> float:
 def sooner(
     piece: Vector, terms: int, row: int, sign: float, level: float, longest: float, probe: Vector
 ) -> float:
-    """Return the first time [s] up to `longest` at which a polynomial reaches `level`, or NEVER.
+    """Return the first time [s] up to `longest` at which a polynomial passes `level`, or NEVER.
 
-    The polynomial's coefficients are in `row` of the piece: row 0 the position, row 1 the velocity.
+    The polynomial's coefficients are in `row` of `piece`: 0 for the position, 1 for the velocity.
     At the returned time, sign * (polynomial - level) falls to zero. `probe` is workspace.
     """
     for k in range(terms):
@@ -42,10 +44,7 @@ def sooner(
 
 @bare_kernel
 def _swing(piece: Vector, terms: int, h: float) -> float:
-    """Return an upper bound of |v(t) - v(0)| of the body for 0 <= t <= h [s] on a piece of slip.
-
-    piece[1, :terms] are the coefficients of the velocity polynomial in t, lowest power first.
-    """
+    """Return an upper bound of |v(t) - v(0)| for 0 <= t <= h [s]; v: velocity of a piece."""
     total = 0.0
     for k in range(terms - 1, 0, -1):
         total = (total + abs(piece[1, k])) * h
@@ -127,10 +126,10 @@ def _bounce(driven: DrivenBody, state: Vector, t: float, span: float) -> int:
 def arrive(
     driven: DrivenBody, state: Vector, t: float, kind: int, towards: float, span: float
 ) -> int:
-    """Update the body's direction, region and speed after an event; return the event.
+    """Update the body's direction, region and speed after the event `kind`; return the event.
 
-    For BOUNCES, the returned event is RESTS_AT_STOP if the rebound is too slow to leave the stop.
-    `kind` is the event, `towards` the direction of a breakaway, `span` [s] the length of the run.
+    Instead of BOUNCES, the function returns RESTS_AT_STOP if the flight of the rebound would be too
+    short. towards: direction of a breakaway. span [s]: duration of the run.
     """
     body = driven.body
     direction = state[fb.DIRECTION]

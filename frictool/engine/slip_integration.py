@@ -4,10 +4,10 @@
                   - added - viscous w)/J    x = x0 + d y
 
 Here d is the direction of motion, y the distance from the initial position x0, w >= 0 the speed, K
-the effort per unit of the drive i, and J the inertia. In the speed regime of w, the viscous
-friction is the straight line added + viscous w. i(t) is an exponential, and the load
-(plant/position_load.py) depends on the position. While the motor moves inside the backlash, the
-Coulomb friction of the backlash replaces all other friction.
+the effort per unit of the drive i, J the inertia, F_c the Coulomb friction and F_s the breakaway.
+In the speed regime of w, the viscous friction is added + viscous w. i(t) is an exponential, and the
+load (plant/position_load.py) depends on the position. While the motor moves inside the backlash,
+the Coulomb friction of the backlash replaces all other friction.
 
 Knees of the friction, the edge of the Stribeck layer, ends of the position maps and the flank of
 the backlash are events. They are located as roots of the dense output. Between two events, all
@@ -41,11 +41,11 @@ from frictool.plant.position_load import load_size, opposing_effort
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
-# end of a piece of slip
+# reasons for the end of a step or a slip
 HELD, SLOWER, FASTER, PLACE, FAILED, CONTACT = 0, 1, 2, 3, 4, 5
 
 TOLERANCE = 1e-12  # tolerance of the speed, relative to the speed or its change within a step
-FLOOR = 2.0**-5  # least reference speed of the tolerance inside the layer, relative to v_s
+FLOOR = 2.0**-5  # smallest speed to which the tolerance is relative in the layer, in units of v_s
 FIRST_STEP = 2.0  # first step, relative to the time in which all efforts together would reach v_s
 # largest effort that is treated as zero at the start of a slip, relative to its terms
 ROUNDING = 2.0**-46
@@ -54,13 +54,13 @@ SHORTEST_STEP = 2.0**-50  # shortest step, relative to the remaining time
 MAX_STEPS = 1_000_000
 # rows of the dense output; the third row is not used here
 DISTANCE, SPEED, ROWS, TERMS = 0, 1, 3, 5
-DRIVING = 5  # index in the scratch array: 1 if the motor carries the load, 0 inside the backlash
+DRIVING = 5  # index in `law`: 1 if the motor moves the load, 0 if it moves inside the backlash
 
 
 class _Slip(NamedTuple):
     """Slip from a state under a held command.
 
-    law (6,): scratch array for friction/stribeck.py, then DRIVING. line: (added, viscous).
+    law (6,): workspace for friction/stribeck.py, then DRIVING. line: (added, viscous).
     """
 
     state: Vector
@@ -95,7 +95,7 @@ def _acceleration(slip: _Slip, t: float, y: float, w: float) -> float:
 def _step(slip: _Slip, t: float, h: float, start: float, at: Vector, slopes: Vector) -> float:
     """Try a step of length h from `at` = (distance, speed); return the error of the speed.
 
-    start: acceleration at its beginning. Fills the rates of distance and speed in `slopes` (3, 7).
+    start: acceleration at `at`. Fills `slopes` (3, 7) with the rates of distance and speed.
     """
     y = at[DISTANCE]
     w1 = at[SPEED]
@@ -170,7 +170,7 @@ def curved_slip(
 
     The slip ends at the limits of `speed_band` and at the boundary of `next_place`. to_edge [rad |
     m]: distance to the flank of the backlash, at most 0 if the flank touches. Returns duration [s],
-    distance [rad | m], final speed, and the kind of the slip's end.
+    distance [rad | m], final speed, and the reason for the end.
     """
     at = np.zeros(ROWS)
     slopes = np.zeros((ROWS, dp.STAGES))

@@ -33,7 +33,8 @@ MESSAGES = {
     "than the engine resolves",
     NOT_FINITE: "the simulation left the range of floating-point numbers",
     EVENTS_FULL: "there were more events than the array of events can store",
-    STEP_TOO_SMALL: "the tolerance requires steps below the rounding error of time; raise it",
+    STEP_TOO_SMALL: "the tolerance requires steps below the rounding error of time; raise the "
+    "tolerance",
     LAW_FAILED: "the friction law left the range of floating-point numbers, or its memory is full",
     JAMMED: "a self-locking link wedges: its friction grows faster than the driving effort; lower "
     "its friction or the load's inertia",

@@ -13,13 +13,13 @@ endless cycles:
 
 - An effort that equals the breakaway threshold to rounding breaks the body away only if the effort
   rises.
-- A slip that starts with an acceleration of zero to rounding starts with exactly zero.
-- After a slip that ends at the instant of its start, the threshold in that direction
-  is slightly above the breakaway.
-- The speed at which a body leaves the layer is higher than the speed at which it enters the
-  layer. A knee is also passed upwards at a higher speed than downwards.
-- A rebound from an end stop with a flight shorter than SHORTEST_FLIGHT of the run ends at rest
-  there (event RESTS_AT_STOP).
+- A slip whose initial acceleration is zero to rounding starts with acceleration zero.
+- After a slip that ends at the instant of its start, the threshold in that direction is slightly
+  above the breakaway.
+- A body leaves the layer at a higher speed than it enters the layer, and passes a knee upwards at a
+  higher speed than downwards.
+- A rebound from an end stop with a flight shorter than SHORTEST_FLIGHT times the duration of the
+  run ends at rest there (event RESTS_AT_STOP).
 
 Any other endless cycle ends the call with status TOO_MANY_EVENTS, at the returned time.
 
@@ -71,9 +71,9 @@ Extension = ExtendedLaws | None
 
 @kernel
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
-    """Return a number of pieces of motion that only an endless cycle exceeds.
+    """Return a limit of the number of pieces of motion, which only an endless cycle exceeds.
 
-    This limit grows with `events`, with the fastest rate of the loop and, in an unbounded Stribeck
+    The limit grows with `events`, with the fastest rate of the loop and, in an unbounded Stribeck
     layer, with the rate of the law.
     """
     viscous = max(
@@ -137,10 +137,10 @@ def _advance_piece(
     slopes: Vector,
     pace: Vector,
 ) -> tuple[int, float, int, float, int]:
-    """Fill `piece` from t on.
+    """Fill `piece` with the motion from t on, up to `longest` [s].
 
-    Returns its number of terms, its length [s], the event that ends it, the direction of a
-    breakaway, and a status.
+    Returns the number of terms of the polynomials, the piece's length [s], the event at its end,
+    the direction of a breakaway, and a status.
     """
     terms = TERMS
     if state[fb.DIRECTION] == 0.0:
@@ -187,7 +187,7 @@ def _advance_extended(
 
 @bare_kernel
 def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
-    """Set the state to the end of a piece, without row views, which numba would count."""
+    """Set the state to the end of a piece; without row views, whose references numba counts."""
     for row in range(3):
         total = 0.0
         for k in range(terms - 1, -1, -1):

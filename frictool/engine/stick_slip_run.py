@@ -124,9 +124,8 @@ def simulate(
         Ascending times [s] within the run.
     state
         State (5,) at the start, not changed; by default at rest at 0. A body with an extension has
-        a state (8,) (engine/extended_friction_events.py). If only (5,) is given for such a body,
-        its film is in steady state; a body at rest has just stopped, and a slipping body began to
-        slip after a long rest.
+        a state (8,) (engine/extended_friction_events.py). If its state is (5,), the film is in
+        steady state, a body at rest has just stopped, and a slipping body rested long before.
     start
         Start of the run [s].
     most_events

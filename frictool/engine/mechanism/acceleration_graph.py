@@ -1,4 +1,7 @@
-"""Effort Lambda(x) that a tree of joints needs for an acceleration x of its root, and its zeros."""
+"""Effort Lambda(x) that a tree of joints needs for an acceleration x of its root; zeros of Lambda.
+
+Lambda is piecewise linear (engine/mechanism/tree_solver.py).
+"""
 
 from __future__ import annotations
 
@@ -17,9 +20,9 @@ from frictool.engine.mechanism.joint_losses import (
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-MAX_PIECES = 200  # pieces of the graph that a search may visit
+MAX_PIECES = 200  # most linear pieces that a search visits
 FOUND = 1e-13  # tolerance of a zero, relative to the efforts
-PASSED = 1e-9  # relative overshoot of a search beyond the end of a piece
+PASSED = 1e-9  # overshoot of a search beyond the end of a piece, relative to its step
 
 
 class JointTree(NamedTuple):
@@ -39,10 +42,10 @@ class JointTree(NamedTuple):
 
 @part_kernel
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
-    """Fill the rows VALUE and SLOPE of a tree's members with the needed effort and its slope.
+    """Fill the rows VALUE and SLOPE of a tree's blocks with Lambda(x) and its derivative.
 
-    The effort, Lambda(x), gives the root the acceleration x. towards: direction of the root's
-    motion if it starts from rest, 0 if it moves already.
+    Each block's value is the effort that its subtree needs if the root has the acceleration x.
+    towards: direction of the root's motion if it starts from rest, 0 if it moves already.
     """
     k, p, modes, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -100,9 +103,8 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at that zero.
 
-    Lambda(x) is the effort that the tree needs for the acceleration x of its root block. If this
-    block starts from rest, `towards` is the direction of its motion, and x * towards >= 0. gross:
-    sum of the magnitudes of the efforts.
+    If the root starts from rest, `towards` is the direction of its motion, and x * towards >= 0;
+    otherwise `towards` is 0. gross: sum of the magnitudes of the efforts.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])
@@ -140,10 +142,9 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
 
 @inset_kernel
 def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
-    """Return the distance from x to the next end of a linear piece of Lambda.
+    """Return the distance from x, in the direction `going`, to the end of a linear piece of Lambda.
 
-    Lambda(x) is the effort that the tree needs for the acceleration x of its root. A piece ends
-    where the force of a joint passes its kink, or the force of a flank passes 0.
+    A piece ends where the force of a joint passes its kink, or the force of a flank passes 0.
     """
     k, p, _, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -183,18 +184,16 @@ def total_inertia(tree: JointTree) -> float:
 
 @inset_kernel
 def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple[bool, float]:
-    """Return (True, stable zero that x reaches from `start`); (False, x) if x diverges.
+    """Return (True, stable zero of Lambda that x reaches from `start`); (False, x) if x diverges.
 
-    Lambda(x) is the effort that the tree needs for the acceleration x of its root. In a compliant
-    link, the force grows while the accelerations of its ends differ. With damping, x therefore
-    moves in the direction of -Lambda(x), to a zero at which Lambda rises. A zero at which Lambda
-    falls is unstable.
+    If the links were compliant and damped, x would move in the direction of -Lambda(x), to a zero
+    at which Lambda rises. A zero at which Lambda falls is unstable.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])
     inertia = total_inertia(tree)
     evaluate(tree, start, towards)
-    # beyond the end of a piece, onto the piece to which x moves
+    # slightly beyond the end of a piece, onto the piece to which x moves
     x = start - PASSED * w[rows.VALUE, root] / inertia
     for _ in range(MAX_PIECES):
         evaluate(tree, x, towards)

@@ -1,9 +1,9 @@
 """Calls of kernels by address, through wrappers generated from the kernels' types.
 
-A caller that uses only the address and the type of a kernel is compiled without that kernel. The
-engine calls friction laws by address, so that it is compiled once for all laws. Four large kernels
-of the engine are called by address too, so that numba does not compile them again with each of
-their callers. An address is valid in one process only.
+Numba compiles a caller without the kernels that it calls by address. The engine calls friction laws
+by address and is therefore compiled once for all laws. It also calls four of its own large kernels
+by address, so that numba does not compile them again with each caller. An address is valid in one
+process only.
 """
 
 from __future__ import annotations

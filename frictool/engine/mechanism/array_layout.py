@@ -1,13 +1,13 @@
 """Layout of a compiled mechanism, and access to its entries.
 
-A compiled mechanism consists of one array of integers (`whole`, in kernels `k`), one array of
-floats (`numbers`, in kernels `p`), both divided into sections, and the addresses of the laws'
-kernels. `whole` begins with HEADER entries: the numbers of blocks, joints and other elements, and
-the index at which each section begins. In section X with WIDTH columns, the entry in row r and
-column c is at index whole[X] + r * WIDTH + c.
+A compiled mechanism consists of an array of integers (`whole`, in kernels `k`), an array of floats
+(`numbers`, in kernels `p`), and the addresses of the kernels of the friction laws. The first two
+arrays are divided into sections. `whole` begins with HEADER entries: the numbers of blocks, joints
+and other elements, and the index at which each section begins. In section X with WIDTH columns, the
+entry in row r and column c is at index whole[X] + r * WIDTH + c.
 
-Joints form trees without loops. Each tree has one root. Section ORDER lists the blocks in preorder:
-the parent of a block precedes it. Blocks that rigid joints connect form a group.
+Joints form trees, without loops. Section ORDER lists the blocks in preorder: a parent precedes its
+children. Blocks that rigid joints connect form a group.
 """
 
 from __future__ import annotations
@@ -68,19 +68,19 @@ LOW, HIGH, THROW_BACK, STOP_WIDTH = 0, 1, 2, 3
 CONSTANT, LIMIT, LAG, RESISTANCE, SUPPLY, SOURCE_WIDTH = range(6)
 
 
-# columns of the last row of `laws`: kernels of the engine
+# columns of the last row of `laws`, the addresses of the engine's kernels
 ADVANCE, FIELD, STEP_STAGES, SETTLE = range(4)
 
 
 class CompiledMechanism(NamedTuple):
-    """Mechanism as arrays for the kernels, computed from a `PackedMechanism` by `prepare`.
+    """Mechanism as arrays for the kernels; `prepare` computes them from a `PackedMechanism`.
 
-    whole, numbers: integers and floats of all sections. laws: addresses of the laws' kernels.
+    whole, numbers: integers and floats of all sections. laws: addresses of kernels.
     """
 
     whole: IntVector
     numbers: Vector
-    laws: IntVector  # (frictions + 1, 6): addresses of kernels; the last row: the engine's
+    laws: IntVector  # (frictions + 1, 6): a row for each friction's law, then one for the engine
 
 
 MACHINE = ac.record_type(CompiledMechanism, ac.INDICES, ac.VECTOR, ac.INDEX_ROWS)
@@ -167,7 +167,7 @@ def _parameter(column: int) -> Callable[[Vector, int], float]:
 
 
 def _place(column: int) -> Callable[[IntVector, int], int]:
-    """Return f(k, row): entry of a friction whose row begins at index `row`."""
+    """Return f(k, row): integer of a friction whose row begins at index `row`."""
     return _column(column, ac.INDICES, ac.INTEGER)
 
 

@@ -8,12 +8,11 @@ INERTIA x + NEED from the joint to its parent; at the root this force is 0. A bl
 force in [NEED, NEED_HIGH]. A tree stays at rest as long as the interval of its root contains 0, and
 a contact at rest stays closed as long as its interval contains a pressing force.
 
-A guard is a number that shows when a mode ends, for example the rest of a block or the contact of
-two flanks: the mode continues while the guard is above -1. The guard is the distance of a force, a
-speed or a position from the value at which the mode ends, in units of the tolerance. The array
-`guard` has the sections of the modes (motion, contact, branch, flank, stop). Guards of positions
-are the distances of open flanks and stops. Guards of speeds belong to roots and are positive in the
-direction of motion.
+A mode is, for example, the rest of a block or the contact of two flanks. Each mode has a guard: the
+distance of a force, a speed or a position from the value at which the mode ends, in units of the
+tolerance. The mode continues while its guard is above -1. The array `guard` has the sections of the
+modes (motion, contact, branch, flank, stop). A position is guarded by the distance of an open flank
+or stop. A speed is guarded only at a root, and is positive in the direction of motion.
 
 Stages within a step need fewer results: with `whole` False, the guards of speeds and positions and
 the scale GROSS of rounding errors are not computed.
@@ -46,7 +45,7 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
-    """Fill the rows with inertia and needed force of each block alone."""
+    """Fill INERTIA, NEED and NEED_HIGH with the values of each block without its children."""
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for i in range(n):
@@ -107,7 +106,7 @@ def _hand_over_rest(
 def _guard_load(
     k: IntVector, p: Vector, i: int, modes: IntVector, w: Vector, guard: Vector
 ) -> None:
-    """Set the guard of a self-locking joint at rest, which ends where its load changes sides."""
+    """Set the guard of a self-locking joint at rest; it is passed when the load changes sign."""
     joint = ly.joint_of(k, i)
     row = ly.joint_row(k, joint)
     at = k[ly.BLOCKS] + k[ly.JOINTS] + joint
@@ -130,10 +129,7 @@ def direction_of(modes: IntVector, y: Vector, n: int, block: int) -> float:
 def _hand_over(
     k: IntVector, p: Vector, i: int, y: Vector, modes: IntVector, w: Vector, whole: bool
 ) -> None:
-    """Add to the parent the force that a moving block needs through their joint.
-
-    This force is linear in the acceleration on the current side of the joint's kink.
-    """
+    """Add to the parent the force that a moving block needs through their joint."""
     n = k[ly.BLOCKS]
     joint = ly.joint_of(k, i)
     parent = ly.parent_of(k, i)
@@ -161,7 +157,7 @@ def _hand_over(
 def _gather(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, whole: bool
 ) -> bool:
-    """Sweep from the leaves to the roots; return False if a tree has no effective inertia left."""
+    """Sweep from the leaves to the roots; return False if a tree's effective inertia is <= 0."""
     n = k[ly.BLOCKS]
     sound = True
     for index in range(n - 1, -1, -1):
@@ -310,9 +306,8 @@ def field(
 ) -> int:
     """Fill the rates y' of the state, the modes' guards and the elements' powers; return a status.
 
-    t [s]: time since the command. The accelerations are NaN if a tree has no effective inertia. The
-    implementation is called by its address, in the last row of `laws`, so that callers are compiled
-    without it.
+    t [s]: time since the command. The accelerations are NaN if a tree's effective inertia is <= 0.
+    The implementation is called by its address, so that callers are compiled without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.FIELD]
     status: int = _rates_of_state(address, machine, t, y, modes, inputs, out)

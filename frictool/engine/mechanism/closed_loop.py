@@ -4,9 +4,9 @@
     controlled source, held until k + 1
 
 engine/closed_loop.py describes the loop. A sample period is divided into parts with constant inputs
-(`MechanismInputs`). With a winding each part is divided again into PARTS, because the limit of the
-winding is computed for the speed at the beginning of a call. Drifts multiply numbers of the
-mechanism from sample to sample (`DriftedNumbers`).
+(`MechanismInputs`). With a winding, each part is divided again into PARTS shorter ones, because the
+winding's drive limit changes with speed and is computed once for each. Drifts change parameters of
+the mechanism from sample to sample (`DriftedNumbers`).
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ NOBODY = -1  # index for no controlled source
 
 
 class ControlPorts(NamedTuple):
-    """Indices of the controlled source and of the blocks of sensor and load.
+    """Indices of the controlled source and of the blocks that carry the sensor and are the load.
 
     source: NOBODY if no source is controlled. step: encoder resolution [rad | m]. The load's
     position q is recorded in the sensor's coordinate: sensor_start + (q - load_start)/load_ratio.
@@ -78,11 +78,11 @@ class MechanismInputs(NamedTuple):
 
 
 class DriftedNumbers(NamedTuple):
-    """Conditions at each sample, and the numbers of the mechanism that they multiply.
+    """Conditions at each sample, and the parameters of the mechanism that they multiply.
 
-    conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8). At sample k, the entry
-    indices[i] of the mechanism's floats is values[i] times conditions[k, columns[i]]. limit: limit
-    of the controlled drive; with a fault of the drive's sensor, it limits the measured drive.
+    conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) for none. At sample k,
+    machine.numbers[indices[i]] is values[i] times conditions[k, columns[i]]. limit: limit of the
+    controlled drive, as its sensor measures the drive.
     """
 
     conditions: Vector
@@ -96,8 +96,8 @@ class MechanismRecord(NamedTuple):
     """Arrays that are filled at every sample.
 
     record (n, 7): columns of engine/closed_loop.py. motion (n, 2 b + u): positions and speeds of
-    the b blocks, drives of the u sources. modes (n, m): modes of engine/mechanism/state.py. events
-    (e, 4): rows of engine/mechanism/events.py. happened (1,): number of events.
+    the b blocks, drives of the u sources. modes (n, m): the m modes of engine/mechanism/state.py.
+    events (e, 4): rows of engine/mechanism/events.py. happened (1,): number of events.
     """
 
     record: Vector
@@ -129,7 +129,7 @@ def flowing(
 def encoder_reading(
     sight: ControlPorts, state: MechanismState, last: float, conditions: Vector, k: int
 ) -> float:
-    """Return the encoder's reading at sample k [rad | m]; `last`: reading at the sample before."""
+    """Return the encoder's reading at sample k [rad | m]; `last`: reading at sample k - 1."""
     reported = measure(state.y[sight.sensor], sight.step)
     return (
         faulty(reported, sight.step, last, conditions[k]) if conditions.shape[0] > 0 else reported
@@ -231,7 +231,7 @@ def advance_controlled_sample(
 ) -> int:
     """Apply the command of sample k, fill the rows of `out`, and advance to sample k + 1.
 
-    waiting (delay_samples + 1,): commands that do not act yet, in place. Returns a status of
+    waiting (delay_samples + 1,): commands that do not act yet, updated. Returns a status of
     engine/status_codes.py.
     """
     slots = waiting.shape[0]

@@ -1,8 +1,8 @@
 """Conversion of a `PackedMechanism` to the sections that kernels read (array_layout.py).
 
-Kernels sum forces from the leaves to the root and compute accelerations from the root to the
-leaves, in O(n). A self-locking link must be traversed from its driving side: the root of a tree is
-chosen so that all links of the tree are traversed in this way.
+Kernels sum forces from the leaves of a tree to its root and compute accelerations from the root to
+the leaves, in O(n). `compile_mechanism` chooses as root a block from which all self-locking links
+are traversed from their driving side.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from frictool.typing import IntVector, Vector
 
 
 class JointForest(NamedTuple):
-    """Trees of the joints; `order` lists the blocks in preorder.
+    """Trees of the joints, as four lists of n elements for n blocks.
 
-    parent (n,): parent of each block, -1 for a root. joint (n,): joint to the parent, -1 for a
-    root. outward (n,): 1 if end a of this joint is at the parent, else 0.
+    order: the blocks in preorder. parent: parent of each block, -1 for a root. joint: joint to the
+    parent, -1 for a root. outward: 1 if end a of this joint is at the parent, else 0.
     """
 
     order: list[int]
@@ -51,14 +51,14 @@ class _SectionWriter:
         self.floats = 1  # number of floats so far
 
     def put_whole(self, section: int, *columns: Any) -> None:
-        """Append a section with `columns` to the integers; note its start in the header."""
+        """Append a section with `columns` to the integers; write its start into the header."""
         table = np.column_stack([np.asarray(column, dtype=np.int64) for column in columns]).ravel()
         self.header[section] = self.integers
         self.whole.append(table)
         self.integers += table.size
 
     def put(self, section: int, *columns: Any) -> None:
-        """Append a section with `columns` to the floats; note its start in the header."""
+        """Append a section with `columns` to the floats; write its start into the header."""
         table = np.column_stack(
             [np.asarray(column, dtype=np.float64) for column in columns]
         ).ravel()
@@ -68,10 +68,7 @@ class _SectionWriter:
 
 
 def _irreversible(packed: PackedMechanism) -> NDArray[np.bool_]:
-    """Return a mask of the joints that their load cannot drive.
-
-    For such a joint no force at a balances the load's force and the friction.
-    """
+    """Return a mask (joints,) of the self-locking joints, which their load cannot drive."""
     joints = packed.joints
     return (np.abs(joints.ratio) <= joints.back_loss) | (np.abs(joints.ratio) <= joints.thread)
 
@@ -162,10 +159,10 @@ def _dry(packed: PackedMechanism, kinds: list[int]) -> IntVector:
 
 
 def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Vector, Vector]:
-    """Return group, speed and group mass of each block (n,).
+    """Return group, speed ratio and group mass of each block (n,).
 
-    The speed is relative to the speed of the group's first block. The mass of the whole group is
-    reflected to its first block.
+    A group has the index of its first block. The ratio is the block's speed divided by the first
+    block's speed. The mass of the whole group is reflected to its first block.
     """
     n = packed.inertia.size
     joints = packed.joints
@@ -181,7 +178,6 @@ def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Ve
 
 
 def _spans(forest: JointForest) -> IntVector:
-    """Return the number of blocks in the subtree of each block, including this block, (n,)."""
     span = np.ones(len(forest.order), dtype=np.int64)
     for block in reversed(forest.order):
         if forest.parent[block] >= 0:

@@ -52,8 +52,8 @@ def _flanks(
 ) -> None:
     """Change the modes of compliant flanks that have met or separated.
 
-    A flank that separates while still strained relaxes by itself: its damping takes the elastic
-    energy of the strain.
+    A flank may separate while its spring is still strained; its damper then absorbs the elastic
+    energy.
     """
     first = k[ly.BLOCKS] + 2 * k[ly.JOINTS]
     at = k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS]
@@ -73,7 +73,7 @@ def _flanks(
 
 @inset_kernel
 def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
-    """Set the motions for which the efforts are evaluated, and mark blocks at their stops."""
+    """Set the motion modes for which the efforts are evaluated, and mark blocks at end stops."""
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for i in range(n):
@@ -94,7 +94,7 @@ def resolve(
 
     The modes of flanks that touch without relative speed, and of blocks that rest at a stop, must
     already be set. out: guards of the present modes, and workspace. If a self-locking link wedges,
-    the last entry of the row FOUND is the index in ORDER of the first block of the jammed part.
+    the last entry of the integer row FOUND is the index in ORDER of the jammed part's first block.
     """
     k, p, _ = machine
     y = state.y

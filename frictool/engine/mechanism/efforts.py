@@ -1,4 +1,4 @@
-"""Efforts on each block as functions of the state: sources, held efforts, couplings, frictions.
+"""Efforts on each block as functions of the state: sources, external efforts, couplings, frictions.
 
 Rows of the work array:
 
@@ -34,14 +34,14 @@ from frictool.friction.status_codes import OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-STIFF_MARGIN = 1e-10  # distance beyond a flank at which it is passed, relative to the gap
+STIFF_MARGIN = 1e-10  # tolerance of the contact of a compliant flank, relative to the gap
 
 
 @inset_kernel
 def _driving(
     k: IntVector, p: Vector, t: float, y: Vector, inputs: Vector, out: RateEvaluation, whole: bool
 ) -> None:
-    """Set the rows of w to the efforts of sources, constant and cam efforts, and held efforts."""
+    """Fill the rows of w with the efforts of sources and the constant, cam and external efforts."""
     w, power = out.w, out.power
     n, u = k[ly.BLOCKS], k[ly.SOURCES]
     for i in range(n):
@@ -97,7 +97,7 @@ def _at_flank(
     guard: Vector,
     index: int,
 ) -> tuple[float, bool]:
-    """Return the strain of a compliant flank, and True if it is pressed; set guard[index]."""
+    """Return the deflection of a compliant flank, and True if it is pressed; set guard[index]."""
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
         side = float(mode)

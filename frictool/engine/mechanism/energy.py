@@ -1,8 +1,8 @@
-"""Energy of a mechanism: kinetic energy, and energy stored in couplings and pushes.
+"""Energy of a mechanism: kinetic energy, and energy stored in compliant links and constant efforts.
 
 Together with the `work` of the state, these energies give the balance:
 
-    kinetic + stored - (the same sum at the start) = work of sources and held efforts
+    kinetic + stored - (kinetic + stored at the start) = work of sources and external efforts
         - losses in joints, couplings, frictions, pressings, impacts and stops
 """
 
@@ -23,8 +23,8 @@ class EnergyBalance(NamedTuple):
     """Energies of a mechanism [J].
 
     stored: energy relative to unstrained couplings and to the first points of curves. put_in: work
-    of sources and held efforts. lost: work that all other elements take, minus the work that they
-    return.
+    of sources and external efforts. lost: work that all other elements absorb, minus the work that
+    they return.
     """
 
     kinetic: float

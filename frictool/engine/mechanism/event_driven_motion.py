@@ -5,11 +5,11 @@
     status = advance(machine, state, command, external, duration, TOLERANCE,
                      EventRows(rows, count))
 
-Between events all modes are constant and the rates smooth; the motion is integrated by steps of
-order 8 with error control. A guard (mode_guards.py) measures how far a mode is from its end. If a
-guard passes zero within a step, the step is shortened to that instant, which is located to rounding
-on the step's dense output; then the modes are determined again. If nothing moves and all drives are
-steady, the remaining duration is skipped.
+Between events all modes are constant and the rates smooth. The motion is integrated by the
+Dormand-Prince method 8(5,3) with error control. A guard (mode_guards.py) measures how far a mode is
+from its end. If a guard is passed within a step, the step is shortened to that instant, which is
+located to rounding on the step's dense output. Then the modes are determined again. If nothing
+moves and all drives are steady, the remaining duration is skipped.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from frictool.typing import IntVector, Vector
 TOLERANCE = (
     1e-8  # relative tolerance of a speed; its reference is at least a tenth of the speed scale
 )
-MAX_EVENTS = 200_000  # events in one call
+MAX_EVENTS = 200_000  # most events in a call
 GROWTH, SHRINKAGE, SAFETY = 4.0, 0.2, 0.9
 MANY_LAGS = 50.0  # half lags after which a drive's lag no longer limits the step
 SHORTEST = 1e-15  # shortest step, relative to the time reached, or in s
@@ -59,7 +59,7 @@ def _is_settled(k: IntVector, state: MechanismState) -> bool:
 
 @inset_kernel
 def _change(error: float) -> float:
-    """Return the next step length relative to the last, for an error relative to the tolerance."""
+    """Return (next step)/(last step) for an `error` relative to the tolerance."""
     if error == 0.0:
         return GROWTH
     return (
@@ -69,7 +69,7 @@ def _change(error: float) -> float:
 
 @inset_kernel
 def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
-    """Return the step h [s], shortened to end where a guard may be passed for a short time."""
+    """Return h [s], or the earlier time in the step at which a guard may be passed briefly."""
     workspace = state.workspace
     guard, end = workspace.lines[st.GUARD], workspace.lines[st.END]
     return min(
@@ -90,7 +90,7 @@ def _through(
     tolerance: float,
     events: EventRows,
 ) -> int:
-    """Advance by `duration` [s] with the modes of fixed-step laws held."""
+    """Advance by `duration` [s] with constant modes of the fixed-step laws."""
     k, p, _ = machine
     y = state.y
     modes = state.modes
@@ -245,13 +245,12 @@ def advance(
 ) -> int:
     """Advance the state, in place, by `duration` [s] under held commands and external efforts.
 
-    command (u,): A, V or effort. external (n,): efforts on blocks [N | N m]. events: receives the
-    events. `state.pace[1]` is the total time of all calls. The limit of a winding is computed for
-    the speed at the beginning of the call. Returns a status of engine/status_codes.py; if it is not
-    OK, `state` is the state after the last event or step.
+    command (u,): command of each source [A | V | N | N m]. external (n,): efforts on blocks [N | N
+    m]. events: filled. The limit of a winding is computed for the speed at the beginning of the
+    call. Returns a status of engine/status_codes.py; if it is not OK, `state` is the state after
+    the last event or step.
 
-    The implementation is called by its address, in the last row of `laws`, so that callers are
-    compiled without it.
+    The implementation is called by its address, so that callers are compiled without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.ADVANCE]
     status: int = _held_command(

@@ -1,4 +1,4 @@
-"""Actions between steps: modes at the start of a call, state after a step, modes after an event."""
+"""Updates between steps: modes at the start of a call, state after a step, modes after an event."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FIRST_STEP = 1e-5  # s, first step of a state
 
 @inset_kernel
 def _note(k: IntVector, state: MechanismState) -> None:
-    """Store modes and speeds before an event, to record its changes."""
+    """Store the modes and speeds before an event."""
     for i in range(state.modes.shape[0]):
         state.workspace.integers[st.BEFORE, i] = state.modes[i]
     for i in range(k[ly.BLOCKS]):
@@ -59,8 +59,7 @@ def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> in
 def begin(machine: CompiledMechanism, state: MechanismState, events: EventRows) -> int:
     """Evaluate the rates under a new command, and update the modes if the command changes them.
 
-    The first call always determines the modes, because they are not known yet. Returns a status of
-    engine/status_codes.py.
+    The first call for a state determines all modes. Returns a status of engine/status_codes.py.
     """
     k, p, _ = machine
     pace, workspace = state.pace, state.workspace

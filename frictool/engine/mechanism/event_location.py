@@ -34,12 +34,12 @@ from frictool.engine.mechanism.weighted_sums import on_path
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-ROUNDS = 200  # iterations of the search
-# iterations for the zero of a cubic, and its last change relative to the step
+ROUNDS = 200  # most iterations of the search
+# zero of a cubic: most iterations; size of the last iteration's change, relative to the step
 NEWTON = 60
 NEAR = 1e-15
-# target values of a guard: AT_END for a speed or a position; BEYOND for a force, which is then just
-# beyond its end, so that the mode ends
+# value of a guard at the located instant: AT_END for a speed or a position, BEYOND for a force; the
+# mode ends because BEYOND is below BROKEN
 AT_END, BEYOND = -0.5, -2.0
 FAR = -4.0  # lowest value of a force's guard at the located instant
 NEAREST = 4e-16  # distance below which instants are treated as one, relative to the time
@@ -56,9 +56,9 @@ def _is_there(
     index: int,
     count: int,
 ) -> bool:
-    """Return True if the leading guard is at its target, and no other guard has been passed.
+    """Return True if the guard at `index` is at its target, and no other guard has been passed.
 
-    A guard of a force can count as passed below FAR, a guard of a speed or position below BROKEN.
+    Here a force has passed its guard below FAR, a speed or a position below BROKEN.
     """
     if is_forced(k, modes, index):
         if not FAR <= guard[index] < BROKEN:
@@ -78,10 +78,9 @@ def _is_there(
 
 @inset_kernel
 def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
-    """Return the last time in [0, h] at which the cubic through both ends falls through 0.
+    """Return the last time in [0, h] at which a cubic falls through 0.
 
-    The cubic has values g0, g1 and rates r0, r1; the bracket starts from the latest of eight points
-    at which the cubic is positive.
+    The cubic has the values g0, g1 and the rates r0, r1 at 0 and h.
     """
     slope = (g1 - g0) / h
     a = (r0 + r1 - 2.0 * slope) / (h * h)
@@ -112,7 +111,7 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
 def _has_rate(k: IntVector, modes: IntVector, index: int) -> bool:
     """Return True if the rate of the guard at `index` is known.
 
-    The rates of guards of speeds, positions and flanks of compliant couplings are known.
+    It is known for speeds, positions and flanks of compliant links.
     """
     return not is_forced(k, modes, index) or index >= k[ly.BLOCKS] + 2 * k[ly.JOINTS]
 
@@ -128,7 +127,10 @@ def _smooth_crossing(
     low: float,
     high: float,
 ) -> float:
-    """Return the time at which a guard with a rate, passed at `high`, reaches the value `aim`."""
+    """Return the time at which a guard, which is passed at `high`, reaches the value `aim`.
+
+    The guard must have a rate (`_has_rate`).
+    """
     g1, r1 = distance_to_guard(
         k, p, index, workspace.lines[Y_HIGH], workspace.lines[RATES_HIGH], modes
     )
@@ -149,7 +151,6 @@ def _keep(
     rates_kept: Vector,
     kept: Vector,
 ) -> None:
-    """Copy a state, its rates and its guards."""
     for i in range(rates.shape[0]):
         y_kept[i], rates_kept[i] = y[i], rates[i]
     for index in range(count):
@@ -158,7 +159,7 @@ def _keep(
 
 @inset_kernel
 def _keep_low(count: int, y: Vector, rates: Vector, guard: Vector, workspace: Workspace) -> None:
-    """Store a point's state, rates and guards as the lower end of the search for an event."""
+    """Store state, rates and guards at the lower end of the bracket."""
     _keep(
         count,
         y,
@@ -172,7 +173,7 @@ def _keep_low(count: int, y: Vector, rates: Vector, guard: Vector, workspace: Wo
 
 @inset_kernel
 def _keep_high(count: int, workspace: Workspace) -> None:
-    """Store the current end of the step as the upper end of the search for an event."""
+    """Store the end of the step as the upper end of the bracket."""
     kept = workspace.lines[Y_HIGH], workspace.lines[RATES_HIGH], workspace.lines[AT_HIGH]
     _keep(
         count,
@@ -196,7 +197,7 @@ def _first(
     lead: int,
     weights: tuple[float, float],
 ) -> tuple[float, int]:
-    """Return the estimated time and the index of the guard that first reaches its target.
+    """Return the index of the guard that first reaches its target, and before it an estimated time.
 
     Only guards passed at `high` are candidates. weights: Illinois weights of the guard `lead`.
     """
@@ -228,17 +229,17 @@ def _first(
 def locate(
     machine: CompiledMechanism, state: MechanismState, t: float, h: float
 ) -> tuple[float, bool]:
-    """Shorten a step to the first instant at which a guard is passed; return its length.
+    """Shorten a step of length h to the first instant at which a guard is passed.
 
-    The row GUARD contains the guards at the beginning of the step, the row TRIAL the guards at its
-    end. At least one guard is passed in the step of length h. The second result is True if the
-    rates could not be evaluated.
+    Returns the new length, and True if the rates could not be evaluated. The row GUARD contains the
+    guards at the beginning of the step, the row TRIAL the guards at its end; at least one of them
+    is passed. Afterwards the rows END, AFTER, TRIAL and SPENT contain the results of the shortened
+    step.
 
-    The search is bracketed and follows the guard that is passed first. For guards of speeds and
-    positions, the next instant is the zero of the cubic through both ends of the bracket. For
-    guards of efforts, regula falsi (Illinois) gives the next instant. Every fourth instant bisects
-    the bracket. Each instant is evaluated on the step's dense output. Afterwards the rows END,
-    AFTER, TRIAL and SPENT contain the results of a step to the returned instant.
+    The search brackets the instant of the guard that is passed first, and evaluates the step's
+    dense output. Each iteration uses the zero of the cubic through both ends of the bracket for a
+    speed or a position, and regula falsi (Illinois) for a force. Every fourth iteration bisects the
+    bracket.
     """
     k, p, _ = machine
     y, modes, workspace = state.y, state.modes, state.workspace

@@ -55,10 +55,10 @@ EVENT_SIZE = 4
 
 
 class EventRows(NamedTuple):
-    """Array `rows` (e, 4) of events, and `happened` (1,), the number of events."""
+    """Array of events, and the number of events."""
 
     rows: Vector  # (m, EVENT_SIZE)
-    happened: IntVector  # (1,): number of all events, including those beyond the last row
+    happened: IntVector  # (1,): number of all events, including those that `rows` cannot store
 
 
 EVENTS = record_type(EventRows, MATRIX, INDICES)

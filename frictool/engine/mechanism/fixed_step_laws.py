@@ -1,10 +1,11 @@
 """Laws with a fixed time step T_e: hybrid A, B, C, and banded laws (thesis 3.28-3.39, 2.32, 2.35).
 
-The input of each law is the effort u on its block: the effort of all other elements of the tree
-that moves with the block, reflected to the block by the joints. The mode is updated at the
-beginning of each step T_e and constant within the step; the motion within the step is integrated as
-usual. If one tree has several of these laws, the friction of each law is subtracted from u of the
-following laws. While a tree sticks by exact friction, these laws are inactive.
+The input of each law is the effort u on its block. u is the sum of the efforts of all other
+elements on the tree that moves with the block, reflected to the block by the joints. The mode is
+updated at the beginning of each step T_e and constant within the step; the motion within the step
+is integrated as usual. If one tree has several of these laws, the friction of each law is
+subtracted from u of the following laws. While a tree sticks by the friction of a static law, these
+laws are inactive.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ HELD, SLIPS = 0, 1  # modes of a law
 
 @inset_kernel
 def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int, float]:
-    """Return the root of the tree that moves with a block, and their speed ratio, block to root."""
+    """Return the root of the tree that moves with a block, and (block's speed)/(root's speed)."""
     n = k[ly.BLOCKS]
     i = block
     along = 1.0
@@ -40,7 +41,6 @@ def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int
 
 @inset_kernel
 def _first_mode(k: IntVector) -> int:
-    """Return the index of the first law's mode."""
     return int(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS])
 
 
@@ -100,7 +100,7 @@ def timed_frictions(
 
 @part_kernel
 def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: Vector) -> None:
-    """Set the rates of positions to 0 if a banded law reports velocity 0 (Karnopp's band).
+    """Set the rates of positions to 0 while a banded law reports velocity 0 (Karnopp's band).
 
     This applies to all blocks of the tree that moves with the block of the law.
     """

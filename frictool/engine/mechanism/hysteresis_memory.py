@@ -1,6 +1,6 @@
 """Memory of dynamic laws, which is updated after accepted steps only.
 
-A step ends at each reversal, because the memory must register it.
+A step ends at each reversal, because the memory must register the reversal.
 """
 
 from __future__ import annotations
@@ -17,7 +17,10 @@ AT_REVERSAL = 1e-3  # speed below which a step may pass 0, relative to the speed
 
 @part_kernel
 def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) -> float:
-    """Return the time of a dynamic law's first reversal in a step of length h; h without one."""
+    """Return the time of the first reversal of a block with a dynamic law in a step, or h.
+
+    h: length of the step.
+    """
     n = k[ly.BLOCKS]
     shortest = h
     for f in range(k[ly.FRICTIONS]):

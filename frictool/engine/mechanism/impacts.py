@@ -7,9 +7,9 @@ with the fastest approach is resolved first. Friction of blocks is finite and ha
 impact can set blocks at rest in motion.
 
 Losses of joints are proportional to the transmitted force and therefore take a fraction of the
-impulse (lossy_impulses.py). If the losses change during the impact, the flanks return at most the
-energy that they absorbed, whatever the restitution. Approaches slower than BOUNCE have no rebound,
-so that a series of bounces ends at rest.
+impulse (lossy_impulses.py). The flanks return at most the energy that they absorbed, also if the
+losses change during the impact. Approaches slower than BOUNCE have no rebound, so that a series of
+rebounds ends at rest.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 BOUNCE = 1e-6  # slowest approach with a rebound, relative to the speed scale
-TOGETHER = 1e-12  # largest speed difference of parts that move together, by the speed scale
+TOGETHER = 1e-12  # largest speed difference of touching parts, relative to the speed scale
 STANDING = 1e-9  # largest speed of a block that a stop holds, relative to the speed scale
-MAX_ROUNDS = 100_000  # impacts in one call
-MAX_PIECES = 20  # pieces of one impulse
+MAX_ROUNDS = 100_000  # most impacts in a call
+MAX_PIECES = 20  # most pieces of an impulse (`_meet`)
 TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of position
 
 
@@ -56,8 +56,8 @@ def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> 
 def _until(s: float, rate: float, goal: float, absorbed: float) -> float:
     """Return the impulse at which the approach speed s of two flanks reaches `goal`.
 
-    The impulse is limited to the one at which the separating flanks have returned all the energy
-    `absorbed` that they absorbed. `rate` is the change of s per unit of impulse.
+    The impulse ends earlier if the flanks then have returned the energy `absorbed`, which they have
+    absorbed before. rate: change of s per unit of impulse.
     """
     if rate >= 0.0:
         return math.inf
@@ -85,7 +85,7 @@ def _meet(
     hit_a, hit_b = Group(k, p, group_a, a, w), Group(k, p, group_b, b, w)
     lossy_a, lossy_b = is_group_lossy(k, p, group_a), is_group_lossy(k, p, group_b)
     s = _approach(k, p, joint, side, y)
-    # flanks that separate, but are to move together, are pulled
+    # an impulse of the opposite sign gives separating flanks the same speed
     towards = side * math.copysign(1.0, s)
     s = abs(s)
     least = -s * (ly.restitution(p, row) if s > BOUNCE * ly.speed_scale(k, p, b) else 0.0)
@@ -146,7 +146,7 @@ def _strike(
 
 @inset_kernel
 def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
-    """Set the modes of open joints and stops that touch to the side (+-1) of their contact."""
+    """Close the open joints and stops that touch: set their mode to the side (+-1) of contact."""
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for joint in range(k[ly.JOINTS]):
@@ -193,9 +193,8 @@ def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -
     """Return the largest approach speed over all contacts, and the index of its contact.
 
     Approach speeds are relative to the block's speed scale. The index of a contact is the index of
-    its joint, or the number of joints plus the index of its stop; it is -1 if no contact
-    approaches. If `soft` is True, the separation speed of touching flanks is treated as an approach
-    speed.
+    its joint, or the number of joints plus the index of its stop; the result is -1 if no contact
+    approaches. If `soft` is True, touching flanks that separate count as approaching.
     """
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
@@ -222,10 +221,10 @@ def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -
 def impacts(k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, work: Vector) -> int:
     """Close touching contacts, resolve impacts until none is left, and open separating contacts.
 
-    The energy lost in each contact is added to `work`. Returns a status of engine/status_codes.py.
-    If all approach speeds are below BOUNCE, touching parts get the same speed, and the forces then
-    determine which contacts stay closed. Without this rule, two parts that alternately push a third
-    one could cause an endless series of impacts.
+    The energy lost in each contact is added to `work`. If all approach speeds are below BOUNCE,
+    touching parts get the same speed, and the forces then determine which contacts stay closed.
+    Otherwise two parts that push a third one in turn could cause an endless series of impacts.
+    Returns a status of engine/status_codes.py.
     """
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]

@@ -23,8 +23,8 @@ from frictool.engine.mechanism.weighted_sums import on_path, path_of, stage_poin
 from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-SLOW = 0.1  # least reference speed of the tolerance, relative to the speed scale
-PLACE_TIME = 1e-2  # s, ratio of the tolerances of position and speed
+SLOW = 0.1  # smallest speed to which the tolerance is relative, in units of the speed scale
+PLACE_TIME = 1e-2  # s, tolerance of a position divided by the tolerance of a speed
 
 
 @inset_kernel
@@ -98,9 +98,10 @@ def stages(
 ) -> float:
     """Compute slopes and powers of the stages first .. end - 1 of a step of length h.
 
-    t [s]: time after the command. Only the first `watching` guards of the row WATCHED are examined.
-    Returns the fraction of the step at which a guard is first violated: 1 if none is violated, -1
-    if a law fails. The implementation is called by its address, so that callers do not compile it.
+    t [s]: time since the command. The first `watching` guards of the row WATCHED are checked.
+    Returns the fraction of the step at which one of them is first passed, 1 if none is passed, or
+    -1 if a law fails. The implementation is called by its address, so that callers are compiled
+    without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
     y, modes, workspace = state.y, state.modes, state.workspace
@@ -110,7 +111,7 @@ def stages(
 
 @inset_kernel
 def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) -> int:
-    """List the active guards of forces; return their number."""
+    """Write the indices of the active guards of forces to `watched`; return their number."""
     count = 0
     for index in range(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]):
         if guard[index] < math.inf and is_forced(k, modes, index):
@@ -121,7 +122,7 @@ def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) ->
 
 @inset_kernel
 def _error(k: IntVector, p: Vector, h: float, modes: IntVector, workspace: Workspace) -> float:
-    """Return the largest error of all states, each relative to the size of its state."""
+    """Return the largest error of the states, each relative to the reference size of the state."""
     n = k[ly.BLOCKS]
     worst = 0.0
     errors = workspace.lines[st.ERRORS]
@@ -146,7 +147,6 @@ def at_end(workspace: Workspace) -> RateEvaluation:
 
 @inset_kernel
 def _is_finite(end: Vector, rates: Vector) -> bool:
-    """Return True if a state and its rates are finite."""
     total = 0.0
     for i in range(rates.shape[0]):
         total += end[i] + rates[i]
@@ -157,15 +157,17 @@ def _is_finite(end: Vector, rates: Vector) -> bool:
 def try_step(
     machine: CompiledMechanism, state: MechanismState, t: float, h: float, tolerance: float
 ) -> tuple[float, float]:
-    """Try a step of length h from the state; t [s] is the time since the command was set.
+    """Try a step of length h from the state; t [s] is the time since the command.
 
-    Before the call, row 0 of `slopes` contains the rates y' of the state, row 0 of `powers` the
-    powers, and the row GUARD the guards, all at the beginning of the step. Afterwards the row END
-    contains the state at the end of the step, the row TRIAL the guards, and the rows AFTER of
-    `slopes` and `powers` the rates and the powers at that time.
+    The workspace contains these values before the call, and after it for the end of the step:
 
-    Returns error/tolerance (inf if a law or the mechanism fails), and the fraction of the step
-    after which a guard of a force was first violated (1 if none was).
+    rates     row 0 of `slopes`    row AFTER of `slopes`
+    powers    row 0 of `powers`    row AFTER of `powers`
+    guards    line GUARD           line TRIAL
+    state                          line END
+
+    Returns error/tolerance (inf if a law or the mechanism fails), and the fraction of the step at
+    which a guard of a force is first passed (1 if none is).
     """
     k, p, _ = machine
     y, modes, workspace = state.y, state.modes, state.workspace
@@ -193,10 +195,9 @@ def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float)
 
 @part_kernel
 def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, at: float) -> bool:
-    """Evaluate the dense output at `at` in 0 .. h; return True if the rates are finite.
+    """Evaluate the dense output at the time `at` in 0 .. h; return True if the rates are finite.
 
-    Afterwards the rows END, AFTER and TRIAL of the workspace are the same as after `try_step` with
-    the length `at`.
+    Afterwards the rows END, AFTER and TRIAL are the same as after `try_step` with the length `at`.
     """
     y, workspace = state.y, state.workspace
     end = workspace.lines[st.END]

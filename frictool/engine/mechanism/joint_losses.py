@@ -1,11 +1,10 @@
 """Force g(lambda) of a lossy joint at its driving end a, for a force lambda at its load end b.
 
-The module also contains the inverse of g, and the ranges of both forces at rest.
-
     g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
 
-Here s is the direction of motion of end a, and `kink` the force lambda at which the slope of g
-changes. The parameters of the joint are ratio, drive_loss, back_loss, thread and thesis_screw.
+The module also contains the inverse of g, and the ranges of both forces at rest. The joint has the
+parameters ratio, drive_loss, back_loss, thread and thesis_screw. s is the direction of motion of
+end a. `kink` is the force lambda at which the slope of g changes.
 
 - Efficiency (2.3), (2.20): the kink is 0. c is ±s drive_loss if end a drives, and ±s back_loss if
   end b drives.
@@ -87,8 +86,8 @@ def range_at_driver(
 ) -> tuple[float, float]:
     """Return the range of forces at end a for which a joint at rest stays at rest.
 
-    low, high: range of the force at end b. The force of an end stop is unbounded on one side. An
-    infinite force is transmitted without loss, so that a stop does not wedge a self-locking link.
+    low, high: range of the force at end b. At an end stop, one of them is infinite. An infinite
+    force is transmitted without loss, so that a stop does not wedge a self-locking link.
     """
     least = math.inf
     most = -math.inf
@@ -110,7 +109,7 @@ def range_at_driver(
 def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
     """Return the range of forces at end b for which a joint at rest stays at rest.
 
-    low, high: range of the force at end a. Unbounded forces are treated as in `range_at_driver`.
+    low, high: range of the force at end a. Infinite forces are treated as in `range_at_driver`.
     """
     least = math.inf
     most = -math.inf

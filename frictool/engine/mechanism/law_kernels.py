@@ -1,20 +1,21 @@
 """Calls of the kernels of friction laws by address.
 
-The record of a law in friction/law_registry.py names its kernels. The treatments are:
+The record of a law in friction/law_registry.py names its kernels. The engine treats each kind of
+law in its own way:
 
 ====  =======  ==================================================================================
 kind  name     treatment in the engine
 ====  =======  ==================================================================================
-0     EXACT    static, without a band: sticks up to its breakaway, slips in the direction of the
-               mode
+0     EXACT    static law with exact rest: sticks up to its breakaway, slips in the direction of
+               the mode
 1     SMOOTH   regularised static law: a force that depends on the velocity
 2     DYNAMIC  its state is integrated, its memory is updated after accepted steps
 3     HYBRID   its mode is updated at the beginning of each step of a fixed length
-4     BANDED   static with a band of rest (thesis 2.32, 2.35): treated as HYBRID
+4     BANDED   static law with a band of low speeds treated as rest (thesis 2.32, 2.35): treated
+               as HYBRID
 ====  =======  ==================================================================================
 
-A compiled mechanism contains the addresses of its laws' kernels, so that their callers are compiled
-once for all laws.
+The kernels are called by address, so that their callers are compiled once for all laws.
 """
 
 from __future__ import annotations
@@ -92,10 +93,10 @@ def rest_of(law: Law, p: Vector) -> Vector:
 def sizes_of(law: Law, p: Vector) -> Vector:
     """Return the scale (z,) of each inner state of a law, for error tolerances.
 
-    Assume that the force grows linearly, with its slope for a contact that never moved. The scale
-    is the change of the state at which the force then reaches the Coulomb force p[0]. The scale is
-    inf for states that do not change at the start of motion, such as memory, and for all states of
-    laws that are not dynamic.
+    If the force kept its slope for a contact that never moved, it would reach the Coulomb force
+    p[0] after a certain displacement. The scale is the change of the state over this displacement.
+    It is inf for states that do not change at the start of motion, such as memory, and for all
+    states of a law that is not dynamic.
     """
     z = rest_of(law, p)
     if not isinstance(law.kernels, DynamicKernels):
@@ -137,10 +138,9 @@ WIDTH = 6
 
 
 def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> IntVector:
-    """Return addresses (n + 1, WIDTH): a row with the kernels of the law for each of n frictions.
+    """Return addresses (n + 1, WIDTH) of kernels, a row for the law of each of n frictions.
 
-    Columns are in the order of FUNCTIONS; the last row contains the addresses of kernels of the
-    engine.
+    Columns are in the order of FUNCTIONS. The last row is for kernels of the engine.
     """
     addresses = np.zeros((len(laws) + 1, WIDTH), dtype=np.int64)
     for row, law, kind in zip(addresses[:-1], laws, kinds, strict=True):

@@ -1,11 +1,11 @@
 """Response of rigidly joined blocks to an impulse, with losses in their joints.
 
-The loss of a joint is proportional to the transmitted force, so that it takes a fraction of an
-impulse, however short. The impulse grows from zero (Routh 1860), and each increment changes the
-speeds as a force does; the losses have the signs of the current speeds. Finite forces have no
-effect during the impulse. As long as no speed reaches zero, the change of speed per unit of impulse
-is constant. This change solves Lambda(x) = 0 (engine/mechanism/tree_solver.py) with the impulse as
-the only effort. A self-locking group at rest stays at rest.
+The loss of a joint is proportional to the transmitted force and therefore takes a fraction of an
+impulse. The impulse grows from zero (Routh 1860). Each increment changes the speeds as a force
+does, and the losses have the signs of the current speeds. As long as no speed reaches zero, the
+change of speed per unit of impulse is constant. This change solves Lambda(x) = 0
+(engine/mechanism/tree_solver.py) with the impulse as the only effort. A self-locking group at rest
+stays at rest.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from frictool.engine.mechanism.workspace_rows import SLOPE, VALUE
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-MAX_PIECES = 200  # pieces of the graph that a search may visit
+MAX_PIECES = 200  # most linear pieces of Lambda that a search visits
 FOUND = 1e-14  # tolerance of a zero, relative to the impulse
 
 
@@ -38,7 +38,8 @@ def is_group_lossy(k: IntVector, p: Vector, group: int) -> bool:
 class Group(NamedTuple):
     """Group of rigidly joined blocks, with the block on which an impulse acts.
 
-    group: first block of the group. w: workspace_rows.py.
+    k, p: compiled mechanism (array_layout.py). group: first block of the group. w:
+    workspace_rows.py.
     """
 
     k: IntVector
@@ -52,8 +53,8 @@ class Group(NamedTuple):
 def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
     """Fill VALUE and SLOPE of the group's first block for a speed change x per unit of impulse.
 
-    VALUE is the impulse that the first block needs in addition to `impulse` on `block`. SLOPE is
-    the derivative of VALUE by x.
+    VALUE is the impulse on the first block that this speed change needs in addition to `impulse` on
+    `block`. SLOPE is the derivative of VALUE by x.
     """
     k, p, group, block, w = hit
     n = k[ly.BLOCKS]
@@ -130,9 +131,9 @@ def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: boo
 def yielding(hit: Group, row: int, force: float, speed: float, lossy: bool) -> float:
     """Return the speed change of the group's first block per unit of impulse, at `speed`.
 
-    force: ±1, sign of the impulse on `block`. If `row` is the row of a joint (>= 0), the impulse
-    acts on end b of the joint, and `block` is end a. lossy: `is_group_lossy`. The result is NaN if
-    the group jams.
+    force: ±1, sign of the impulse on `block`. If row >= 0, it is the row of a joint with `block` at
+    end a, and the impulse acts on end b. lossy: `is_group_lossy`. The result is NaN if the group
+    jams.
     """
     if speed != 0.0:
         return _by_direction(hit, row, force, math.copysign(1.0, speed), lossy)

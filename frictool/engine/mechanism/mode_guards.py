@@ -9,7 +9,7 @@ from frictool.engine.mechanism.state import FREE, OPEN, STUCK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-# lowest guard that needs no check for a dip, relative to its change in the step
+# a guard above GRAZING times its change in the step is not checked for a short passing
 GRAZING = 1e-3
 BROKEN = -1.0  # value of a guard below which it has been passed
 
@@ -18,7 +18,7 @@ BROKEN = -1.0  # value of a guard below which it has been passed
 def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
     """Return True if all modes that depend on a force continue.
 
-    These modes are sticking blocks, closed contacts, sides of kinks, and compliant flanks.
+    These are the modes of sticking blocks, closed contacts, lossy joints and compliant flanks.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     for i in range(n):
@@ -48,9 +48,9 @@ def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
 def _flank_left(
     k: IntVector, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int
 ) -> tuple[float, float]:
-    """Return the force of a pressed flank, or the distance of an open one, and its rate.
+    """Return the force of a pressed flank, or the distance of an open one as a force; and its rate.
 
-    The distance is expressed as a force.
+    A distance is multiplied by the stiffness.
     """
     n = k[ly.BLOCKS]
     row = ly.coupling_row(k, coupling)
@@ -79,11 +79,11 @@ def _flank_left(
 def distance_to_guard(
     k: IntVector, p: Vector, index: int, y: Vector, rates: Vector, modes: IntVector
 ) -> tuple[float, float]:
-    """Return the distance after which the guard at `index` ends its mode, and the distance's rate.
+    """Return the quantity that the guard at `index` watches, and its rate; the mode ends at 0.
 
-    speed             speed in the direction of the mode
+    moving root       speed in the direction of the mode
     open joint, stop  distance to the nearer flank or stop
-    compliant flank   force of a pressed flank, or distance of an open one expressed as a force
+    compliant flank   force of a pressed flank; stiffness times distance of an open one
 
     rates (y,): rates of the state y.
     """
@@ -136,10 +136,9 @@ def is_any_broken(
 
 @inset_kernel
 def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float, float]:
-    """Return time and value of the minimum of the cubic through both ends of a step.
+    """Return time and value of the minimum in [0, h] of a cubic.
 
-    The cubic has values g0, g1 and rates r0, r1. Without an inner minimum the result is one of the
-    ends.
+    The cubic has the values g0, g1 and the rates r0, r1 at 0 and h.
     """
     if not (r0 < 0.0 < r1):
         return (h, g1) if g1 < g0 else (0.0, g0)
@@ -157,7 +156,10 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
 
 @inset_kernel
 def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) -> float:
-    """Return `shortest`, or an earlier time at which a guard intact at both ends may be passed."""
+    """Return `shortest`, or an earlier time at which a guard may be passed briefly.
+
+    The guard has the values g0, g1 and the rates r0, r1 at 0 and h, and is not passed there.
+    """
     if r0 >= 0.0 or r1 <= 0.0:
         return shortest
     at, value = _lowest(g0, r0, g1, r1, h)
@@ -178,9 +180,9 @@ def first_dip(
     modes: IntVector,
     guard: Vector,
 ) -> float:
-    """Return the first time in a step at which a guard may be violated for a short time.
+    """Return the first time in a step of length h at which a guard may be passed briefly, or h.
 
-    The search includes guards of speeds, open flanks and stops. The result is h if there is none.
+    The search includes the guards of speeds, open flanks and stops.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     shortest = h

@@ -15,7 +15,7 @@ from frictool.engine.status_codes import JAMMED, LAW_FAILED, OK, UNRESOLVED
 from frictool.runtime.kernels import inset_kernel, kernel
 from frictool.typing import IntVector, Vector
 
-ATTEMPTS = 50  # iterations
+ATTEMPTS = 50  # most iterations
 
 
 @inset_kernel
@@ -62,7 +62,7 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 def _jam(
     k: IntVector, p: Vector, index: int, state: MechanismState, now: float, events: EventRows
 ) -> bool:
-    """Stop a jammed part immediately, as in an impact; parts that it only pushes keep their speed.
+    """Stop a jammed part at once, as in an impact; parts that it only pushes keep their speed.
 
     Returns False if the jammed part is already at rest.
     """
@@ -72,7 +72,7 @@ def _jam(
     energy = stop_tree(k, index, p, state.y, state.modes)
     if energy == 0.0:
         return False
-    # work of the joint that leads to the root's first child
+    # the lost energy is added to the joint of the root's first child
     first = ly.joint_of(k, ly.block_at(k, index + 1))
     state.work[
         k[ly.SOURCES]
@@ -117,12 +117,10 @@ _modes_at_instant = ac.call_by_address(MODES_AT_INSTANT)
 
 @inset_kernel
 def settle(machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows) -> int:
-    """Determine the modes at time t; return a status code.
-
-    t: time since the last command [s].
+    """Determine the modes, t [s] after the last command; return a status code.
 
     For these modes, fill row 0 of the workspace's `slopes` and `powers`, and row GUARD of its
-    `lines`. The implementation is called by its address; compiling a caller does not compile it.
+    `lines`. The implementation is called by its address, so that callers are compiled without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.SETTLE]
     status: int = _modes_at_instant(address, machine, state, t, events)

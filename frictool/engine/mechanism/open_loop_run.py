@@ -23,18 +23,17 @@ ROOM_FOR_EVENTS = 100_000
 class MechanismRun:
     """Result of a run at the `times` (m,); the first sample is the initial state.
 
-    positions, speeds (n, m) of the n blocks; drives (u, m) of the u sources.
-
     status: engine/status_codes.py. Values after `reached` [s] are NaN. events: rows of
-    engine/mechanism/events.py. happened: number of events, including those that exceed the array.
+    engine/mechanism/events.py. happened: number of events, including those that `events` cannot
+    store.
     """
 
     status: int
     reached: float
     times: Vector  # (m,) s
-    positions: Vector  # (n, m) rad | m
+    positions: Vector  # (n, m) rad | m, of the n blocks
     speeds: Vector  # (n, m) rad/s | m/s
-    drives: Vector  # (u, m) A | V | N m | N
+    drives: Vector  # (u, m) A | V | N m | N, of the u sources
     events: Vector
     happened: int
 
@@ -79,7 +78,7 @@ def run(
     tolerance: float = TOLERANCE,
     room_for_events: int = ROOM_FOR_EVENTS,
 ) -> MechanismRun:
-    """Simulate `state`, in place, under successive held commands.
+    """Simulate a mechanism from `state` under successive held commands.
 
     Parameters
     ----------

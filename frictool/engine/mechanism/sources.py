@@ -62,14 +62,14 @@ def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -
 
 @inset_kernel
 def let_flow(k: IntVector, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
-    """Fill `drive` (u,) with the drives of all sources; t [s]: see `flowing_at`."""
+    """Fill `drive` (u,) with the drives of all sources, t [s] after the command was set."""
     for s in range(k[ly.SOURCES]):
         drive[s] = flowing_at(k, p, s, t, inputs)
 
 
 @inset_kernel
 def longest_step(k: IntVector, p: Vector, inputs: Vector) -> float:
-    """Return the longest step [s] in which the drives are approximated well by polynomials."""
+    """Return the longest step [s] in which polynomials approximate the drives well."""
     u = k[ly.SOURCES]
     longest = math.inf
     for s in range(u):

@@ -12,15 +12,16 @@ motion   n          STUCK; +1, -1: slips in that direction, also at speed 0; FRE
                     nothing connected to it can stick
 contact  joints     OPEN; -1: touches at e = -gap, lambda >= 0; +1: touches at e = gap,
                     lambda <= 0; RIGID
-branch   joints     +1, -1: side of the kink of a lossy joint on which lambda is, or was last;
-                    0: self-locking, not loaded yet
+branch   joints     side of a lossy joint's kink: +1 if lambda was last above the kink, -1 if it
+                    was below; 0: self-locking, not loaded yet
 flank    couplings  OPEN; -1, +1: pressed at that flank
 stop     stops      OPEN; -1, +1: rests at its low or its high end
 law      frictions  mode of a hybrid or banded law
 =======  =========  =============================================================================
 
-Here e is the position difference of a joint's flanks (guard_tolerances.py `joint_gap`), and lambda
-the force at the joint's load end b (joint_losses.py).
+Here e is the position difference of a joint's flanks (guard_tolerances.py `joint_gap`), lambda the
+force at the joint's load end b, and the kink the lambda at which the joint's loss changes its slope
+(joint_losses.py).
 
 ==========  =========  ==========================================================================
 section     length     work
@@ -29,7 +30,7 @@ sources     u          done by each source on its block
 external    n          done by the external efforts on blocks
 joints      joints     lost in each joint by its efficiency
 couplings   couplings  lost by damping and efficiency
-frictions   f          taken by each friction; a dynamic law returns what its contact stores
+frictions   f          taken by each friction, minus the stored energy that a dynamic law returns
 pressings   p          taken by each pressing (cam friction)
 impacts     joints     lost in impacts of flanks and in jams
 stops       stops      lost at end stops
@@ -57,11 +58,11 @@ STUCK, FREE = 0, 2
 OPEN, RIGID = 0, 2
 LAW_STEP = 1e-5  # s, default step of hybrid and banded laws
 
-# rows of Workspace.slopes and Workspace.powers: the stages of a step, AFTER at its end
-# (dormand_prince8.py), three for the dense output, and the coefficients of the dense output
+# rows of Workspace.slopes and Workspace.powers: the SLOPES slopes of a step (dormand_prince8.py),
+# then the coefficients of the dense output, from row PATH on
 PATH = SLOPES
 # rows of Workspace.lines
-INPUTS = 0  # (2 u + n,): commands, drives at the beginning, efforts held on blocks
+INPUTS = 0  # (2 u + n,): commands, drives at the beginning, external efforts on blocks
 POINT, END = 1, 2  # (y,): point of a stage; end of a step
 Y_LOW, RATES_LOW, Y_HIGH, RATES_HIGH = 3, 4, 5, 6  # states and rates at both ends of a search
 # (modes,): guards at a step's beginning, at its end, at both ends of a search
@@ -71,7 +72,7 @@ SPEEDS = 12  # (n,): speeds before an event
 ERRORS, THIRD = 13, 14  # (y,): errors of a step
 LINES = 15
 # rows of Workspace.integers
-# (modes,) before an event; positions in the order of blocks; indices of the guards of stages
+# (modes,) before an event; blocks as indices in ORDER; indices of the guards that stages check
 BEFORE, FOUND, WATCHED = 0, 1, 2
 INTEGER_ROWS = 3
 
@@ -91,10 +92,7 @@ class Workspace(NamedTuple):
 
 
 class RateEvaluation(NamedTuple):
-    """Output arrays of an evaluation of the rates y'.
-
-    guard: distance of each mode from its end. power: power of each element [W].
-    """
+    """Output arrays of an evaluation of the rates y'."""
 
     rates: Vector  # (y,): y'
     w: Vector  # (WORK_ROWS, blocks or joints)
@@ -105,8 +103,8 @@ class RateEvaluation(NamedTuple):
 class MechanismState(NamedTuple):
     """State of a mechanism; all arrays are changed in place.
 
-    y, drive, modes, work: as listed in this module. pace (4,) [s]: next step length, time of all
-    calls, time since the last command, step of the fixed-step laws.
+    y, drive, modes, work: as listed in this module. pace (4,) [s]: next step length, time since the
+    start of the run, time since the last command, step of the fixed-step laws.
     """
 
     y: Vector

@@ -25,10 +25,10 @@ from frictool.typing import IntVector, Vector
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     """Fill NEED and NEED_HIGH with each member's force range; return False if a range is empty.
 
-    sided: True if each self-locking joint must be loaded on the side of the kink that its branch
-    (+1 or -1) states. For branch 0 the side depends on `towards`. If `towards` is 0, the joint must
-    be at its kink. Otherwise it must be loaded on the side on which its driving end drives when the
-    root moves in the direction `towards`.
+    If `sided` is True, the load of each self-locking joint must be on the side of the kink that the
+    joint's branch states (state.py). For branch 0 and `towards` 0, the load must be at the kink.
+    For branch 0 and another `towards`, it must be on the side on which the joint drives if the root
+    moves in the direction `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]
@@ -99,7 +99,7 @@ def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, fl
 def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
     """Return the side of the kink, +1 or -1, on which the joint of a member at rest is loaded.
 
-    The result is 0 if friction behind the joint may carry the load.
+    The result is 0 if the load may be on either side, because friction behind the joint carries it.
     """
     low, high, slack = force_at_rest(k, p, i, w)
     row = ly.joint_row(k, ly.joint_of(k, i))
@@ -111,7 +111,7 @@ def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
 def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
     """Return the direction in which a tree at rest breaks away, 0 if it stays at rest.
 
-    The direction follows from the rows NEED and NEED_HIGH at the root.
+    The rows NEED and NEED_HIGH must be filled.
     """
     slack = slack_at(k, p, w, root)
     if w[rows.NEED_HIGH, root] < -slack:
@@ -121,9 +121,9 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @inset_kernel
 def unload(tree: JointTree) -> bool:
-    """Set the branch to 0 for each self-locking joint that is not loaded on the branch's side.
+    """Set the branch of a self-locking joint to 0 if the joint is loaded on another side.
 
-    The tree is at rest. Returns True if there are self-locking joints.
+    The tree is at rest. Returns True if it has self-locking joints.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]

@@ -6,12 +6,12 @@ function: Lambda(x), the effort that it needs for the acceleration x of its root
 acceleration is x, the child of a rigid joint accelerates with x times the ratio. A flank can only
 push: the child behind it contributes max(0, Lambda_child(ratio x)), and separates if this is 0.
 
-In each step of the recursion, Lambda is a rising, piecewise linear graph. Its parts are m x,
-Coulomb friction at rest (a vertical piece at x = 0), and the losses of back-drivable links, which
-rise with the force. So 0 = Lambda(x) has one solution, independent of the order of contacts. This
-solution is the motion of least constraint (Gauss) among all motions that the contacts allow (Moreau
-1966; the graph is the subdifferential of a convex function of the accelerations). A tree at rest
-stays at rest if its interval Lambda(0) contains 0.
+In each step of the recursion, Lambda is a rising, piecewise linear graph. It is the sum of the
+inertial force m x, Coulomb friction at rest (a vertical piece at x = 0), and the losses of
+back-drivable links, which rise with the force. So 0 = Lambda(x) has one solution, independent of
+the order of contacts. Among all motions that the contacts allow, this solution is the motion of
+least constraint (Gauss; Moreau 1966): Lambda is the subdifferential of a convex function of the
+accelerations. A tree at rest stays at rest if the interval Lambda(0) contains 0.
 
 If the breakaway is above the Coulomb friction, the graph falls at x = 0. Then a tree that can stay
 at rest stays at rest; any other tree starts to move with its friction in slip.
@@ -65,10 +65,9 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def _members(k: IntVector, modes: IntVector, index: int, members: IntVector) -> int:
-    """Fill `members` with the blocks connected to the root; return their number.
+    """Fill `members` with the blocks that rigid joints and closed contacts connect to the root.
 
-    Each block is listed by its position in the order. Rigid joints and closed contacts connect; the
-    root is at `index`.
+    Blocks and the root, `index`, are indices in ORDER. Returns the number of blocks.
     """
     n = k[ly.BLOCKS]
     count = 0
@@ -105,10 +104,10 @@ def _spread_ratios(tree: JointTree) -> None:
 def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]:
     """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
-    A self-locking joint holds its driver only by its load. The load at rest may be on another side
-    than before, or a run may begin without load. Then the force passes 0, and any effort makes the
-    driver slip. The driver rests if the load holds it on the side on which the joint then drives.
-    Otherwise the driver keeps moving, if such a motion exists; then `leaves` is True.
+    A self-locking joint can hold its driving end only under load. If the load changes its sign, or
+    a run begins without load, any effort makes the driving end slip. It comes to rest again if the
+    load then holds it on the side on which the joint drives. Otherwise it keeps moving, if such a
+    motion exists; then `leaves` is True.
     """
     k, p, _, members, _, w = tree
     if stays_loaded(tree, 0.0):
@@ -133,9 +132,9 @@ def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]
 
 @inset_kernel
 def _jammed(tree: JointTree) -> int:
-    """Return the position in the order of the first block of the part without positive inertia.
+    """Return the index in ORDER of the first block of the part whose effective inertia is <= 0.
 
-    Contacts that would pull are open. The inertia is the effective one, including losses.
+    Contacts that would pull are open. The effective inertia includes losses.
     """
     k, _, modes, members, _, w = tree
     n = k[ly.BLOCKS]
@@ -167,7 +166,7 @@ def _force_in_motion(
 
 @inset_kernel
 def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> None:
-    """Set the side of the kink on which a member's joint is; open a flank that would pull."""
+    """Set the branch of a member's joint; open a flank that would pull."""
     k, p, modes, _, _, w = tree
     n = k[ly.BLOCKS]
     j = k[ly.JOINTS]
@@ -187,7 +186,7 @@ def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> Non
 
 @inset_kernel
 def _set_motions(tree: JointTree, x: float, towards: float, rests: bool) -> None:
-    """Open flanks that would pull; set sides of kinks, motions and accelerations of the members."""
+    """Open flanks that would pull; set branches, motions and accelerations of the members."""
     k, _, modes, members, y, w = tree
     n = k[ly.BLOCKS]
     dry = False

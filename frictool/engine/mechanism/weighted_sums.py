@@ -1,7 +1,7 @@
 """Weighted sums of a step's slopes (derivatives): stage points, end, error and dense output.
 
-Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10. Slopes with
-weight 0 are left out of a sum. FOUR terms are added in one pass over the states, which is faster.
+Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10.
+Slopes with weight 0 are left out. A pass over the states adds FOUR terms, which is faster.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from frictool.runtime.kernels import inset_kernel
 from frictool.typing import IntVector, Vector
 
 FOUR = 4
-BUMPS = 7  # rows of the coefficients of a dense output
+BUMPS = 7  # number of rows with coefficients of a dense output
 
 
 def _terms(rows: Sequence[Sequence[float]]) -> tuple[IntVector, Vector, IntVector]:
@@ -71,7 +71,7 @@ def _add(
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
     """Fill `point` with the state at a stage; for stage AFTER, with the state at the step's end.
 
-    y (n,), point (n,) or longer, slopes (.., n).
+    y (n,), point (n,) or longer, slopes (stages, n).
     """
     for i in range(y.shape[0]):
         point[i] = y[i]
@@ -123,7 +123,7 @@ def path_of(h: float, slopes: Vector, path: Vector) -> None:
 
 @inset_kernel
 def on_path(part: float, path: Vector, gain: Vector) -> None:
-    """Fill `gain` with the change of the state over the fraction `part` of the step."""
+    """Fill `gain` with the change of the state from the step's start to the fraction `part`."""
     rest = 1.0 - part
     for i in range(path.shape[1]):
         inner = path[4, i] + rest * (path[5, i] + part * path[6, i])

@@ -1,7 +1,7 @@
 """Rows of the work array `w`; a column belongs to a block, in row LAMBDA to a joint.
 
-GROSS is the sum of the magnitudes of the efforts on a block, the scale of rounding errors. Only an
-evaluation with `whole` True fills GROSS; the stages within a step use the last values.
+GROSS is the sum of the magnitudes of the efforts on a block, the scale of rounding errors. It is
+computed only if `whole` is True; the stages within a step use the last values.
 """
 
 from __future__ import annotations
