@@ -185,7 +185,7 @@ def _table(
 
 
 def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> SimulatedRamps:
-    """Return one simulated round on the lightest (0), nominal (1) or heaviest (2) axis.
+    """Return one round of ramps, simulated on the lightest (0), nominal (1) or heaviest (2) axis.
 
     Raises NoSolutionError if the axis moves too far, too fast, or not at all.
     """
@@ -213,10 +213,7 @@ def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> Simul
 
 
 def _axis(bench: Bench, which: int) -> AxisParameters:
-    """Return the axis at one end of its ranges or at its values.
-
-    0 is the lightest axis with the strongest actuator, 1 the nominal one, 2 the heaviest.
-    """
+    """Return the lightest axis with the strongest actuator (0), the nominal (1) or heaviest (2)."""
     known, actuator = bench.mechanics, bench.actuator
 
     def at(quantity: Quantity, end: int = which) -> float:
@@ -240,7 +237,7 @@ def _axis(bench: Bench, which: int) -> AxisParameters:
 
 
 def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
-    """Return one round: forward to the turn and back, or SEGMENTS each way on endless travel."""
+    """Return one round: to `ramp.high` and back, or SEGMENTS ramps each way on endless travel."""
     p = axis.as_array()
     state = np.asarray(rest(ramp.low if math.isfinite(ramp.low) else 0.0))
     used = {1.0: 0, -1.0: 0}

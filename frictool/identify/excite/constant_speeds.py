@@ -18,10 +18,10 @@ from frictool.identify.excite.half_sines import TOP_SHARE, Motion, joined, spare
 
 SPEEDS = 10  # default number of speeds
 DURATION = 60.0  # s, default duration of all runs without their ramps
-FEWEST_SAMPLES = 400  # of a run at constant speed; `stribeck-curve` leaves out its ends
-FEWEST_COUNTS = 50.0  # encoder counts of the slowest run
-RANGE = 1000.0  # largest ratio of the speeds
-SHORTEST_RAMP = 20  # samples from rest to the speed of a run
+FEWEST_SAMPLES = 400  # least number of samples of a run; `stribeck-curve` leaves out its ends
+FEWEST_COUNTS = 50.0  # least distance of the slowest run, in encoder counts
+RANGE = 1000.0  # largest ratio of two speeds
+SHORTEST_RAMP = 20  # least number of samples from rest to the speed of a run
 
 
 def chosen_speeds(
@@ -85,7 +85,7 @@ def constant_speeds(
 
 
 def _run(limits: BenchLimits, period: float, speed: float, duration: float) -> Motion:
-    """Return a run of about `duration` s from rest at 0 to rest, as long as the travel allows."""
+    """Return a run from rest at 0 to rest, of `duration` [s] or as long as the travel allows."""
     acceleration = 0.5 * spare_effort(limits) / limits.inertia
     ramp = max(SHORTEST_RAMP, math.ceil(0.5 * math.pi * speed / acceleration / period))
     steady = max(FEWEST_SAMPLES, round(duration / period))

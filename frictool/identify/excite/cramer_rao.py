@@ -19,13 +19,13 @@ bench declares that there is no offset, G has no column for it. No unbiased esti
 below the diagonal of M^-1.
 
 Effects that a test must separate from friction and inertia (`PriorAxis.effects`) are further
-columns: the spring has the column x - middle, and a delay of the effort the column -du/dt, where
-u = inertia a + viscous v between the reversals. Along half sines of one length, the acceleration is
-proportional to the position, and du/dt is a sum of acceleration and speed: only strokes of
-different lengths separate them.
+columns: a spring has the column x - middle, and a delay of the effort the column -du/dt, where
+u = inertia a + viscous v between the reversals. Along half sines of equal distance and duration,
+the acceleration is proportional to x - middle, and du/dt is a sum of acceleration, speed and a
+constant. Only strokes of different lengths therefore separate these effects from the parameters.
 
-If the axis moves less than a count per sample, e_x is a sawtooth and not white. It then has less
-power at low frequencies than assumed here.
+If the axis moves less than a count per sample, e_x is a sawtooth and not white, and has less power
+at low frequencies than assumed here.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from frictool.typing import Vector
 # order of the columns of G and of every bound
 SLIDING = ("inertia", "viscous", "coulomb", "offset")
 DELAY = "delay"
-NOISE_COUNTS = 2.0  # counts past the backlash; the slip mask excludes as many
+NOISE_COUNTS = 2.0  # distance beyond the backlash, in counts, at which samples are used
 SLOWEST = 0.02  # least speed relative to the top speed of a stroke
 
 
@@ -116,8 +116,8 @@ class PlannedStroke:
 def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
     """Return the information matrix M (p, p) of all strokes, each in both directions.
 
-    Rows and columns are in the order of the columns of `regressors`. The leading rows and columns
-    without the effects are the information of an axis without these effects.
+    Rows and columns are in the order of the columns of `regressors`; the effects are last. Without
+    their rows and columns, M is the information of an axis without these effects.
     """
     total: Vector | None = None
     for stroke in strokes:
@@ -177,7 +177,7 @@ def regressors(
     position = axis.middle + side * (advance[kept] - 0.5 * stroke.distance)
     for term, wave in axis.loads.terms:
         columns += _of_term(term, wave, position, along)
-    # the derivative of the acceleration along a half sine
+    # derivative of the acceleration along a half sine
     jerk = -((math.pi / duration) ** 2) * along
     effects = {
         SPRING: position - axis.middle,

@@ -21,10 +21,10 @@ class ExcitationSequence(ResultView):
     """Test sequence, one row per sample.
 
     - period: sample period, s
-    - columns: name -> samples (n,), SI units
-    - units: name -> unit
+    - columns: samples (n,) of each signal by its name, SI units
+    - units: unit of each signal
     - rule: instruction for playing the sequence, as text
-    - figures: name -> number that describes the test
+    - figures: numbers that describe the test, by name
     """
 
     kind: str
@@ -58,7 +58,7 @@ class ExcitationSequence(ResultView):
         )
 
     def outgoing(self) -> OutgoingStream:
-        """Return the sequence as a stream for the formats of other tools."""
+        """Return the sequence as a stream that can be written in the formats of other tools."""
         head = StreamHeader(
             MAIN_TOPIC, tuple(self.columns), tuple(self.units[name] for name in self.columns)
         )

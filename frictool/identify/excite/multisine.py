@@ -20,7 +20,7 @@ from frictool.identify.excite.half_sines import TOP_SHARE, Motion, spare_effort
 from frictool.typing import Vector
 
 HARMONICS = 10
-POINTS = 64  # points of a period for each harmonic
+POINTS = 64  # number of points of a period, divided by the number of harmonics
 CLIP = 0.9
 SWAPS = 200
 SLOWEST = 0.2  # Hz, lowest frequency if the travel is endless
@@ -53,20 +53,20 @@ def low_crest(harmonics: int) -> Vector:
 
 
 def _period(phases: Vector) -> Vector:
-    """Return one period of the sum of cosines, POINTS for each harmonic."""
+    """Return one period of the sum of cosines, (POINTS harmonics,)."""
     spectrum = np.concatenate(([0.0], np.exp(1j * phases)))
     return np.asarray(np.fft.irfft(spectrum, POINTS * phases.size) * (0.5 * POINTS * phases.size))
 
 
 def _circle(phases: Vector) -> Vector:
-    """Return the angles of one period, rad."""
+    """Return the angles (POINTS harmonics,) of one period, rad."""
     return np.asarray(np.linspace(0.0, 2.0 * math.pi, POINTS * phases.size, endpoint=False))
 
 
 def _sums(angle: Vector, phases: Vector) -> tuple[Vector, Vector, Vector]:
-    """Return position, speed and acceleration at each angle of the first harmonic (n,), rad.
+    """Return position, speed and acceleration at angles (n,) [rad] of the first harmonic.
 
-    The speed amplitude of each harmonic is 1, and the frequency of the first harmonic is 1 rad/s.
+    Each harmonic has the speed amplitude 1; the first has the frequency 1 rad/s.
     """
     k = np.arange(1, phases.size + 1)
     terms = np.outer(angle, k) + phases
@@ -128,7 +128,7 @@ def multisine(
 
 
 def _effort_bound(limits: BenchLimits, velocity: Vector, acceleration: Vector) -> float:
-    """Return the largest scale of a motion that the worst axis follows."""
+    """Return the largest factor on a motion with which the worst axis can follow it."""
     return spare_effort(limits) / float(
         np.abs(limits.inertia * acceleration + limits.viscous * velocity).max()
     )

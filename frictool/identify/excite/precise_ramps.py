@@ -1,7 +1,8 @@
 """Breakaway ramps that reach a requested precision in the shortest time.
 
-The error of the breakaway has a part that averages out over onsets, and a part due to the range of
-the inertia (assess/ramp_precision.py). Both parts grow with the rate, whereas the duration of a
+An onset is the moment at which a ramp starts to move the axis. The error of the breakaway has a
+part that averages out over onsets, and a part due to the range of the inertia
+(assess/ramp_precision.py). Both parts grow with the rate of the ramps, whereas the duration of a
 ramp decreases. The rate with the shortest test is searched on a grid.
 """
 
@@ -25,8 +26,8 @@ from frictool.identify.excite.breakaway_ramps import (
 )
 from frictool.identify.excite.precise_strokes import QUANTILE, PreciseTest, PrecisionRequest
 
-RATES = np.geomspace(0.02, 1.0, 35)  # of the usual rate of `excite --kind breakaway`
-FEWEST_ONSETS = 24  # of both directions; `identify` needs 5 in one, and may leave out half
+RATES = np.geomspace(0.02, 1.0, 35)  # relative to the rate of `excite --kind breakaway`
+FEWEST_ONSETS = 24  # least number in both directions; `identify` needs 5, and may drop half
 
 
 def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
@@ -104,7 +105,10 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
 
 
 def _onsets(single: float, common: float, limit: float) -> float:
-    """Return the even number of onsets whose mean has a deviation of `limit`; inf if none has."""
+    """Return the least even number of onsets whose mean has a deviation of at most `limit`.
+
+    Return inf if no number suffices.
+    """
     if common >= limit:
         return math.inf
     scatter = single**2 - common**2
@@ -112,9 +116,9 @@ def _onsets(single: float, common: float, limit: float) -> float:
 
 
 def _middle_part(limits: BenchLimits, segments: int) -> BenchLimits:
-    """Return the limits of the middle of the travel, in which `segments` ramps are played.
+    """Return the limits with only the middle of the travel, in which `segments` ramps are played.
 
-    A ramp then advances as far as one of `excite --kind breakaway`, and is as safe.
+    A ramp then moves the axis as far as a ramp of `excite --kind breakaway`.
     """
     if math.isinf(limits.travel):
         return limits

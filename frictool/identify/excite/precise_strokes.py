@@ -28,29 +28,31 @@ from frictool.identify.excite.stroke_design import StrokeProgram, best_within, s
 from frictool.identify.excite.stroke_profile import unit_profile
 from frictool.typing import Vector
 
-CONFIDENCE = 0.95  # of the promised half widths
+CONFIDENCE = 0.95  # confidence of the promised intervals
 QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
 # half width of `identify` relative to that of least squares over windows, before rehearsals
 EXPECTED_FACTOR = 1.3
-PAUSE = 0.1  # s, of one pause
+PAUSE = 0.1  # s, duration of one pause
 KIND = "strokes"
-CORRECTIONS = 8  # most corrections of the program's limits by the loss of the estimator
-MORE = 1.02  # factor on the loss, so that the corrections end
+# largest number of corrections of the limits by the ratio of expected deviation to Cramér-Rao bound
+CORRECTIONS = 8
+MORE = 1.02  # factor on this ratio, so that the corrections end
 
 
 @dataclass(frozen=True)
 class PrecisionRequest:
     """Requested precision of a test.
 
-    - wanted: parameter -> half width of a 95 % interval relative to the bench's value
+    - wanted: requested half width of the 95 % interval of each parameter, relative to the bench's
+      value
     - duration: duration of the most precise test, s; None for the shortest test
     - longest: longest allowed duration of the shortest test, s
     - noise: standard deviation of the measured drive, A | V; None for 0.2 % of its limit
     - seed: seed of the random reversal positions
     - robust: True if the strokes must separate EFFECTS from inertia and friction, and if no
       parameter may be much less precise than the others
-    - factors: parameter -> half width that `identify` reports, divided by the expected half width;
-      EXPECTED_FACTOR for a parameter that is not a key
+    - factors: half width that `identify` reports divided by the expected half width, for each
+      parameter; EXPECTED_FACTOR for a parameter that is not a key
     """
 
     wanted: Mapping[str, float]
@@ -72,11 +74,11 @@ class PrecisionRequest:
 
     @property
     def targets(self) -> dict[str, float]:
-        """Return the precisions that the design aims at.
+        """Return the relative half widths for which the test is designed.
 
         If the request is robust, the target of a sliding parameter is the geometric mean of its
-        requested precision and the highest requested one: an error of an imprecise parameter is a
-        part of the errors of the others.
+        requested half width and the smallest requested one, because the error of an imprecise
+        parameter affects the others.
         """
         targets = self.only(SLIDING)
         if not self.robust or not targets:
@@ -93,8 +95,8 @@ class PrecisionRequest:
 class PreciseTest:
     """Test with the precision to expect from it, in SI units.
 
-    - half_widths: parameter -> half width of its interval, from rehearsals
-    - bounds: parameter -> half width at the Cramér-Rao bound
+    - half_widths: half width of the interval of each parameter, from simulations of the test
+    - bounds: half width of each parameter at the Cramér-Rao bound
     """
 
     sequence: ExcitationSequence
@@ -174,7 +176,7 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
 
 
 def _repetitions(bench: Bench, request: PrecisionRequest, program: StrokeProgram) -> Vector:
-    """Return the repetitions (k,) of the shortest test, or of the most precise for the duration."""
+    """Return the repetitions (k,) of the candidates in the shortest or the most precise test."""
     if request.duration is None:
         times = shortest(program)
         needed = None if times is None else float(times @ program.duration)
@@ -196,7 +198,7 @@ def _expected_deviation(
 ) -> Vector:
     """Return the standard deviations (p,) of least squares over windows; 0 for loads.
 
-    `identify` takes this estimator or a better one; its weights are not the optimal ones.
+    They exceed the Cramér-Rao bound. `identify` uses this estimator or a better one.
     """
     strokes = [
         replace(one.stroke, times=float(count))
@@ -255,8 +257,8 @@ def stroke_motion(
     """Return the motion in which each of the k candidates is repeated.
 
     `times` (k + 1,) are the numbers of repetitions, followed by the number of pauses, which are
-    spread evenly. The positions of the reversals are random within the share SPREAD of the
-    candidate's reach at both ends, so that encoder errors differ between strokes.
+    spread evenly. Each reversal is at a random distance from the end of the candidate's reach, at
+    most SPREAD times the reach, so that encoder errors differ between strokes.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
@@ -275,7 +277,7 @@ def stroke_motion(
         for side in (1.0, -1.0):
             end = turn(one, side)
             fastest = reachable_speed(limits, abs(end - here))
-            # from a longer reach to the first turn of a shorter one, the axis is as fast as it can
+            # a stroke from a longer reach to a shorter one has the largest possible speed
             planned = abs(end - here) <= one.reach
             speed = min(one.stroke.speed, fastest) if planned else fastest
             parts.append(_part(here, end, speed, period))
@@ -313,7 +315,7 @@ def _figures(
 
 
 def _unreachable(bench: Bench, request: PrecisionRequest, needed: float | None) -> NoSolutionError:
-    """Return the refusal of a precision, which names the limit and the remedies."""
+    """Return the error for a precision that cannot be reached; it names limit and remedies."""
     from frictool.identify.excite.precision_remedies import remedies
 
     wanted = ", ".join(f"{name}={100 * one:.3g}%" for name, one in request.only(SLIDING).items())

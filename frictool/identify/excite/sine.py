@@ -1,8 +1,9 @@
 """Sine of the position, and the condition number of its regression (thesis 4.30 to 4.33).
 
-With the scaling by sqrt(2)/V, every top speed V has the least possible condition number, 19. Among
-the sines that the bench can follow, the chosen sine minimises the largest relative Cramér-Rao bound
-of inertia, viscous and Coulomb friction.
+If the equation is scaled by sqrt(2)/V with the top speed V, every V has the least possible
+condition number, 19. The sine is therefore chosen by another criterion: among the sines that the
+bench can follow, it minimises the largest relative Cramér-Rao bound of inertia, viscous and Coulomb
+friction.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from frictool.identify.excite.cramer_rao import (
 from frictool.identify.excite.half_sines import Motion, half_sine, joined, reachable_speed
 
 BEST_SPEED = math.sqrt(2.0)  # top speed at which (4.30) is least
-SHORTEST_COUNTS = 20.0  # least counts of a stroke, without the backlash
+SHORTEST_COUNTS = 20.0  # least length of a stroke beyond the backlash, in encoder counts
 CHOICES = 24  # number of distances tried
 
 

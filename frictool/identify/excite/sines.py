@@ -1,8 +1,7 @@
 """Sines at several speeds (thesis 4.38): half sines between reversals, one speed after the other.
 
-The positions of the reversals are random, from a seed, within a tenth of the distance at both ends.
-Strokes between identical positions would have identical encoder errors, which averaging does not
-reduce.
+The positions of the reversals are random within a tenth of the distance at both ends. Strokes
+between identical positions would have identical encoder errors, which averaging does not reduce.
 """
 
 from __future__ import annotations

@@ -3,14 +3,14 @@
 Each candidate is one stroke forward and one backward. Its information matrix and its drive are
 computed for the worst axis within the a-priori intervals:
 
-- inertia and viscous friction at their upper ends. The covariance of the noise, noise^2 I +
+- Inertia and viscous friction are at their upper ends. The covariance of the noise, noise^2 I +
   step^2/12 T T' with T = inertia D2 + viscous D1, grows with both, so that every other axis gives
-  more information.
-- the largest drive constant for the noise of the effort, the smallest for the drive
-- a spring and a delay of unknown size, so that only a mix of strokes that separates these effects
-  from inertia and friction has information. `identify` allows for both effects in its intervals.
-- backlash at its upper end. Samples inside the backlash, and samples slower than 2 % of the
-  stroke's top speed, where the axis may stick, are excluded.
+  more information (cramer_rao.py explains the symbols).
+- The drive constant is the largest for the noise of the effort, and the smallest for the drive.
+- A spring and a delay have unknown sizes, since `identify` allows for both effects in its
+  intervals. Only a mix of strokes can separate them from inertia and friction.
+- The backlash is at its upper end. Samples inside the backlash are excluded, and samples slower
+  than 2 % of the stroke's top speed, where the axis may stick.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ EFFECTS = (DELAY, SPRING)  # effects that a mix of strokes separates from inerti
 DISTANCES = 6
 SHORTEST_SHARE = 0.04  # shortest stroke relative to the longest one
 SPEEDS = (1.0, 0.7, 0.5, 0.35, 0.2, 0.1)  # top speeds relative to the reachable speed
-FEWEST_SAMPLES = 100  # of a stroke
-MOST_SAMPLES = 20_000  # of a stroke
-DRIVE_POINTS = 400  # points of a stroke at which the drive is computed
+FEWEST_SAMPLES = 100  # least number of samples of a stroke
+MOST_SAMPLES = 20_000  # largest number of samples of a stroke
+DRIVE_POINTS = 400  # number of points of a stroke at which the drive is computed
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class StrokeCandidate:
 def worst_axis(bench: Bench, effects: tuple[str, ...] = ()) -> PriorAxis:
     """Return the a-priori axis with the upper ends of inertia and viscous friction.
 
-    The axis also has those of `effects` that the bench does not declare as a load.
+    The axis also has each of `effects` that the bench does not declare as a load.
     """
     known = bench.mechanics
     axis = axis_known(bench)

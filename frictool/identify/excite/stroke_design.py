@@ -1,16 +1,18 @@
 """Optimal numbers of repetitions of candidate strokes, by a convex program with rounding.
 
-Candidate k has the duration tau_k and the information matrix M_k, and is repeated x_k times. The
-shortest test for the half widths h_i of the parameters i is
+Candidate stroke k has the duration tau_k and the information matrix M_k, the inverse of the
+covariance of the parameters, and is repeated x_k times. The shortest test for the half widths h_i
+of the parameters i is the solution of
 
     minimise    sum tau_k x_k
     subject to  e_i' (sum x_k M_k)^-1 e_i <= (h_i/q_i)^2       for each requested parameter
                 sum tau_k x_k (rms_k^2 - rms^2) <= 0           drive, if it has an rms limit
                 x_k >= 0
 
-(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). e_i is the i-th unit vector, and q_i
-the half width divided by the standard deviation at the Cramér-Rao bound. rms_k is the rms drive of
-candidate k, and rms the largest allowed rms drive of the test, both divided by the drive's limit.
+(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). e_i is the i-th unit vector. q_i is
+the expected half width of parameter i divided by its standard deviation at the Cramér-Rao bound.
+rms_k is the rms drive of candidate k, and rms the largest allowed rms drive of the test, both
+divided by the drive's limit.
 The most precise test of a given duration minimises the largest ratio of a parameter's variance to
 its limit. A pause is a candidate without information and drive.
 
@@ -28,11 +30,11 @@ import numpy as np
 from frictool.lmi.optimal_design import optimal_shares
 from frictool.typing import IntVector, Matrix, Vector
 
-FEWEST_PAIRS = 8  # repetitions of a test; an interval needs several strokes
-NEGLIGIBLE = 1e-4  # share or repetition; less is solver noise
-SCALES = 8.0  # decades of the common factor of the limits, either way
+FEWEST_PAIRS = 8  # least number of repetitions in a test; an interval needs several strokes
+NEGLIGIBLE = 1e-4  # number of repetitions, or share of the duration, that is treated as 0
+SCALES = 8.0  # decades below and above 1 in which the common factor of the limits is searched
 BISECTIONS = 24
-MOST_EXCHANGED = 40  # repetitions; longer tests gain little by an exchange
+MOST_EXCHANGED = 40  # largest number of repetitions in a test whose strokes are exchanged
 SINGULAR = 1e12  # condition number above which information is singular
 
 
@@ -68,7 +70,7 @@ class StrokeProgram:
         return np.asarray(np.diag(np.linalg.inv(unit)) / scale**2)
 
     def worst(self, times: Vector) -> float:
-        """Return the largest ratio of a variance to its limit for `times` (k,) repetitions."""
+        """Return the largest ratio of a variance to its limit in a test of `times` (k,)."""
         known = self.requested
         return float((self.variances(times)[known] / self.limit[known]).max())
 
@@ -132,7 +134,7 @@ def _one_more(times: Vector, index: int) -> Vector:
 
 
 def _shares(program: StrokeProgram) -> Vector | None:
-    """Return the shares (k,) of the duration with the smallest `worst`; None if there are none."""
+    """Return the shares (k,) of the duration with the smallest `worst`, or None without any."""
     rate = program.information / program.duration[:, None, None]
     shares = optimal_shares(rate, program.limit, program.mean_square - program.rms**2)
     if shares is None:
@@ -142,7 +144,7 @@ def _shares(program: StrokeProgram) -> Vector | None:
 
 
 def _pruned(program: StrokeProgram, times: Vector) -> Vector:
-    """Return whole repetitions that meet every constraint, from which none can be removed."""
+    """Return repetitions (k,) that meet every constraint, but not with one repetition less."""
     while not program.allowed(times) or program.worst(times) > 1.0:
         support = np.flatnonzero(times)
         scores = [program.worst(_one_more(times, int(one))) for one in support]
@@ -173,7 +175,7 @@ def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _shortened(program: StrokeProgram, times: Vector) -> Vector:
-    """Return the repetitions with strokes exchanged for shorter ones that meet the limits."""
+    """Return the repetitions with strokes exchanged for shorter ones, if the limits permit."""
     if times.sum() > MOST_EXCHANGED:
         return times
     by_duration = np.argsort(program.duration, kind="stable")

@@ -43,7 +43,7 @@ class Information(ResultView):
 
     - facts: output of `--json`: one row per signal, and properties of the whole log
     - surveys: survey of each stream
-    - assembly: the assembled log
+    - assembly: streams of the log, as read
     """
 
     facts: dict[str, Any]
@@ -81,7 +81,7 @@ def info(
     LogError
         If the log cannot be read.
     """
-    # numbers near the largest double may overflow
+    # sums of values near the largest double may overflow
     with tempfile.TemporaryDirectory() as temporary, np.errstate(over="ignore", invalid="ignore"):
         if isinstance(log, Log):
             path = Path(temporary, Path(log.source).name or "log.mcap")
@@ -112,7 +112,7 @@ def _surveyed(
 
 
 def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
-    """Return one row per signal, and figures of the whole log."""
+    """Return one row per signal, and properties of the whole log."""
     columns = origins(made, [one.topic for one in surveys]).get(COLUMNS, {})
     main = next((one for one in surveys if "position" in one.signals), surveys[0])
     test, source = _test(made, main)

@@ -48,7 +48,7 @@ def table(information: Information) -> str:
 
 
 def _fed(methods: dict[str, str | None]) -> list[str]:
-    """Return a line with the usable methods, and one line per reason with the other methods."""
+    """Return a line with the methods that suit the log, and a line per reason against others."""
     by_reason: dict[str | None, list[str]] = {}
     for name, why in methods.items():
         by_reason.setdefault(why, []).append(name)

@@ -4,8 +4,8 @@
     i[k+1] = a i[k] + (1 - a) command[k],    a = e^(-period/lag)
 
 i is the current, and k the number of the row. The command of a row is held until the next row. The
-measured current is gain i + offset + noise. The noise need not be white, since i is simulated from
-the command (output error). The interval comes from a jackknife over parts of the record.
+measured current is gain i + offset + noise; i is simulated from the command (output error), so that
+the noise need not be white. The interval comes from a jackknife over parts of the record.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.typing import Vector
 
 PARTS = 30  # parts of the record, each left out in turn
-SHORTEST, LONGEST = 0.25, 500.0  # periods, bounds of the lag; a shorter one is over within a sample
+SHORTEST, LONGEST = 0.25, 500.0  # bounds of the lag, in sample periods
 LARGEST_ERROR = 0.3  # largest residual relative to the measured current's standard deviation
 SURE = 3.0  # least distance of the lag from 0, in standard deviations
 
@@ -82,7 +82,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
 
 
 def _current(lag: float, command: Vector, period: float) -> Vector:
-    """Return the current (n,) from the command (n,), settled at the command's first value."""
+    """Return the current (n,) from the command (n,); at first, both are equal."""
     a = float(np.exp(-period / lag))
     return np.asarray(
         command[0] + scipy.signal.lfilter([0.0, 1.0 - a], [1.0, -a], command - command[0])

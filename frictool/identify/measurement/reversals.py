@@ -3,13 +3,14 @@
     effort = inertia a + (viscous v + coulomb s) [advance >= width] + brush s [advance < width]
              + offset - delay d(effort)/dt
 
-`advance` is the distance since the last reversal, and [...] is 1 if the condition holds, else 0.
-The equation is used in the weak form (`weak`). Inside the backlash only the friction of the motor
-(brush) acts. The width is searched, with [advance < width] smoothed over a count.
+s is the sign of the velocity v, and a the acceleration. `advance` is the distance since the last
+reversal, and [...] is 1 if the condition holds, else 0. The equation is used in the weak form
+(`weak`). Inside the backlash of width `width`, only the friction of the motor (brush) acts. The
+width is searched, with [advance < width] smoothed over a count.
 
 The delay is a linear parameter. Its estimation is repeated, with the effort shifted by the previous
-delay, until the remaining delay is 0. Rows inside the backlash are not used, because brush friction
-looks like a delay. The backlash is here the wider of the bench's and the estimated one.
+delay, until the remaining delay is nearly 0. Rows inside the backlash (the bench's or the estimated
+one, whichever is wider) are not used for the delay, because brush friction looks like a delay.
 
 Schwarz's criterion (BIC) decides whether there is a backlash. The intervals come from a jackknife
 over strokes; the position of a reversal is known to within a count.
@@ -40,25 +41,27 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.weak_form import bell
 from frictool.typing import Matrix, Vector
 
-ROUNDS = 4  # iterations of the delay
+ROUNDS = 4  # number of estimations of the delay
 GRID_POINTS = 40  # grid points of the first search for the width
 WIDEST = 0.4  # largest width relative to the median stroke
 SLOPE = 4  # index of the delay's column
-SEEN = 2.0  # counts past the backlash; the slip mask excludes as many
+SEEN = 2.0  # distance beyond the backlash, in counts, at which rows are used
 LONGEST = 200_000  # largest number of samples of a record that are used
-LARGEST_DELAY = 0.25  # largest delay relative to the window; beyond it the linear term is no delay
+LARGEST_DELAY = 0.25  # largest delay relative to the window, for which the linear term is valid
 
 
 @dataclass(frozen=True)
 class ReversalRows:
     """Weak-form rows (n,) of one record, and signals (m,) of all its samples.
 
+    Each row is a mean over a window around a sample, weighted with the test function.
+
     - plain: weighted means of acceleration, velocity, sign of the velocity, and 1, (n, 4)
     - slope: weighted mean of the derivative of the effort, (n,)
     - effort, stroke: weighted mean of the effort, and number of the stroke, (n,)
     - advance: distance since the last reversal, (m,), rad | m
     - sign, moving: direction and velocity, (m,)
-    - mask: True for samples that are rows, (m,)
+    - mask: True for samples in the middle of the window of a row, (m,)
     - g: weights of the means, the test function of the weak form
     - count: encoder resolution, rad | m
     - period: sample period, s
@@ -77,7 +80,7 @@ class ReversalRows:
     period: float
 
     def inside(self, width: float) -> Matrix:
-        """Return the weighted means (n, 2) of direction and velocity inside a backlash `width`."""
+        """Return weighted means (n, 2): direction and velocity inside the backlash, 0 outside."""
         share = np.clip(
             (width - self.advance) / np.maximum(np.abs(self.moving) * self.period, self.count)
             + 0.5,
@@ -97,9 +100,8 @@ def reversals(
 ) -> tuple[Interval | UnusableLogs, Interval | UnusableLogs]:
     """Return the full width of the backlash [rad | m] and the delay [s].
 
-    If the records do not determine one of the two, an UnusableLogs with the reason replaces it.
-
-    Raises UnusableLogs if nothing moves.
+    A value that the records do not determine is replaced by an UnusableLogs with the reason. Raises
+    UnusableLogs if nothing moves.
     """
     facts = recorded_facts(records, bench)
     window = weak_deviation(list(facts.strokes), facts.axis, facts.sensing)[1]
@@ -128,9 +130,9 @@ def reversals(
 def _over_windows(
     estimate: Callable[[int], Interval], windows: list[int]
 ) -> Interval | UnusableLogs:
-    """Return the estimate with the first window; its interval contains all windows' intervals.
+    """Return the estimate with the first window, with an interval that contains those of all.
 
-    The windows are lengths in samples. The effect of the encoder's noise differs between them.
+    `windows` are lengths in samples. The effect of the encoder's noise differs between windows.
     """
     try:
         estimates = [estimate(window) for window in windows]
@@ -182,8 +184,8 @@ def _backlash(
 ) -> Interval:
     """Return the width of the backlash from all rows.
 
-    `ranges` [rad | m] are the errors from the position of a reversal and from the delay. Raises
-    UnusableLogs if no gap shows.
+    `ranges` are the errors [rad | m] of the position of a reversal, and of the distance moved in
+    the unknown part of the delay. Raises UnusableLogs if the rows show no backlash.
     """
     rows = [_rows(record, window, 0.0) for record in records]
     width = _width(rows, widest)
@@ -207,7 +209,7 @@ def _moved(record: MotionRecord, delay: float) -> MotionRecord:
 
 
 def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:
-    """Return the rows further than `gap` [rad | m] past a reversal."""
+    """Return the rows at which the distance since a reversal exceeds `gap` [rad | m]."""
     strokes, g = find_strokes(record), bell(window)
     acceleration, velocity, effort = smoothed_by(record, g)
     mask = slip_mask(record, strokes, velocity, window, gap)
@@ -231,7 +233,7 @@ def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:
 
 
 def _together(rows: list[ReversalRows]) -> tuple[Matrix, Vector, NDArray[np.int64]]:
-    """Return regressors (n, 5), effort (n,) and stroke (n,) of all records."""
+    """Return regressors (n, 5), effort (n,) and stroke number (n,) of the rows of all records."""
     strokes = []
     above = 0
     for one in rows:

@@ -11,10 +11,10 @@ samples satisfy
 The equation is summed with test functions (1 - s^2)^3 (`plant/weak_form.py`), which average the
 noise. The equation does not contain friction, inertia or load.
 
-In general, a log does not state the timing of the voltage. Between two rows, the voltage may have
-the value of the first row (held), the value of the row before (held and logged late), or the mean
-of both rows (measured). All three timings are fitted. The intervals of all timings whose sum of
-squares is not clearly larger than the smallest are united.
+In general, a log does not state the timing of the voltage. Between rows k and k + 1, the voltage
+may be that of row k (held), that of row k - 1 (held and logged late), or the mean of both rows
+(measured). All three timings are fitted. The result contains the intervals of all timings whose sum
+of squares is not clearly larger than the smallest.
 
 The intervals come from a jackknife over parts of the logs. The noise of current and position biases
 the parameters; the intervals include the largest bias.
@@ -46,8 +46,8 @@ RESISTANCE, BACK_EMF, INDUCTANCE = "resistance", "back_emf_constant", "inductanc
 COLUMNS = (RESISTANCE, BACK_EMF, INDUCTANCE)
 PARTS = 30  # parts of the logs, each left out in turn
 OVERLAP = 6  # windows per window length
-CLEAR = 1.1  # least ratio of squares for a decision between two timings of the voltage
-# shares of the voltages of the row before, the first and the second row of a period
+CLEAR = 1.1  # ratio of two sums of squares above which the larger one is rejected
+# weights of the voltages of rows k - 1, k and k + 1 in the voltage between rows k and k + 1
 HELD, LATE, MEASURED = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.5, 0.5)
 LARGEST_ERROR = 0.3  # largest residual relative to the voltage's standard deviation
 LONGEST_STEP = 1.5  # periods, longest interval of one piece
@@ -174,9 +174,9 @@ def _fit(
 def _linearised(
     columns: Matrix, target: Vector, noise: Matrix, value: Vector, change: int, period: float
 ) -> tuple[Matrix, Vector, Matrix]:
-    """Return columns, target and noise with the inductance in place of c, linearised.
+    """Return columns, target and noise of the equation linearised in the inductance.
 
-    The module docstring defines c.
+    The equation of the module docstring depends on the inductance through c.
     """
     resistance, c = float(value[0]), float(value[change])
     exponent = -np.log1p(-resistance / c)  # R T/L

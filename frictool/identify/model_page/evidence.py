@@ -38,8 +38,7 @@ class SlipSamples:
     - time: time with all logs placed one after the other, s
     - position, velocity: smoothed motion, rad and rad/s | m and m/s
     - residual: measured effort minus the effort of the model, N m | N
-    - friction: friction of the model, averaged over the travel, plus direction times residual, N m
-      | N
+    - friction: mean friction of the model over the travel plus direction times residual, N m | N
     """
 
     time: Vector
@@ -138,7 +137,7 @@ class PositionPrediction:
 
 @dataclass(frozen=True)
 class HeldOutPositions:
-    """Positions of each half of the logs, predicted by a model of the other half.
+    """Positions of each half of the logs, predicted by a model identified from the other half.
 
     - held_out: False if the logs are too short for halves; the model then simulates the logs of its
       fit
@@ -167,7 +166,7 @@ def sliding_records(outcome: IdentifiedModel) -> list[MotionRecord]:
 def held_out_positions(
     outcome: IdentifiedModel, request: IdentificationRequest
 ) -> HeldOutPositions | None:
-    """Return the positions of each half of the logs, predicted by a model of the other half.
+    """Return the positions of each half of the logs, predicted with the other half.
 
     The result is None if no log has a measured position, or if the simulation fails.
     """

@@ -1,10 +1,11 @@
 """Panels of friction: over speed, over position, and over both.
 
-- over speed: every sample in slip, and the curve of the model with its band. If friction depends on
-  position, its deviation from the mean over the travel is subtracted.
-- over position, with ramps: each breakaway, and the polynomials with the intervals of their levels
-- over both, if friction depends on position: friction in slip
-- over temperature, if it was fitted: factors of viscous and Coulomb friction
+- Over speed: every sample in slip, and the curve of the model with the interval of friction. If
+  friction depends on position, the samples are shown minus its deviation from the mean.
+- Over position, if there are ramps: each breakaway, and the polynomials with the intervals of their
+  means.
+- Over position and speed, if friction depends on position: friction of the model in slip.
+- Over temperature, if friction was fitted over it: factors of viscous and Coulomb friction.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ if TYPE_CHECKING:
 
 # a dashed curve leaves a curve beneath it visible
 SIDES = ((1.0, FORWARD, "forward", "-"), (-1.0, BACKWARD, "backward", (0, (4, 2))))
-POINTS = 201  # points of a curve
-LEVELS = 15  # colour levels of the map
-REACH = 1.05  # largest speed drawn, relative to the fastest sample
+POINTS = 201  # number of points of a curve
+LEVELS = 15  # number of colours of the map
+REACH = 1.05  # largest speed of a curve, relative to the fastest sample
 MARGIN = 0.03  # free share of an axis beyond the data
 
 
@@ -58,7 +59,7 @@ def band_half_width(model: Model, samples: SlipSamples | None, speed: Vector) ->
     """Return the half width (n,), N m | N, of the friction's interval at speeds (n,).
 
     The half width follows from the intervals of Coulomb and viscous friction and from the
-    correlation -mean(v)/rms(v) of both estimates; v is the speed of the samples.
+    correlation of the two estimates, -mean(v)/rms(v), with the speed v of the samples.
     """
     coulomb, viscous = (_half(getattr(model.parameters, name)) for name in ("coulomb", "viscous"))
     correlation = 0.0
@@ -133,7 +134,7 @@ def _over_speed(model: Model, samples: SlipSamples | None) -> FigurePanel:
 
 
 def _over_temperature(law: FrictionOverTemperature) -> list[FigurePanel]:
-    """Draw the factors of friction over temperature; no panel without a change of friction."""
+    """Return the panel of friction over temperature, in a list; empty if friction is constant."""
     changes = (("viscous", law.viscous, FORWARD), ("Coulomb", law.coulomb, BACKWARD))
     known = [(name, one, colour) for name, one, colour in changes if one is not None]
     temperature = np.linspace(law.over.low, law.over.high, POINTS)
@@ -169,7 +170,7 @@ def _over_temperature(law: FrictionOverTemperature) -> list[FigurePanel]:
 
 
 def _from_zero(axes: Axes) -> None:
-    """Show the ordinate 0, and leave room between the data and the frame."""
+    """Set limits that include the ordinate 0 and leave room between the data and the frame."""
     axes.relim()
     axes.autoscale_view(scalex=False)
     low, high = axes.get_ylim()
@@ -225,7 +226,7 @@ def _over_position(model: Model, ramp: Breakaway) -> FigurePanel:
 
 
 def _over_both(model: Model, samples: SlipSamples | None) -> FigurePanel:
-    """Draw friction in slip over position and signed speed: speed level times position shape."""
+    """Return the panel of friction in slip over position and velocity."""
     assert model.laws is not None
     assert model.laws.position is not None
     law = model.laws.position

@@ -106,7 +106,7 @@ def _parameter_table(rows: list[ParameterIntervals], confidence: float) -> TextT
 
 
 def _explanation_table(outcome: IdentifiedModel) -> TextTable:
-    """Return the further parts of the effort, each with a test that decides whether it exists."""
+    """Return the table of the explanations of the effort, each with a test that decides on it."""
     fit = outcome.result.fit
     explanations = () if fit is None else fit.explanations
     return TextTable(

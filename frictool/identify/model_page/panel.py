@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 FORWARD, BACKWARD, MEASURED = "#1f5fa8", "#c4620a", "#4a4a4a"
 SIMULATED = "#b3261e"
-WIDTH, HEIGHT = 5.0, 2.9  # inches, of a figure on the page
+WIDTH, HEIGHT = 5.0, 2.9  # size of a figure on the page, inches
 PICTURE_WIDTH = 7.0  # inches
-DOTS_PER_INCH = 200  # of the samples, which are drawn as an image
+DOTS_PER_INCH = 200  # resolution of the samples, which are drawn as an image
 STYLE: dict[str, Any] = {**PAGE, "lines.linewidth": 1.3, "legend.fontsize": 7.5}
 
 
@@ -44,13 +44,13 @@ class FigurePanel:
 
 
 def picture(panels: Sequence[FigurePanel], label: str) -> str:
-    """Return one `<svg>` element with all panels beneath each other, each with its title."""
+    """Return one `<svg>` element with all panels, one below the other, with their titles."""
     with drawing("identify", STYLE):
         return render(panel_figure(panels), label)
 
 
 def panel_figure(panels: Sequence[FigurePanel]) -> Figure:
-    """Return a figure with all panels beneath each other, each with its title."""
+    """Return a figure with all panels, one below the other, with their titles."""
     with drawing("identify", STYLE):
         figure = Figure(
             figsize=(PICTURE_WIDTH, HEIGHT * len(panels)), layout="constrained", dpi=DOTS_PER_INCH
@@ -81,7 +81,7 @@ def scatter(axes: Axes, abscissa: Vector, ordinate: Vector, colour: str, label: 
 
 
 def _legend(axes: Axes) -> None:
-    """Draw the legend of the curves above the panel, where it hides none of them."""
+    """Draw the legend of the curves above the panel, where it hides no curve."""
     handles, labels = axes.get_legend_handles_labels()
     if len(labels) > 1:
         axes.legend(

@@ -24,7 +24,7 @@ from frictool.presentation.decimation import decimated_indices
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ROW = 0.28  # half height of a bar of the intervals, relative to the distance of two rows
+ROW = 0.28  # half height of a bar, relative to the distance between two rows
 
 
 def residual_panels(samples: SlipSamples, axis: Axis, has_position: bool) -> list[FigurePanel]:
@@ -109,7 +109,7 @@ def _spectrum(numbers: np.ndarray, amplitudes: np.ndarray, axis: Axis) -> Figure
 def interval_panel(rows: Sequence[ParameterIntervals]) -> FigurePanel:
     """Return a panel of the intervals as deviations from the bench's values, per cent.
 
-    A parameter whose bench value is 0 is shown relative to the bench's Coulomb friction.
+    The deviation from a bench value of 0 is shown relative to the bench's Coulomb friction.
     """
     coulomb = next((row.bench for row in rows if row.name == "coulomb"), None)
     scaled = []

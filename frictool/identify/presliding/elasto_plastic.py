@@ -52,7 +52,7 @@ def elasto_plastic_path(
             middle = z + 0.5 * step * slope(z, step, limit, share)
             before = z
             z += step * slope(middle, step, limit, share)
-            if z == before:  # full slip: the remaining steps change nothing
+            if z == before:  # full slip: further steps do not change z
                 break
         out[k] = stiffness * z
 

@@ -1,9 +1,9 @@
 """Positions and friction along slow loops below the breakaway.
 
-The axis hardly accelerates, so that friction is the effort minus its offset. Each row is a stay of
-the encoder within one count: the mean effort belongs to the middle of the count. If the effort
-reverses during a stay, the mean effort has no unique position. The row of this stay continues the
-path but is not fitted.
+The axis hardly accelerates, so that friction is the effort minus its offset. Each row stands for
+the time during which the encoder shows one count: the mean effort at the middle of the count. If
+the effort reverses during this time, the mean effort has no unique position. The row is then a part
+of the path, but is not fitted.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ FEWEST_ROWS = 10  # least number of counts in the longest branch of a record
 
 @dataclass(frozen=True)
 class PreslidingLoops:
-    """Rows (n,) of loops, one for each stay of the encoder within a count.
+    """Rows (n,) of loops, one for each time during which the encoder shows one count.
 
     - position: distance from the first count of the record, rad | m
-    - speed: mean speed during the stay, rad/s | m/s
-    - force: mean friction during the stay, N m | N
+    - speed: mean speed in the row, rad/s | m/s
+    - force: mean friction in the row, N m | N
     - branch: number of the branch, which is the path between two reversals of the effort
     - used: True for rows whose samples are all in one branch
     - starts: True for the first row of each record, at which the contact is assumed to be relaxed
@@ -108,9 +108,9 @@ def branches_of(record: MotionRecord) -> NDArray[np.int64]:
 def _counts(
     record: MotionRecord, number: NDArray[np.int64], above: int
 ) -> tuple[NDArray[Any], ...]:
-    """Return one row for each stay within a count.
+    """Return one row for each time during which the encoder shows one count.
 
-    The columns are middle of the count, speed, mean effort, branch, True if the stay lies in one
+    The columns are middle of the count, speed, mean effort, branch, True if the row lies in one
     branch, and True for the record's first row.
     """
     starts = np.flatnonzero(np.diff(record.position, prepend=np.inf) != 0.0)

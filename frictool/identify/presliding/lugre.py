@@ -2,8 +2,9 @@
 
     F -> s F_s + (F - s F_s) e^(-stiffness |dx|/F_s)          s = sign(dx)
 
-F is the friction force, and F_s the breakaway. At zero speed, thesis (2.40) is dF/dx = stiffness
-(1 - sign(dx) F/F_s). The formula above is the solution for a displacement dx between two counts.
+F is the friction force, and F_s the breakaway. The arrow replaces F by its value after a
+displacement dx between two counts. This is the solution of thesis (2.40) at zero speed,
+dF/dx = stiffness (1 - sign(dx) F/F_s).
 """
 
 from __future__ import annotations

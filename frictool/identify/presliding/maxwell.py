@@ -36,7 +36,7 @@ class MaxwellFit:
     - stiffness: slope of the curve at 0, N m/rad | N/m
     - limit: displacement z_max at which the curve reaches the breakaway, rad | m
     - force_error: rms residual on the branches of the fit, relative to the breakaway
-    - held_out: rms residual on unseen branches, relative to the breakaway
+    - held_out: rms residual on branches outside the fit, relative to the breakaway
     """
 
     displacement: Vector
@@ -99,7 +99,7 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
         reached(displacement, quality[:ELEMENTS], end)
         for end in (loops.breakaway.low, loops.breakaway.high)
     ]
-    # force that corresponds to half a count of uncertainty in the reversal positions
+    # change of the force over half a count, the uncertainty of the reversal positions
     turned = 0.5 * loops.count * float(quality[-2])
     ranges = [
         *([turned] for _ in displacement),
@@ -141,9 +141,9 @@ def _stiffnesses(gram: Matrix, right: Vector) -> Vector:
 
 
 def reached(displacement: Vector, force: Vector, breakaway: float) -> float:
-    """Return the displacement at which a curve reaches the breakaway.
+    """Return the displacement at which a virgin curve reaches the breakaway.
 
-    Beyond its end the curve is extended by the fitted parabola of friction/virgin_curve.py.
+    Beyond its last point, the curve is a fitted parabola (friction/virgin_curve.py).
     """
     if force[-1] >= breakaway:
         return float(np.interp(breakaway, np.append(0.0, force), np.append(0.0, displacement)))

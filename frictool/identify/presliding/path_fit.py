@@ -2,10 +2,10 @@
 
     minimise sum (force - law(path; parameters) - offset - damping speed)^2
 
-The sum is over the rows whose samples are in one branch (`loops`). Parameters are positive; the
-search variables are their logarithms. The intervals come from a jackknife over branches
-(`regression`). The intervals include the range of the breakaway, and half a count at the ends of
-the path (`combined_interval`).
+A branch is the path between two reversals of the effort. The sum is over the rows whose samples are
+in one branch (`loops`). Parameters are positive; the search variables are their logarithms. The
+intervals come from a jackknife over branches (`regression`). They include the range of the
+breakaway, and an error of half a count at the ends of the branches (`combined_interval`).
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from frictool.identify.regression.combined_interval import half_width
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.typing import Vector
 
-FARTHEST = 30.0  # factor from the start value that bounds the search either way
+FARTHEST = 30.0  # largest factor between a parameter and its start value in the search
 MOST_STEPS = 40
-# largest standard deviation of a parameter's logarithm; twice it is a factor of ten
+# largest standard deviation of a parameter's logarithm; two of them are a factor of ten
 MOST_UNSURE = 1.2
 
 # loops and parameters (p,) in SI -> force (n,), N m | N
@@ -38,14 +38,14 @@ class PreslidingFit:
 
     - parameters: intervals of the parameters, in the order of the law
     - force_error: rms residual on the branches of the fit, relative to the breakaway
-    - held_out: rms residual on unseen branches, relative to the breakaway
+    - held_out: rms residual on branches outside the fit, relative to the breakaway
     - limit: None, because the largest deflection z_max follows from the breakaway
     """
 
     parameters: tuple[Interval, ...]
     force_error: float
     held_out: float
-    limit: None = None  # z_max follows from the breakaway
+    limit: None = None
 
     @property
     def stiffness(self) -> Interval:
@@ -143,9 +143,9 @@ def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
 
 
 def _held_out(loops: PreslidingLoops, path: Path, start: Vector) -> Vector:
-    """Return the force error of each row, predicted by a fit to the other half of the branches.
+    """Return the force error (n,) of the rows, each half predicted by a fit to the other half.
 
-    The two halves consist of alternate pairs of branches.
+    The branches are assigned to the halves in pairs, in turn.
     """
     half = (loops.branch // 2) % 2
     errors = []

@@ -1,8 +1,8 @@
 """Preisach distribution from cycles that are centred at 0 (thesis 7.2): Everett's table.
 
-For each of K amplitudes a = k z/K, k = 1 to K, with the largest amplitude z, the falling branches
-from +a to -a are used (friction/preisach_cycles.py). The r-th branches of all amplitudes give one
-table. Value and interval are the mean and Student's interval over all tables.
+The cycles have K amplitudes a = k z/K, k = 1 to K, with the largest amplitude z. Of each cycle, the
+falling branch from +a to -a is used (friction/preisach_cycles.py). The r-th branches of all
+amplitudes give table r. Value and interval are the mean and Student's interval over all tables.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from frictool.typing import Matrix, Vector
 
 MOST, FEWEST = 10, 2  # largest and least number of amplitudes
 SAME_SIZE = 0.1  # largest error of a centred cycle's ends, relative to the step between amplitudes
-COUNTS = 10.0  # least counts in a step between amplitudes
+COUNTS = 10.0  # least step between amplitudes, in encoder counts
 # counts, and share of the reach, below which a reversal of the position is noise
 TURN_COUNTS, TURN = 1.5, 0.02
 FEWEST_REPEATS = 2

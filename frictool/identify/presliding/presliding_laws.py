@@ -22,7 +22,7 @@ from frictool.identify.presliding.path_fit import PreslidingFit
 from frictool.identify.presliding.preisach import EverettTable, preisach
 
 T = TypeVar("T", PreslidingFit, MaxwellFit, EverettTable)
-LARGEST_ERROR = 0.1  # largest error of a law on unseen branches, relative to the breakaway
+LARGEST_ERROR = 0.1  # largest error on branches outside the fit, relative to the breakaway
 
 
 def presliding(
@@ -135,8 +135,8 @@ def _preisach(fit: EverettTable, inertia: float, bench: Bench) -> Preisach:
 class PreslidingLaw(NamedTuple):
     """Presliding law: functions that fit it and write it into the document.
 
-    `predicts`: True if the fit of the law has an error on unseen branches. The law with the
-    smallest such error is chosen.
+    `predicts`: True if the fit has an error on branches outside the fit, by which the best law is
+    chosen.
     """
 
     fit: Callable[[PreslidingLoops, float], Any]

@@ -10,7 +10,7 @@ import numpy as np
 
 from frictool.typing import IntVector, Vector
 
-# least clusters; with fewer, strokes are cut into parts, and repetitions are not merged
+# least number of clusters; with fewer, strokes are cut into parts, and repetitions are not merged
 FEWEST_CLUSTERS = 12
 SAME_COUNTS = 3.0  # largest difference of counts between strokes that repeat each other
 SAME_ROWS = 2  # largest difference of rows between strokes that repeat each other
@@ -21,7 +21,7 @@ def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> 
 
     - stroke: ascending number of the stroke of each row, (n,)
     - sign: direction of each row, (n,)
-    - counts: encoder counts per row, (n,)
+    - counts: distance between successive rows, in encoder counts, (n,)
     - shortest: number of rows over which residuals are correlated; no part of a stroke is shorter
     """
     starts = np.flatnonzero(np.concatenate(([True], np.diff(stroke) != 0)))
@@ -39,7 +39,7 @@ def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> 
 
 
 def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
-    """Return the group number (m,) of each of m strokes; strokes that repeat share one group."""
+    """Return the group number (m,) of each of m strokes; repetitions are in one group."""
     order = np.lexsort((counts, rows, sign))
     group = np.full(sign.size, -1, dtype=np.int64)
     repetitions = 0

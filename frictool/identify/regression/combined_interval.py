@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 GRID = 4000
-NARROW = 1e-2  # least normal part relative to the sum, so that the integral converges
+NARROW = 1e-2  # least deviation relative to the sum of all parts, so that the integral converges
 TAIL = 9.0  # upper limit of the integral, in units of 1/deviation; e^(-TAIL^2/2) is negligible
 
 

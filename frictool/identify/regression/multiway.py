@@ -1,16 +1,15 @@
 """Variance of a least-squares fit whose residual repeats at the same positions or phases.
 
 An effect that the model does not include leaves the same residual in every stroke, at the same
-positions or phases. Rows are therefore grouped a second time, by bins of position, phase or time.
-The variance over these groups is added, minus the part that both groupings have in common (Cameron,
-Gelbach and Miller, 2011):
+positions or phases. Rows are therefore grouped by strokes and again by bins of position, phase or
+time (Cameron, Gelbach and Miller, 2011):
 
     V = V_strokes + (V_bins - V_both),    V_groups = sum over groups (sum over rows psi)^2
 
-In V_both, a group consists of the rows in the same stroke and the same bin. psi = (X^T X)^-1 x r is
-the influence of a row x with the residual r. If the model is complete, the residual is independent
-between these groups, and the two terms in brackets are equal on average. The first term has a
-relative standard deviation of sqrt(2/bins); only the part beyond this deviation is added.
+V_strokes has one group for each stroke, V_bins for each bin, and V_both for each stroke and bin.
+psi = (X^T X)^-1 x r is the influence of a row x with the residual r. If the model is complete,
+V_bins and V_both are equal on average. V_bins then has a relative standard deviation of
+sqrt(2/bins); only a difference beyond this deviation is added.
 """
 
 from __future__ import annotations
@@ -49,7 +48,7 @@ def shared_variance(
     out = np.zeros(scale.size)
     for group in groups:
         count = int(group.max()) + 1
-        # the residual is orthogonal to p regressors, which lowers the squares of a few groups
+        # with few groups, the fit of p parameters makes the squares too small
         factor = count / max(count - scale.size, 1.0)
         both = np.unique(stroke.astype(np.int64) * count + group, return_inverse=True)[1]
         chance = 1.0 + np.sqrt(2.0 / count)
@@ -59,12 +58,12 @@ def shared_variance(
 
 
 def _squares(influence: Matrix, group: IntVector) -> Vector:
-    """Return the sums (p,) over groups of the squared sums of the influences (n, p)."""
+    """Return V_groups (p,) for the influences (n, p) of rows in groups (n,)."""
     sums = np.array([np.bincount(group, one) for one in influence.T])
     return np.asarray(np.sum(sums**2, axis=1))
 
 
 def equal_bins(values: Vector, count: int) -> IntVector:
-    """Return the bin number (n,) of each value; all bins have equally many values."""
+    """Return the number (n,) of the bin of each value; all bins have equally many values."""
     edges = np.quantile(values, np.arange(1, count) / count)
     return np.searchsorted(edges, values).astype(np.int64)

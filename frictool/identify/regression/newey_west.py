@@ -1,7 +1,8 @@
 """Standard deviations for correlated residuals of one short record (Newey and West 1987).
 
-In a single stroke, a few rows may determine a parameter alone, so that a jackknife is impossible.
-Here the products of residuals up to `reach` rows apart are summed with linearly decreasing weights.
+In a single stroke, a few rows may determine a parameter, so that a jackknife, which leaves rows
+out, is impossible. Here the products of residuals up to `reach` rows apart are summed with linearly
+decreasing weights.
 """
 
 from __future__ import annotations

@@ -30,8 +30,7 @@ class LeastSquaresSolution:
     """Solution of a least-squares problem with p parameters.
 
     - value, deviation, freedom: estimates, standard deviations and degrees of freedom, (p,)
-    - condition: condition number (ratio of the extreme singular values) of the weighted regressors
-      with columns of unit length
+    - condition: condition number of the weighted regressors with columns of unit length
     """
 
     value: Vector
@@ -65,7 +64,7 @@ def solve(
 def solve_triangles(parts: Tensor, cluster: IntVector) -> LeastSquaresSolution:
     """Return the solution of `solve` from triangular matrices of g groups of rows.
 
-    - parts: QR triangles of the weighted rows [regressors, target], (g, p + 1, p + 1)
+    - parts: triangular matrices of the weighted rows [regressors, target], (g, p + 1, p + 1)
     - cluster: cluster number of each group, (g,)
 
     Raises SingularRegressors if the regressors do not determine the parameters.
@@ -102,7 +101,7 @@ def least(parts: Tensor) -> tuple[Vector, Vector, float]:
 
 
 def residual_norm(parts: Tensor, value: Vector) -> float:
-    """Return the norm of target - regressors @ value from the triangles (g, p + 1, p + 1)."""
+    """Return the norm of target - regressors @ value; `parts` as in `solve_triangles`."""
     return float(np.linalg.norm(parts[:, :, -1] - parts[:, :, :-1] @ value))
 
 
@@ -124,7 +123,7 @@ def _jackknife(
     whole = products.sum(axis=0)
     remaining = whole - products
     usable = np.linalg.eigvalsh(remaining)[:, 0] > SINGULAR * np.trace(whole)
-    # one stroke alone determines a parameter, so that no spread can be computed
+    # a single cluster determines a parameter, so that its scatter cannot be computed
     if not usable.all():
         return np.full(size, np.inf), np.ones(size)
     shift = np.linalg.solve(remaining, scores[:, :, None])[:, :, 0]

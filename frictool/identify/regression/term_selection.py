@@ -1,10 +1,10 @@
 """Selection of parameters by the prediction of unseen strokes.
 
-A sliding parameter is dropped if its interval contains 0 and the held-out error is not larger
-without it. The dropped parameter has the value 0 but keeps its interval, since the data do not show
-that it is exactly 0. The other parameters are fitted again without the dropped column. Load terms
-are never dropped: the bench declares them, or a search has shown that they improve the
-prediction (`explanation_search`, `structure_selection`).
+Each half of the strokes is predicted by a fit to the other half. A sliding parameter is dropped if
+its interval contains 0 and the prediction error is not larger without it. The dropped parameter has
+the value 0 but keeps its interval, since the data do not show that it is exactly 0. The other
+parameters are fitted again without it. Load terms are never dropped: the bench declares them, or a
+search has shown that they improve the prediction (`explanation_search`, `structure_selection`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from frictool.identify.regression.regression import SingularRegressors, least
 from frictool.identify.regression.tsqr import Tensor
 from frictool.typing import IntVector, Vector
 
-WORTH = 0.8  # largest held-out error of a richer structure, relative to the simpler one
+WORTH = 0.8  # largest rms prediction error with more parameters, relative to that with fewer
 
 
 def held_out_squares(
@@ -24,7 +24,8 @@ def held_out_squares(
 ) -> Vector | None:
     """Return the squared prediction error (g,) of each group of rows, by a fit to the other half.
 
-    - plain, weighted: triangles (g, q, q) of g groups of successive rows, without and with weights
+    - plain, weighted: triangular matrices (g, q, q) of g groups of successive rows, without and
+      with weights
     - half: half to which each group belongs, 0 or 1, (g,)
     - columns: indices of the regressors; the last column is the target
 
@@ -46,7 +47,7 @@ def held_out_squares(
 def held_out_norm(
     plain: Tensor, weighted: Tensor, half: IntVector, columns: list[int]
 ) -> float | None:
-    """Return the root of the sum of `held_out_squares`, or None if a half is too small."""
+    """Return the root of the sum of `held_out_squares`, or None."""
     squares = held_out_squares(plain, weighted, half, columns)
     return None if squares is None else float(np.sqrt(np.sum(squares)))
 
@@ -64,7 +65,7 @@ def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
 
 
 def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:
-    """Return True if the held-out squares `richer` (s,) are clearly smaller than `simpler` (s,).
+    """Return True if the squared errors `richer` (s,) are clearly smaller than `simpler` (s,).
 
     The squares `richer` must be significantly smaller, and their sum must be below WORTH^2 times
     the sum of `simpler`. Return False if one of them is None.
@@ -92,8 +93,8 @@ def needless(
 
     The columns are removed one at a time, beginning with the least significant one.
 
-    - plain, weighted: triangles (g, q, q) of g groups of successive rows, without and with weights
-    - stroke: number of the stroke that each group belongs to, (g,)
+    - plain, weighted: as in `held_out_squares`
+    - stroke: number of the stroke to which each group belongs, (g,)
     - low, high: ends of the intervals of all columns, (p,)
     """
     half = halved(stroke)
@@ -114,7 +115,7 @@ def needless(
 
 
 def halved(stroke: IntVector) -> IntVector:
-    """Return the half of the data, 0 or 1, that each group of rows belongs to, (g,).
+    """Return the half of the data, 0 or 1, to which each group of rows belongs, (g,).
 
     Pairs of strokes stay together, so that each half has both directions.
     """

@@ -1,9 +1,9 @@
 """Fits on position differences, unfiltered or through a first-order filter (thesis 4.2.2).
 
-All signals of a row refer to the same time. The acceleration is the second difference, the velocity
-is the central difference, and the effort is averaged with the triangular weights of the second
-difference. The backward difference of thesis (4.2) would be late by half a sample, and a held
-effort early by half a sample.
+The acceleration is the second difference, the velocity is the central difference, and the effort is
+averaged with the triangular weights of the second difference, so that all signals of a row refer to
+the same time. The backward difference of thesis (4.2) would be late by half a sample, and a held
+effort that is not averaged early by half a sample.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def differenced_fit(
         used, weight[weight > 0.0], memory, settings.confidence, {"time_constant": time_constant}
     )
     impulse = np.zeros(50 * memory)
-    # after a rest, from which the filter starts
+    # impulse response to the second difference of one position, after samples at rest
     impulse[1:4] = np.array([1.0, -2.0, 1.0]) / records[0].period ** 2
     response = _low_pass(impulse, time_constant, records[0].period)
     return refuse_hidden_inertia(
@@ -85,7 +85,7 @@ def _rows(record: MotionRecord, time_constant: float) -> RegressionSamples:
     ]
     row = np.arange(record.position.size)
     since = row - np.maximum.accumulate(np.where(np.diff(strokes.number, prepend=-1) != 0, row, 0))
-    # the filter still holds the previous stroke, or the stick in between
+    # rows in which the filter's output still depends on the previous stroke, or on stick
     remembered = since[1:-1] < memory_of(time_constant, period)
     whole = (record.piece[2:] == record.piece[:-2]) & (strokes.sign[1:-1] != 0.0) & ~remembered
     acceleration, velocity, effort, sign = (
@@ -102,10 +102,10 @@ def _rows(record: MotionRecord, time_constant: float) -> RegressionSamples:
 
 
 def _low_pass(signal: Vector, time_constant: float, period: float) -> Vector:
-    """Return a signal (n,) filtered by 1/(time_constant s + 1), by Tustin, from its first value.
+    """Return a signal (n,) filtered by 1/(time_constant s + 1), discretised by Tustin's method.
 
-    A zero-order-hold filter would pass a part of the count noise at half the sampling rate, which
-    would change the inertia of table 4.1 by -13 %.
+    Zero-order hold would pass a part of the encoder's noise at half the sampling rate, which would
+    change the inertia of table 4.1 by -13 %. The filter starts settled at the first value.
     """
     if time_constant == 0.0:
         return signal

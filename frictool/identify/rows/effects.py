@@ -3,10 +3,11 @@
     effort = inertia a + viscous v + coulomb s + offset + load(x) + effect
 
 The columns of a declared effect (`load.terms`) are added to the regression, so that other
-parameters do not absorb the effect. The model document contains only the effects of the measured
-temperature. P_k are Legendre polynomials over the log's time or the record's travel. Their means
-over the samples used are subtracted, so that the sliding parameters are means over these samples. s
-is the direction of the motion, u the effort, h the temperature minus the reference temperature:
+parameters do not absorb the effect. Of all effects, the model document contains only those of the
+measured temperature. In the table, s is the direction of the motion, u the effort, and h the
+temperature minus the reference temperature. P_k are Legendre polynomials over the log's time or the
+record's travel. Their means over the samples used are subtracted, so that the sliding parameters
+are means over these samples.
 
     drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
     warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
@@ -21,10 +22,10 @@ is the direction of the motion, u the effort, h the temperature minus the refere
     resonance               a''                                 one compliance, to first order
 
 With I(p) = (e^p - 1)/p and p = r h + k h^2, the columns of `temperature` fit a viscous friction
-proportional to e^p, and a Coulomb friction proportional to e^(q h), with r, k and q of
-`temperature_shape.py`. `eccentricity` is the first-order effect of a small e in the equation of
-motion with the true position x + e sin(x + phase). `delay` and `resonance` are the first terms of
-the Taylor series in the delay and in the square of the resonance's period.
+proportional to e^p, and a Coulomb friction proportional to e^(q h); `temperature_shape.py`
+estimates r, k and q. `eccentricity` is the first-order effect of a small e if the true position is
+x + e sin(x + phase). `delay` and `resonance` are the first terms of the Taylor series in the delay
+and in the square of the resonance's period.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ WARMING: Term = "warming"
 TEMPERATURE: Term = "temperature"
 # changes of viscous and of Coulomb friction per kelvin, and of viscous friction per square kelvin
 TEMPERATURE_NAMES = ("viscous_temperature", "coulomb_temperature", "viscous_curvature")
-# physical names of what may act besides friction and inertia, in all messages
+# physical names of the loads and effects in all messages
 WHAT: dict[Term, str] = {
     "spring": "a spring",
     "gravity": "gravity",
@@ -64,7 +65,7 @@ WHAT: dict[Term, str] = {
     "delay": "a delay or lag between effort and position",
     "resonance": "a resonance",
 }
-# shares of the top speed, widths of the columns of `stribeck` and of `wide_stribeck`
+# speeds w of the columns `stribeck` and `wide_stribeck`, relative to the top speed
 SLOW_SHARES, WIDE_SHARES = ((0.05, 0.1, 0.2), (0.2, 0.4))
 
 
@@ -86,9 +87,9 @@ class SmoothedMotion:
     used: NDArray[np.bool_]
 
     def shapes(self, values: Vector, order: int) -> tuple[Vector, ...]:
-        """Return polynomials (n,) of degree 1 to `order` over the range of values (n,).
+        """Return Legendre polynomials (n,) of degree 1 to `order` in `values` (n,).
 
-        Each polynomial has the mean 0 over the samples used.
+        Their range is scaled to [-1, 1]. Each polynomial has the mean 0 over the samples used.
         """
         low = float(values.min())
         high = float(values.max())
@@ -105,7 +106,7 @@ class Hypothesis:
     - term: load term, as in `load_terms.TERMS`, or name in `load.terms` of the bench
     - names: parameters, one for each column of the regression
     - what: physical name, as text
-    - settle: change of the bench or test that shows whether the effect acts, as text
+    - settle: text on a change of the bench or a test that shows whether the effect acts
     - is_load: True if the effect is a load in the model document
     - needs_position: True if the columns depend on the absolute position
     - differentiates: True if the columns are derivatives of the smoothed position
@@ -150,7 +151,7 @@ def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
     """Return columns whose coefficients are changes of friction per kelvin at the reference.
 
     A friction F exp(p) with p = r h + k h^2 is F + F r h I + F k h^2 I, where I = (exp(p) - 1)/p.
-    The last column is left out if the curvature k of the records is 0.
+    The column of k is left out if the curvature k of the records is 0.
     """
     warm = motion.record.temperature
     if warm is None:

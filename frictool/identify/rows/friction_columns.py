@@ -7,9 +7,9 @@
     knee_j                 derivative with respect to the knee's speed, so that the intervals
                            include the knee's uncertainty
 
-xi is the position scaled to [-1, 1] over the records, and P_k is a Legendre polynomial, so that
-Coulomb friction and offset remain means over the range. Each column is averaged with the test
-function of the weak form. The speed in `bend_j` is the slope of a Savitzky-Golay cubic.
+xi is the position scaled to [-1, 1] over the records, and P_k a Legendre polynomial, so that
+Coulomb friction and offset are means over the range of positions. Each column is averaged with the
+test function of the weak form. The speed in `bend_j` is the slope of a Savitzky-Golay cubic.
 """
 
 from __future__ import annotations
@@ -28,9 +28,8 @@ from frictool.plant.weak_form import bell
 from frictool.typing import Vector
 
 HIGHEST = 6  # highest order of the polynomials, as for the breakaway
-# order of the cubic, and its length relative to the window; a longer one is biased at the top of
-# the fastest strokes
-CUBIC = 3
+CUBIC = 3  # degree of the Savitzky-Golay polynomial
+# length of this polynomial relative to the window; a longer one is biased at the top speeds
 SPEED_SHARE = 0.3
 
 

@@ -33,7 +33,7 @@ from frictool.identify.rows.load_terms import (
 from frictool.identify.rows.smoothing import bump
 from frictool.typing import Vector
 
-# least part of a harmonic that the other columns must leave unexplained, relative to whole cycles
+# least share of a harmonic that the other columns must leave unexplained; 1 for whole cycles
 LEAST_SHARE = 0.005
 
 
@@ -74,12 +74,14 @@ def load_columns(motion: SmoothedMotion, bench: Bench) -> dict[str, Vector]:
 
 
 def _smoothed(values: Vector, window: int, period: float) -> Vector:
-    """Return smoothed values (n,), invalid within half a window of either end."""
+    """Return smoothed values (n,); those within half a window of either end are not valid."""
     return np.convolve(values, bump(window, period), mode="same")
 
 
 def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
-    """Return parameter -> reason for harmonics that the travel does not separate from other terms.
+    """Return a reason for each parameter that the travel does not separate from other terms.
+
+    Only the parameters of harmonics are tested.
 
     - plain: triangular matrices of g groups of rows, (g, q, q), with the columns `names` and the
       target
@@ -112,10 +114,10 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
 def by_direction(
     names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """Return names and triangles with separate forward and backward parameters.
+    """Return names and triangular matrices with one parameter for each direction of motion.
 
     Viscous friction is split if it differs by direction. If `coulomb` is True, Coulomb friction and
-    offset become one Coulomb friction per direction.
+    offset are replaced by one Coulomb friction for each direction.
     """
     change = np.eye(len(names) + 1)
     out = list(names)

@@ -60,9 +60,9 @@ DECLARED: dict[str, Term] = {
 }
 POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward", "coulomb_backward")
 HALVES = ("coulomb_backward",)  # parameters that belong to no term
-ONLY_OFFSET = LoadTerms(("offset",))  # a load that leaves nothing but friction over position
+ONLY_OFFSET = LoadTerms(("offset",))  # declaration that no load acts except an offset
 TOO_FEW_REPETITIONS = "the motion does not repeat often enough to compute the uncertainty"
-SMALLEST = 1e-6  # least inertia tried, relative to the start value
+SMALLEST = 1e-6  # least inertia in a search, relative to its start value
 
 
 def names_of(terms: tuple[str, ...]) -> tuple[str, ...]:
@@ -96,14 +96,17 @@ def wave_number(term: str, bench: Bench) -> float:
 
 
 def start_of(name: str, known: Mapping[str, float]) -> float:
-    """Return the known value of a parameter, else its known value for forward motion, else 0."""
+    """Return the start value of a parameter: its value in `known`, else that for forward motion.
+
+    Without either, the start value is 0.
+    """
     return known.get(name, known.get(name.removesuffix("_backward"), 0.0))
 
 
 def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
     """Return the scale of a parameter for the search; `travel` is in rad | m.
 
-    A change of the parameter by its scale changes the motion about as much as friction does.
+    A change by this scale has about as large an effect as Coulomb or viscous friction.
     """
     if name == "stiffness":
         return known["coulomb"] / travel

@@ -1,11 +1,12 @@
 """Widening of intervals by the effect of parameters that a regression omits although they act.
 
-- fixed: a parameter with the bench's value. The bench's interval of this parameter widens the other
-  intervals.
-- hidden: a declared load that the travel cannot separate (`load_columns.indistinct_terms`). Its
-  value in the model is 0, and its possible effect widens the other intervals. If the bench declares
-  `load.most`, this is the effect of a load with at most this effort. Otherwise the other parameters
-  are as uncertain as in a fit with the load.
+A fixed parameter has the bench's value. The bench's interval of this parameter widens the other
+intervals.
+
+A hidden load is a declared load that the travel cannot separate (`load_columns.indistinct_terms`).
+Its value in the model is 0, and its possible effect widens the other intervals. If the bench
+declares `load.most`, this is the effect of a load with at most this effort. Otherwise the other
+parameters are as uncertain as in a fit with the load.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from frictool.identify.regression.tsqr import Tensor, merged
 from frictool.identify.rows.load_terms import TERMS
 from frictool.typing import IntVector, Matrix, Vector
 
-DIRECTIONS = 90  # directions tried in the plane of a harmonic's sine and cosine, over half a turn
+DIRECTIONS = 90  # number of phases of a harmonic that are tried, over half a turn
 
 
 class OmittedParameters:
@@ -103,9 +104,9 @@ class OmittedParameters:
         self._added = np.hypot(self._added, half)
 
     def _hidden_load_shift(self, cluster: IntVector, confidence: float) -> Vector:
-        """Return the distance (p,) of the free parameters from a fit with the hidden loads.
+        """Return the largest change (p,) of the free parameters in a fit with the hidden loads.
 
-        The distance is inf if there is no such fit.
+        The change includes the half widths of that fit; it is inf if the rows do not allow the fit.
         """
         with_loads, without = (
             self._solution([*self.free, *more], cluster) for more in (self._hidden, [])
@@ -127,7 +128,7 @@ class OmittedParameters:
 
 
 def _unit_loads(columns: Sequence[Vector]) -> Matrix:
-    """Return factors (m, k) of m sums of the k columns, each sum with a largest effort of 1."""
+    """Return coefficients (m, k) of the k columns that give m loads with a largest effort of 1."""
     if len(columns) == 1:
         return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])
     angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS

@@ -33,7 +33,7 @@ def unresolved_inertia(
     prior = bench.mechanics.inertia
     known = 0.5 * (prior.interval[1] - prior.interval[0])
     if known == 0.0:
-        # the bench gives no interval: anything better than a factor of two is useful
+        # without an interval in the bench, an error of up to 100 % is useful
         known = prior.value
     bound = (
         prior.value
@@ -59,7 +59,7 @@ def refuse_hidden_inertia(
     acceleration: Vector,
     smoothing: str,
 ) -> SlidingFit:
-    """Return the fit, without its inertia if `unresolved_inertia` returns a reason."""
+    """Return the fit; the inertia is refused if `unresolved_inertia` returns a reason."""
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
     if reason is None or "inertia" not in fit.parameters:
         return fit

@@ -26,8 +26,8 @@ from frictool.identify.rows.load_columns import by_direction, indistinct_terms
 from frictool.identify.rows.omitted_parameters import OmittedParameters
 from frictool.typing import IntVector, Vector
 
-# strokes in each direction; with a single one, a difference between directions and one between
-# strokes look alike
+# least number of strokes in each direction; with a single one, a difference between directions
+# cannot be separated from a difference between strokes
 FEWEST_STROKES = 2
 ONE_DIRECTION = (
     "the motion has one direction only, so that Coulomb friction and offset cannot be separated; "
@@ -49,10 +49,10 @@ class RegressionSamples:
     - acceleration, velocity, effort: signals in SI units, filtered alike, (n,)
     - stroke: ascending number of the stroke, (n,)
     - sign: direction s, filtered like the other signals, (n,)
-    - counts: encoder counts per row, (n,)
+    - counts: distance between successive rows, in encoder counts, (n,)
     - known_offset: offset of the bench, N m | N; None if the bench has none. Without it, motion in
       one direction does not determine Coulomb friction.
-    - loads: parameter -> column (n,), for the declared loads other than the offset
+    - loads: column (n,) of each parameter of the declared loads, without the offset
     - terms, most: `load.terms` and `load.most` of the bench
     - fixed: parameters whose effort was subtracted from `effort` (`with_fixed`)
     """
@@ -139,14 +139,14 @@ def fit(
     details: dict[str, float | int],
     droppable: tuple[str, ...] = (),
 ) -> SlidingFit:
-    """Return a weighted least-squares fit of the samples; weight (n,).
+    """Return a least-squares fit of the samples with weights `weight` (n,).
 
-    Residuals are correlated over `window` rows. Parameters in `droppable` that do not improve the
-    prediction (`term_selection`) are set to 0, and the other parameters are fitted without them.
-    The intervals of the other parameters are widened by the effect of every value in the interval
-    of a dropped parameter. A load that the travel cannot separate is refused, and its possible
-    effect widens the other intervals (`omitted_parameters`). If the motion has one direction only,
-    the offset is refused; Coulomb friction is also refused unless the bench states the offset.
+    Residuals are assumed to be correlated over `window` rows. Parameters in `droppable` that do not
+    improve the prediction (`term_selection`) are set to 0, and the others are fitted again without
+    them; the intervals of the others include every value in the interval of a dropped parameter. A
+    load that the travel cannot separate is refused, and its possible effect widens the other
+    intervals (`omitted_parameters`). If the motion has one direction only, the offset is refused;
+    Coulomb friction is also refused if the bench states no offset.
 
     Raises UnusableLogs if there are too few rows, or if the regressors are dependent.
     """
@@ -191,7 +191,7 @@ def fit(
         solution = solve_triangles(weighted, cluster)
         width = outside.widened(kept, solution.half_width(confidence))
     estimates |= intervals_around(kept, solution.value, width)
-    # so far the excess of viscous friction backward over forward
+    # the estimate so far is viscous friction backward minus forward
     if "viscous_backward" in estimates and "viscous" in samples.fixed:
         estimates["viscous_backward"] = shifted(
             estimates["viscous_backward"], samples.fixed["viscous"].value
@@ -235,7 +235,7 @@ def shifted(interval: Interval, by: float) -> Interval:
 def _without(
     names: tuple[str, ...], gone: list[str], plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """Return names and triangles without the columns in `gone`."""
+    """Return names and triangular matrices without the columns `gone`."""
     if not gone:
         return names, plain, weighted
     chosen = [*(k for k, name in enumerate(names) if name not in gone), -1]
@@ -249,7 +249,7 @@ def _without(
 def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
     """Return the Coulomb friction `summed` - `sign` times `offset`.
 
-    Its interval includes every offset in the interval `offset`.
+    Its interval includes each offset in the interval `offset`.
     """
     value = summed.value - sign * offset.value
     half = summed.half_width
@@ -264,11 +264,11 @@ def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
 def reduced(
     samples: RegressionSamples, weight: Vector, parameters: int, window: int
 ) -> tuple[Tensor, Tensor, IntVector, IntVector]:
-    """Reduce the group of rows of each stroke and cluster to a triangular matrix by QR.
+    """Reduce the rows of each stroke and cluster, a group, to a triangular matrix by QR.
 
-    Return the matrices of the g groups without and with weights (g, q, q), and their cluster and
-    stroke numbers (g,) from 0. The columns are the first `parameters` sliding parameters, the
-    loads, and the effort.
+    Return the matrices (g, q, q) of the g groups without and with weights, the cluster number (g,)
+    of each group, and its stroke number (g,), from 0. The q columns are the first `parameters`
+    sliding parameters, the loads, and the effort.
     """
     columns = (*samples.columns[:parameters], *samples.loads.values(), samples.effort)
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
@@ -316,9 +316,10 @@ def intervals(
     names: tuple[str, ...],
     confidence: float,
 ) -> dict[str, Interval]:
-    """Return each parameter of estimate(products, rows) with its interval.
+    """Return the interval of each parameter (`names`) that `estimate` computes.
 
-    The interval comes from a jackknife that leaves out one cluster at a time.
+    `estimate` takes the sum of the Gram matrices `products` and the number of rows, and returns the
+    parameters (p,). The intervals come from a jackknife that leaves out one cluster at a time.
     """
     index = np.unique(cluster, return_inverse=True)[1]
     count = int(index.max()) + 1
@@ -389,10 +390,9 @@ def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vec
 def spread_as(
     plain: Mapping[str, Interval], fitted: dict[str, Interval], samples: RegressionSamples
 ) -> dict[str, Interval]:
-    """Return the intervals `fitted`, widened to at least the intervals `plain` of least squares.
+    """Return the intervals `fitted`; if parameters are fixed, as wide as `plain` at least.
 
-    The intervals are widened only if parameters are fixed, because `plain` includes the uncertainty
-    of the fixed parameters.
+    `plain` are intervals by least squares, which include the uncertainty of fixed parameters.
     """
     if not samples.fixed:
         return fitted

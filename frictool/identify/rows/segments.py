@@ -16,8 +16,8 @@ from frictool.typing import Vector
 T = TypeVar("T")
 
 FEWEST_SAMPLES = 50
-COUNTS_OF_A_START = 10.0  # encoder counts that must pass to determine a speed at the start
-LONGEST_START = 50  # samples over which the speed at the start is determined
+COUNTS_OF_A_START = 10.0  # least distance from which the initial speed is computed, in counts
+LONGEST_START = 50  # largest number of samples from which the initial speed is computed
 START_SHARE = 0.1  # share of the top speed; a slower axis starts from rest
 
 
@@ -49,10 +49,8 @@ class RecordSegment:
     def start(self) -> Vector:
         """Return the initial state (7,) of the axis (plant/axis.py).
 
-        The axis starts in motion if the encoder shows a speed, else at rest.
-
-        A slow start is treated as a start from rest. The resulting error decays as fast as a speed
-        of the axis.
+        The axis starts in motion if the encoder shows a sufficient speed, else at rest. The error
+        of a neglected speed decays as the speed of the axis does.
         """
         position = self.position
         period = self.record.period
@@ -85,7 +83,7 @@ def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
 
 
 def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]:
-    """Return shortened segments, evenly chosen, with at most `most` samples in total.
+    """Return evenly selected and shortened segments with at most `most` samples in total.
 
     Return all segments unchanged if they have at most `most` samples.
     """

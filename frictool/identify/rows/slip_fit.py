@@ -1,17 +1,16 @@
 """Fits of the smoothed samples that certainly slip, with any weights.
 
-An inertia that cannot be identified remains in the regression as a nuisance parameter. Over whole
-strokes, acceleration is nearly orthogonal to velocity and its sign, so that this parameter hardly
-widens the other intervals.
+An inertia that cannot be identified remains in the regression. Over whole strokes, acceleration is
+nearly orthogonal to velocity and its sign, so that the inertia hardly widens the other intervals.
 
-Noise makes the fitted value of this parameter too small. If all strokes have one speed, only the
+Noise makes the fitted inertia too small. If all strokes have one speed, only the samples near
 reversals separate viscous from Coulomb friction, and the error of the inertia shifts both. The
 intervals of the other parameters therefore include the fits with every inertia from the fitted
 value to the value without this error (`_unattenuated`).
 
-The window is chosen twice. The first window is long enough for an inertia of any precision. The
-second window is the shortest one with which encoder noise decreases the fitted inertia by less than
-a fifth of the standard deviation of the inertia. A short window loses fewer samples near reversals.
+The window is chosen twice. The first window is so long that noise hardly changes the inertia. The
+second is the shortest window with which noise decreases the fitted inertia by less than a fifth of
+the standard deviation of the inertia. A short window loses fewer samples near reversals.
 """
 
 from __future__ import annotations
@@ -43,15 +42,16 @@ from frictool.identify.rows.strokes import Strokes, find_strokes
 from frictool.identify.rows.temperature_law import with_temperature_law
 from frictool.typing import Vector
 
-# smallest and largest share of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
+# smallest and largest share of noise in the acceleration (`smoothing`), which decrease the inertia
+# by 0.006 % and 1 %
 SMALLEST_SHARE, LARGEST_SHARE = (0.0075, 0.1)
 WITH_BENCH_INERTIA = (
     "the loads over the position are fitted with the bench's inertia; their intervals include "
     "its range"
 )
-BIAS_SHARE = 0.2  # largest attenuation, relative to the inertia's standard deviation
+BIAS_SHARE = 0.2  # largest decrease of the inertia by noise, relative to its standard deviation
 
-# samples and the window that smoothed them -> fit
+# function that takes samples and their smoothing window, and returns a fit
 Fitting = Callable[[RegressionSamples, int], SlidingFit]
 
 
@@ -90,7 +90,7 @@ def slipping_fit(
         and share > SMALLEST_SHARE
         and shortest_window(records, share) < used
     ):
-        del samples  # an hour of samples is large; free them before the next ones are made
+        del samples  # frees the memory of a long log before the next samples are computed
         samples, used = slipping(records, bench, share, None)
         result = fitting(with_fixed(samples, settings.fixed), used)
     response = acceleration_response(records[0], used)
@@ -128,7 +128,7 @@ def slipping_fit(
 def _unattenuated(
     result: SlidingFit, samples: RegressionSamples, noise: float, bench: Bench
 ) -> Interval:
-    """Return the fitted inertia; its interval includes the inertia without attenuation by noise.
+    """Return the fitted inertia, with an interval that includes its value without noise.
 
     Noise with the rms `noise` multiplies the inertia by 1 - noise^2/s^2, where s is the rms of the
     acceleration that the other columns do not explain. The upper end is at most the larger of the
@@ -159,11 +159,11 @@ def _own_acceleration(samples: RegressionSamples) -> float:
 
 
 def _own_share(samples: RegressionSamples) -> float:
-    """Return the rms share of the acceleration that the other columns do not explain.
+    """Return the share of the rms acceleration that the other columns do not explain.
 
-    The share is 1 if no declared load depends on the position. If a load depends on the position,
-    the fit may attribute effort of the inertia to this load, because the load's column has less
-    noise than the acceleration.
+    The share is 1 if no declared load depends on the position. A load that depends on the position
+    may explain a part of the effort of the inertia, because the position has less noise than the
+    acceleration.
     """
     if not any(name in samples.loads for term in (SPRING, *HARMONICS) for name in TERMS[term]):
         return 1.0
@@ -179,7 +179,7 @@ def known_inertia(bench: Bench) -> Interval:
 
 
 def _bearable_share(result: SlidingFit, confidence: float) -> float:
-    """Return the noise share whose attenuation is small relative to the inertia's uncertainty."""
+    """Return the largest share of noise with which the inertia decreases by at most BIAS_SHARE."""
     inertia = result.parameters.get("inertia")
     if inertia is None or inertia.value <= 0.0:
         return LARGEST_SHARE
@@ -262,7 +262,7 @@ def slipping_rows(
     signals: tuple[Vector, Vector, Vector],
     every: int = 1,
 ) -> RegressionSamples:
-    """Return the rows of the samples that certainly slip, of one in `every` samples of a record.
+    """Return a row for each sample that certainly slips, of one in `every` samples of a record.
 
     `signals`: smoothed acceleration, velocity and effort, each (n,); the arrays are overwritten to
     save memory.

@@ -1,12 +1,12 @@
 """Mask of the samples that certainly slip in one direction with the load attached.
 
-The mask is thesis (4.18) with a derived threshold. A sample is used if all samples in its smoothing
-window
+The mask is thesis (4.18) with a threshold derived from the encoder and the motion. A sample is used
+if all samples in its smoothing window
 
-- are in one stroke, and no sample is missing;
-- are outside the backlash, measured from the beginning of the stroke;
-- move in the direction of the stroke, faster than the encoder's noise in one window and than 2 % of
-  the record's top speed.
+- are in one stroke without gaps;
+- are farther from the beginning of the stroke than the backlash;
+- move in the direction of the stroke at more than NOISE_COUNTS encoder counts per window, and at
+  more than 2 % of the record's top speed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from frictool.identify.rows.strokes import Strokes
 from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Vector
 
-NOISE_COUNTS = 2.0  # counts; a window that sees less motion may be at rest
+NOISE_COUNTS = 2.0  # least motion in a window, in counts; with less, the axis may be at rest
 # share of the top speed; below it breakaway, Stribeck effect and stick-slip may act
 SPEED_SHARE = 0.02
 

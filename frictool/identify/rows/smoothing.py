@@ -13,11 +13,11 @@ with the inertia J and the other parameters of the unsmoothed equation, for any 
   averages the acceleration (`effort_weights`): (u[k-1] + u[k])/2 for a held effort, about
   (1, 4, 1)/6 for an effort behind a long lag
 
-The window W is the smallest odd number for which the noise of the position causes at most a share s
-of the rms acceleration. W is between 11 samples and a sixth of the median stroke. The noise of the
-position is the larger of the quantisation noise, step/sqrt(12), and the estimate from fourth
-differences. The noise makes the estimated inertia too small by the fraction s^2; `slip_fit` chooses
-s.
+The window W is the smallest odd number of samples with which the noise of the position causes at
+most a share s of the rms acceleration. W is between 11 samples and a sixth of the median stroke.
+The noise of the position is the larger of the quantisation noise, step/sqrt(12), and an estimate
+from fourth differences. This noise decreases the fitted inertia by the fraction s^2; `slip_fit`
+chooses s.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def _response(window: int, period: float, of_velocity: bool) -> Vector:
 
 @functools.cache
 def _noise_gain(window: int, period: float, of_velocity: bool) -> float:
-    """Return the rms acceleration for white noise of rms 1 in the position or the velocity."""
+    """Return the rms acceleration caused by white noise of rms 1 in position or velocity."""
     return float(np.linalg.norm(_response(window, period, of_velocity)))
 
 

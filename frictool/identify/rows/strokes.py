@@ -12,9 +12,9 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-# encoder counts by which a reversal must show; one count to and fro is quantisation
+# least motion back after a reversal, in encoder counts; one count to and fro is quantisation
 COUNTS = 1.5
-# share of the range by which a reversal must show, too, against noise of a fine encoder
+# least motion back after a reversal, relative to the range; less is noise of a fine encoder
 SHARE_OF_RANGE = 1e-3
 
 

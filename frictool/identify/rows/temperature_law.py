@@ -26,14 +26,14 @@ LEAST_RANGE = 5.0  # K, least range of temperatures over which a change of frict
 def temperatures(records: Sequence[MotionRecord]) -> FrictionOverTemperature | None:
     """Return the reference and the range of the records' temperatures.
 
-    None if there are no records, or if one has no temperature.
+    Return None if there are no records, or if one has no temperature.
     """
     measured = [one.temperature for one in records if one.temperature is not None]
     if not measured or len(measured) < len(records):
         return None
     low = min(float(one.values.min()) for one in measured)
     high = max(float(one.values.max()) for one in measured)
-    reference = measured[0].reference  # of all logs of the axis, if these are a part of them
+    reference = measured[0].reference  # the same for all logs of the axis
     span = Span(min(low, reference), max(high, reference), "degC")
     return FrictionOverTemperature(Quantity(reference, unit="degC"), span)
 
@@ -60,7 +60,7 @@ def refuse_unknown_temperature(records: Sequence[MotionRecord], bench: Bench) ->
 
 
 def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> SlidingFit:
-    """Return the fit, with its effects of the temperature (if there are any) as a law."""
+    """Return the fit with a law for the fitted effects of the temperature, if there are any."""
     law = temperatures(records)
     slope, dry, curvature = (fit.effects.get(name) for name in TEMPERATURE_NAMES)
     if law is None or (slope is None and dry is None):

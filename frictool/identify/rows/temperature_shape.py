@@ -2,11 +2,11 @@
 
     effort = inertia a + viscous exp(r h + k h^2) v + coulomb exp(q h) s + offset
 
-Here h is the temperature minus the reference. A viscosity falls with the temperature by nearly the
-same ratio per kelvin (Reynolds, 1886). Bittencourt and Axelsson (2014) identify an exponential for
-the viscous friction of a robot joint. k is 0 unless the logs show a curvature. r, k and q are found
-by Gauss-Newton steps. They determine the columns of the effect `temperature`, whose coefficients
-are fitted with the other parameters.
+h is the temperature minus the reference. The viscosity of a lubricant falls by nearly the same
+ratio per kelvin at all temperatures (Reynolds, 1886). Bittencourt and Axelsson (2014) identify an
+exponential for the viscous friction of a robot joint. k is 0 unless the logs show a curvature.
+Gauss-Newton steps determine r, k and q, from which the columns of the effect `temperature` follow.
+The coefficients of these columns are fitted with the other parameters.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from frictool.typing import Matrix, Vector
 
 STEPS = 8  # Gauss-Newton steps
 MOST = np.array([0.1, 0.1, 0.002])  # 1/K, 1/K, 1/K^2: largest r, q and k
-MOST_ROWS = 100_000  # rows of longer records are thinned evenly
-# gain of the log likelihood, times two, that a curvature needs: about two standard deviations
+MOST_ROWS = 100_000  # largest number of rows; more are thinned evenly
+# least increase of twice the log likelihood with which a curvature is used: two standard deviations
 LEAST_GAIN = 4.0
-# least rms of the squared temperature that a straight line over the temperature leaves, relative to
-# the squared range; 0.075 for a uniform distribution, 0 for two temperatures
+# least rms deviation of h^2 from its regression on h, relative to the squared range of h; 0.075 for
+# a uniform distribution, 0 for two temperatures
 LEAST_CURVATURE = 0.02
 
 
@@ -68,7 +68,7 @@ def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
 
 
 def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, float]:
-    """Return r [1/K], q [1/K] and k [1/K^2] of the module; 0 if nothing slips."""
+    """Return r [1/K], q [1/K] and k [1/K^2]; all are 0 if nothing slips."""
     alone = msgspec.structs.replace(bench, load=LoadTerms(("offset", TEMPERATURE)))
     try:
         samples, window = slipping(records, alone, SMALLEST_SHARE, None)
@@ -90,7 +90,7 @@ def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, flo
 def _fitted(rows: Matrix, curved: bool) -> tuple[Vector, float]:
     """Return r, q, k (3,) and the sum of the squared residuals.
 
-    rows: (n, 6), a, v, s, 1, h and effort. Without `curved`, k is 0.
+    The columns of `rows` (n, 6) are a, v, s, 1, h and the effort. Without `curved`, k is 0.
     """
     a, v, s, one, h, effort = rows.T
     shape = np.zeros(3)
@@ -112,7 +112,7 @@ def _fitted(rows: Matrix, curved: bool) -> tuple[Vector, float]:
 
 
 def _is_curved(excess: Vector) -> bool:
-    """Return whether temperatures (n,) differ enough to show a curvature: more than two levels."""
+    """Return whether temperatures h (n,) can show a curvature; two levels cannot."""
     scaled = excess / np.ptp(excess)
     line = np.column_stack([np.ones(scaled.size), scaled])
     left = scaled**2 - line @ np.linalg.lstsq(line, scaled**2, rcond=None)[0]

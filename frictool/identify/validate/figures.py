@@ -20,7 +20,7 @@ from frictool.typing import Vector
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DETAIL_COLUMNS = 4000  # columns of samples that a zoom shows
+DETAIL_COLUMNS = 4000  # number of columns of samples in the data of a zoom
 REFERENCE = "#1f5fa8"
 DASHES = (0, (4, 2))
 

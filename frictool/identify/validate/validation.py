@@ -1,18 +1,18 @@
 """Comparison of a simulated model with the measured axis.
 
-- open loop: the measured effort drives the model
-- closed loop: the bench's controller drives the model along the measured reference; the effort
-  error is measured minus simulated effort
-- servo: the firmware of the model's servo drives the model along the logged goal
+In an open loop, the measured effort drives the model. In a closed loop, the bench's controller
+drives the model along the measured reference, and the effort has an error, too. If the model has a
+servo, its firmware drives the model along the logged goal.
 
 If the model and the log have a temperature, the friction of the model is computed for the log's
 mean temperature.
 
-An error is the norm of the difference divided by the norm of the measured signal, over all samples
-except the skipped ones. Velocity and acceleration of measured and simulated positions are
-differences after the low-pass of the published pipeline (`inverse_dynamic`). For both loops, the
-force error is defined as in `identify` (`force_error.py`): the part of the effort along the
-measured motion that the model does not explain, over the samples that certainly slip.
+The error of a signal is the norm of measured minus simulated values divided by the norm of the
+measured values, without the first `skip` samples. Velocity and acceleration are differences of the
+measured and the simulated position after the low-pass of the published pipeline
+(`inverse_dynamic`). The force error is that of `identify` (`force_error.py`): the part of the
+measured effort that the model does not explain for the measured motion, over the samples that
+certainly slip.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ from frictool.typing import Vector
 OPEN, CLOSED, SERVO = "open", "closed", "servo"
 FILTER_ORDER = 4
 FIELDS = (*PARAMETERS, *CURVE)  # fields of a model's parameters
-HIGHEST_CUTOFF = 0.4  # highest cut-off relative to the sampling rate
+HIGHEST_CUTOFF = 0.4  # highest cut-off frequency of the low-pass, relative to the sampling rate
 
 
 @dataclass(frozen=True)
@@ -88,10 +88,10 @@ class Validation(ResultView):
     - loop: `open`, `closed` or `servo`
     - skip: number of samples left out at the start of each gap-free part of the log
     - time: time of each sample, (n,), s
-    - measured, simulated: name -> signal (n,), SI units; the force is NaN where it is unknown
+    - measured, simulated: signals (n,) by name, SI units; the force is NaN where it is unknown
     - position_rmse: rms position error, rad | m
     - largest: largest position error, rad | m
-    - errors: name -> relative error; None if undefined
+    - errors: relative error of each signal, by name; None if undefined
     - reference: reference of a closed loop, (n,), rad | m, or None
     """
 
@@ -235,7 +235,7 @@ def _compared(
     signals: dict[str, tuple[Vector, ...]],
     pieces: list[RecordSegment],
 ) -> Validation:
-    """Return the signals (measured, simulated) without the skipped samples, and their errors."""
+    """Return the result of a validation: the signals without the skipped samples, and errors."""
     skip, closed = request.skip, request.servo is not None
     gap = signals["position"][0] - signals["position"][1]
     loop = SERVO if pieces[0].record.servo is not None else CLOSED if closed else OPEN
@@ -284,7 +284,7 @@ def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
 def _run(
     model: Model, piece: RecordSegment, request: ValidationRequest, cutoff: float
 ) -> dict[str, tuple[Vector, Vector]]:
-    """Return a mapping of signal to (measured, simulated), each (n,)."""
+    """Return the measured and the simulated values (n,) of each signal, by name."""
     record, servo = piece.record, request.servo
     if record.servo is not None:
         return _compared_positions(piece, _servo_position(model, piece), cutoff)
@@ -338,9 +338,9 @@ def _servo_position(model: Model, piece: RecordSegment) -> Vector:
 def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
     """Return the parameters of the axis without end stops, and its state at the piece's start.
 
-    The lag is taken from the record; the contact of a presliding law is relaxed. If the model and
-    the record have a temperature, the friction is computed for the mean temperature of the piece.
-    Raises NoSolutionError if the model's presliding law does not support its axis.
+    The lag is taken from the record. The contact of a presliding law starts without deflection. If
+    the model and the record have a temperature, the friction is computed for the mean temperature
+    of the piece. Raises NoSolutionError if the model's presliding law does not support the axis.
     """
     axis = axis_of(model)
     try:
