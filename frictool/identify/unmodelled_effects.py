@@ -2,7 +2,7 @@
 
 An effect that the model lacks leaves the same residual in every stroke. The scatter between strokes
 therefore does not show the resulting error. Seven sources of this error are examined
-(docs/theory/identify.md). The first adds a variance; each of the others shifts the parameters:
+(docs/theory/identify_effects.md). The first adds a variance; each other one shifts the parameters:
 
 1. Residuals that repeat at the same positions, or at the same velocities and signs of the
    acceleration (`regression/multiway.py`). If only few samples determine viscous friction, as in

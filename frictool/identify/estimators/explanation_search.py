@@ -22,7 +22,7 @@ is not used if a periodic error of the encoder with the same period predicts the
 If the measured temperature passes these tests, no other hypothesis for friction that changes along
 the log is tried. A hypothesis, other than a ripple, is removed again if the errors increase little
 without it. Significant hypotheses that are not used are reported as left in the residual.
-docs/theory/identify.md states the levels and limits of the tests.
+docs/theory/identify_effects.md states the levels and limits of the tests.
 """
 
 from __future__ import annotations
