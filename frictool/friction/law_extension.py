@@ -170,7 +170,6 @@ class FrictionExtension:
             )
 
     def _check_law(self, law: Law) -> None:
-        """Raise ValueError if the law does not support a part of the extension."""
         names = {parameter.name for parameter in law.parameters}
         dynamic = isinstance(law.kernels, DynamicKernels)
         stores = dynamic and "presliding_limit" in names

@@ -62,7 +62,6 @@ def _nothing_to_use(stream: StreamSurvey, kind: str | None) -> str | None:
 
 
 def _no_sliding(stream: StreamSurvey, kind: str | None) -> str | None:
-    """Return why the motion does not reveal the sliding parameters, or None."""
     if kind == "ramp":
         return "the axis rests for most of the time; sliding needs a log of motion"
     if stream.velocity is not None and not stream.velocity[0] < 0.0 < stream.velocity[1]:
@@ -74,7 +73,6 @@ def _no_sliding(stream: StreamSurvey, kind: str | None) -> str | None:
 
 
 def _too_rough(stream: StreamSurvey) -> str | None:
-    """Return why plain differences do not give usable velocities, or None."""
     if stream.base.gaps:
         return f"the log has {stream.base.gaps} gaps; the filters of this method allow none"
     step = stream.signals[POSITION].step

@@ -226,7 +226,6 @@ class IdentifyJob:
 
 @functools.lru_cache(maxsize=4)
 def _bench(text: str) -> Bench:
-    """Return the bench of a YAML text; the text has been validated before."""
     path = Path("bench.yaml")
     return cast(Bench, DocumentReader(path).read(compose(text, path), Bench, ""))
 

@@ -99,7 +99,6 @@ def _scaled(one: Interval, inertia: Interval) -> Interval:
 
 
 def _ratios(fit: SlidingFit, inertia: float, bench: Bench) -> str:
-    """Return the parameters relative to the inertia as text."""
     acceleration = si_unit("acceleration", bench.axis)
     units = {"viscous": "1/s", "coulomb": acceleration, "offset": acceleration}
     shown = [

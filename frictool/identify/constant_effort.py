@@ -124,7 +124,6 @@ def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[Constan
 
 
 def _noise(effort: Vector) -> float:
-    """Return the standard deviation of the noise in an effort (n,)."""
     return (
         float(np.median(np.abs(np.diff(effort, 2)))) / (0.6745 * np.sqrt(6.0))
         if effort.size > 2

@@ -270,7 +270,6 @@ class EffectRegression:
         return AcceptedEffects((eccentric.what,), 1.0, shift)
 
     def _improves(self, one: Hypothesis) -> bool:
-        """Return whether a hypothesis improves the prediction of unseen strokes."""
         before = self.rows.squares(self.used)
         after = self.rows.squares([*self.used, one])
         return before is not None and after is not None and bool(np.sum(after) < np.sum(before))

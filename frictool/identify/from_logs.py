@@ -163,7 +163,6 @@ class PreparedLog:
 
 
 def _prepared(log: Log, bench: Bench, tell: Callable[[str], None]) -> PreparedLog:
-    """Return a log prepared for identification; raise LogError if it does not fit the bench."""
     log = match_bench(log, bench)
     record = record_of(log, bench)
     signals = log.main.signals

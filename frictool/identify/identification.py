@@ -210,7 +210,6 @@ def _estimate(
 
 
 def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list[str]:
-    """Return the warnings about parameters, fit and method."""
     warnings = contradiction_warnings(outcome.identified, logs.bench)
     fit = outcome.fit
     if fit is None or free is None:
@@ -226,7 +225,6 @@ def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list
 
 
 def _nothing_physical(logs: AxisLogs, result: Identification) -> NothingIdentified:
-    """Return the error for logs that give neither inertia nor friction."""
     powered = [] if logs.drive_off else logs.sliding
     reason = negative_effort([*powered, *logs.ramps], logs.bench, result.confidence)
     if reason is not None:

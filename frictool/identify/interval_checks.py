@@ -67,7 +67,6 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
 
 
 def _factor(interval: Interval) -> str:
-    """Return the message on an interval whose ends differ by more than LARGEST_FACTOR."""
     ratio = interval.high / interval.low if interval.low > 0.0 else float("inf")
     return (
         f"the log's interval [{interval.low:.4g}, {interval.high:.4g}] spans a factor of "

@@ -52,7 +52,6 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
 
 
 def _intervals_view(intervals: Mapping[str, Interval], bench: Bench) -> dict[str, Any]:
-    """Return the intervals of parameters with their units."""
     return {
         name: {
             "value": interval.value,

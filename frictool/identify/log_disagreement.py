@@ -68,7 +68,6 @@ def pooling_warnings(
 
 
 def _reason(intervals: Mapping[str, Interval]) -> str:
-    """Return the reason for a wide common interval, with the two logs that are farthest apart."""
     highest = max(intervals, key=lambda log: intervals[log].low)
     lowest = min(intervals, key=lambda log: intervals[log].high)
     if intervals[highest].low <= intervals[lowest].high:

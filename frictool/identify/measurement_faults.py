@@ -63,7 +63,6 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
 
 
 def _refuse_hidden_saturation(record: MotionRecord, bench: Bench) -> None:
-    """Raise UnusableLogs if the effort stays at a level although the motion needs more."""
     saturation = hidden_saturation(record, bench)
     most = bench.actuator.limit.value * bench.actuator.constant.value
     if saturation is not None and saturation.level < AT_THE_LIMIT * most:
@@ -76,7 +75,6 @@ def _refuse_hidden_saturation(record: MotionRecord, bench: Bench) -> None:
 
 
 def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
-    """Raise UnusableLogs if the position stops at its extreme faster than the effort can brake."""
     x = record.position
     n = STOPPING_SAMPLES
     unit = si_unit("position", bench.axis)
@@ -120,7 +118,6 @@ def commanded(records: list[MotionRecord]) -> str | None:
 
 
 def _commanded_by_position(record: MotionRecord) -> str | None:
-    """Return a message if the effort depends on the position alone, in both directions."""
     direction = find_strokes(record).sign
     moving = direction != 0.0
     if min(np.sum(direction > 0.0), np.sum(direction < 0.0)) < FEWEST_SAMPLES:

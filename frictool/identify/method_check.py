@@ -84,7 +84,6 @@ def method_warnings(
 
 
 def _warnings(fit: SlidingFit, how: str, lines: list[str]) -> list[str]:
-    """Return one warning for each of `lines`."""
     return [
         f"{fit.method} predicts {how} worse than {REFERENCE}: {line}; use --method auto"
         for line in lines
@@ -92,7 +91,6 @@ def _warnings(fit: SlidingFit, how: str, lines: list[str]) -> list[str]:
 
 
 def _force_line(requested: float | None, reference: float | None) -> list[str]:
-    """Return a line if the force error of the requested method is too large, else []."""
     if requested is None or reference is None or requested <= max(WORSE * reference, NEGLIGIBLE):
         return []
     return [f"the force error is {100 * requested:.3g} % instead of {100 * reference:.3g} %"]
@@ -105,7 +103,6 @@ def _reference_force(
     settings: IdentificationSettings,
     fit: SlidingFit,
 ) -> float | None:
-    """Return the force error of least squares with the fit's load terms, or None without a fit."""
     try:
         reference = refit(records, bench, settings, replace(fit, method=REFERENCE), fit.fixed)
     except UnusableLogs:

@@ -368,7 +368,6 @@ def run(
 
 
 def _check(method: str, records: list[MotionRecord], bench: Bench) -> None:
-    """Raise UnusableLogs if the method cannot use the records or the bench's load."""
     from frictool.identify.fit_result import UnusableLogs
 
     blind = next((record.name for record in records if record.velocity is not None), None)

@@ -76,7 +76,6 @@ def _estimate(name: str, result: Identification, bench: Bench) -> Estimate:
 
 
 def _breakaway(result: Identification, bench: Bench, coulomb: Estimate) -> Estimate:
-    """Return the breakaway: identified, else the bench's, else 1 to 1.5 times Coulomb friction."""
     if "breakaway" in result.identified or bench.mechanics.breakaway is not None:
         return _estimate("breakaway", result, bench)
     low, high = coulomb.interval

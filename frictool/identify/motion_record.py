@@ -258,7 +258,6 @@ def _on_grid(record: MotionRecord) -> MotionRecord:
 def _gridded_effort(
     time: Vector, effort: Vector, grid: Vector, period: float, lag: float
 ) -> Vector:
-    """Return the effort (m,) at the grid times (m,) of samples (n,), N m | N."""
     if lag > 0.0:
         return np.asarray(np.interp(grid, time, effort))
     ends = np.append(time, time[-1] + 2.0 * period)  # the last value is held past the grid
@@ -324,7 +323,6 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
 
 
 def _motion_of(log: Log, bench: Bench) -> MotionRecord:
-    """Return the record of a log's main stream without its temperature."""
     stream = log.main
     lag = bench.actuator.loop_time_constant_s
     effort = _effort(log, stream, bench)
@@ -340,7 +338,6 @@ def _motion_of(log: Log, bench: Bench) -> MotionRecord:
 
 
 def _with_servo(record: MotionRecord, log: Log, bench: Bench) -> MotionRecord:
-    """Return the record with the inputs of the servo's firmware, if the bench has a servo."""
     if bench.actuator.servo is None:
         return record
     stream = log.main
@@ -378,7 +375,6 @@ def _servo_drive(log: Log, stream: Stream, bench: Bench) -> ServoDrive:
 
 
 def _with_temperature(record: MotionRecord, log: Log) -> MotionRecord:
-    """Return the record with the temperature of the log, if a stream has one."""
     for stream in (log.main, *log.streams):
         measured = stream.signals.get("temperature")
         if measured is not None:

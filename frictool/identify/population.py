@@ -194,7 +194,6 @@ def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> 
 def _by_unit(
     values: Vector, s: Vector, units: NDArray[np.str_]
 ) -> tuple[ScatterTest | None, ScatterTest | None]:
-    """Return the tests within and between units; None if there are too few logs or units."""
     names, group = np.unique(units, return_inverse=True)
     within = _test(values, s, group) if names.size < values.size else None
     if names.size < 2 or within is None:
@@ -214,7 +213,6 @@ def _drift(
     units: NDArray[np.str_],
     confidence: float,
 ) -> ParameterDrift | None:
-    """Return the drift, or None if the dates do not determine it."""
     days = [one.day for one in values]
     if any(day is None for day in days):
         return None

@@ -119,7 +119,6 @@ def compare_with_promise(
 def _reasons(
     name: str, outcome: IdentifiedModel, bench: Bench, promise: Promise
 ) -> tuple[str, ...]:
-    """Return the reasons for which a parameter is less precise than promised."""
     result = outcome.result
     refused = [result.refused[name]] if name in result.refused else []
     if name not in SLIDING:

@@ -75,7 +75,6 @@ def _refuse(
 
 
 def _skipped_counts(record: MotionRecord, bench: Bench) -> list[str]:
-    """Return a warning for position steps that exceed top speed, such as a counter's overflow."""
     top_speed = bench.mechanics.top_speed
     if top_speed is None:
         return []

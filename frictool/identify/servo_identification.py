@@ -106,7 +106,6 @@ def identify_servo(
 
 
 def _refuse_unusable(records: Sequence[MotionRecord]) -> None:
-    """Raise UnusableLogs if no log moves under torque, or if only some logs have a pendulum."""
     moving = False
     for record in records:
         assert record.servo is not None
@@ -132,7 +131,6 @@ def _has_pendulum(records: Sequence[MotionRecord]) -> bool:
 
 
 def _was_off(records: Sequence[MotionRecord]) -> bool:
-    """Return True if a log moves with its torque disabled."""
     for record in records:
         assert record.servo is not None
         off = record.servo.drive.enabled <= 0.5
@@ -142,7 +140,6 @@ def _was_off(records: Sequence[MotionRecord]) -> bool:
 
 
 def _start(records: Sequence[MotionRecord], bench: Bench) -> dict[str, float]:
-    """Return the parameters at which the search starts: the bench's values."""
     start = {name: getattr(bench.mechanics, name).value for name in ("inertia", "coulomb")}
     start |= {name: one.value for name, one in servo_quantities(bench).items()}
     viscous = bench.mechanics.viscous.value
@@ -203,7 +200,6 @@ def _without_effect(simulated: ServoSimulation, fit: SimulationFit) -> dict[str,
 
 
 def _refuse_unexplained(simulated: ServoSimulation, fit: SimulationFit) -> None:
-    """Raise UnusableLogs if the simulated position misses most of the motion."""
     motion = np.concatenate(
         [segment.position - np.mean(segment.position) for segment in simulated.segments]
     )
@@ -217,7 +213,6 @@ def _refuse_unexplained(simulated: ServoSimulation, fit: SimulationFit) -> None:
 
 
 def _solution(simulated: ServoSimulation, fit: SimulationFit) -> LeastSquaresSolution:
-    """Return the fitted parameters and their covariance; viscous friction includes the back-EMF."""
     columns = -_of_driven_viscous(simulated.names, fit)
     values = np.array([_reported(fit.values, name) for name in simulated.names])
     ones = np.ones(fit.residual.size)
@@ -275,7 +270,6 @@ def _identified(
     unseen: Mapping[str, str],
     settings: IdentificationSettings,
 ) -> ServoIdentification:
-    """Return the identification and the bench with the identified constants."""
     bench = simulated.bench
     solution = _solution(simulated, fit)
     names = ["viscous" if name == LOOSE else name for name in simulated.names]
@@ -343,7 +337,6 @@ def _gravity(intervals: Mapping[str, Interval], bench: Bench) -> dict[str, Inter
 
 
 def _constant_reasons(records: Sequence[MotionRecord], bench: Bench) -> dict[str, str]:
-    """Return a reason for each constant of the servo that these logs cannot determine."""
     known = servo_quantities(bench)
     out = {}
     if not _has_pendulum(records) and known["constant"].low is not None:
@@ -380,7 +373,6 @@ def _constants(
 
 
 def _with_constants(bench: Bench, constants: Mapping[str, Quantity]) -> Bench:
-    """Return the bench with constants of its servo replaced."""
     servo = bench.actuator.servo
     assert servo is not None
     of_servo = {name: one for name, one in constants.items() if name != "constant"}
@@ -393,7 +385,6 @@ def _with_constants(bench: Bench, constants: Mapping[str, Quantity]) -> Bench:
 
 
 def _between_counts(records: Sequence[MotionRecord]) -> list[str]:
-    """Return a warning if positions lie between the encoder's counts, else an empty list."""
     count = 0
     for record in records:
         phase = np.exp(2j * np.pi * record.position / record.resolution)

@@ -138,7 +138,6 @@ def next_step(
 
 
 def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep:
-    """Return ramps with the precision FIRST_RAMPS, or default ramps if it cannot be reached."""
     try:
         test = rehearsed_ramps(bench, PrecisionRequest({"breakaway": FIRST_RAMPS}))
     except NoSolutionError:
@@ -167,7 +166,6 @@ def _strokes(bench: Bench, why: str, reached: tuple[ReachedPrecision, ...]) -> P
 
 
 def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow: bool) -> PlanStep:
-    """Return the next step, which depends on the result of a controller search."""
     model = outcome.model
     reached = _reached(outcome)
     left = narrowed_model(model) if narrow else model

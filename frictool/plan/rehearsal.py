@@ -119,7 +119,6 @@ def rehearse(
 def _rehearsed(
     sequence: ExcitationSequence, bench: Bench, model: Model, noise: float | None, seed: int
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the half widths and the refusals of one rehearsal."""
     test = sequence.as_log("rehearsal")
     log = play(
         model,
@@ -155,7 +154,6 @@ def _drawn_axes(bench: Bench, seed: int) -> Iterator[tuple[Model, int]]:
 
 
 def _axis_model(bench: Bench, values: dict[str, float]) -> Model:
-    """Return a model with exact values."""
     parameters = Parameters(
         **{
             name: Estimate(value, value, value, unit_of(name, bench), source="assumed")

@@ -275,7 +275,6 @@ def _next_test(
 
 
 def _promising(test: PreciseTest, widths: Mapping[str, float]) -> PreciseTest:
-    """Return the test with the finite values of `widths` as its promised half widths."""
     finite = {name: one for name, one in widths.items() if math.isfinite(one)}
     figures = {
         name: one for name, one in test.sequence.figures.items() if not name.startswith("promised_")
@@ -293,7 +292,6 @@ def _shortfall(
     sample: Mapping[str, HalfWidthSample],
     wanted: Mapping[str, float],
 ) -> str:
-    """Return a message with the missed precisions, and the changes that would reach them."""
     missed = []
     for name, one in sample.items():
         if one.refusals:

@@ -137,7 +137,6 @@ def known_widths(bench: Bench) -> dict[str, float]:
 
 
 def _width(quantity: Quantity | None) -> float:
-    """Return the half width of the interval relative to the value; 0 without an interval."""
     if quantity is None or quantity.value <= 0.0:
         return 0.0
     low, high = quantity.interval

@@ -212,7 +212,6 @@ class BreakawayFit:
 
 
 def _fit(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit:
-    """Return the fit of the breakaway over position."""
     shape: Vector | None = None
     for _ in range(ROUNDS):
         friction = data.friction(nominal, shape)
@@ -281,7 +280,6 @@ def _errors(
     half_step: float,
     confidence: float,
 ) -> BreakawayErrors:
-    """Return the errors of a fit, for the intervals `axis` and the allowed falls `fall`."""
     nominal = {name: known.value for name, known in axis.items()}
     design = data.positions.design(fit.structure)
     friction = data.friction(nominal, fit.shape)
@@ -306,7 +304,6 @@ def _errors(
 def _by_position(
     data: OnsetData, fit: BreakawayFit, errors: BreakawayErrors
 ) -> BreakawayOverPosition:
-    """Return the law over position."""
     positions = data.positions
     value = fit.solution.value
     forward, backward = (positions.powers(side) for side in sides_of(fit.structure, value))

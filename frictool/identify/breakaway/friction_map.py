@@ -88,7 +88,6 @@ def friction_map(
 
 
 def _mean(levels: list[Interval]) -> Interval:
-    """Return the mean of the values and of the ends of the intervals."""
     ends = np.mean([[level.value, level.low, level.high] for level in levels], axis=0)
     return Interval(float(ends[0]), float(ends[1]), float(ends[2]))
 

@@ -114,7 +114,6 @@ def _with_simulated_inertia(
 def _suitable(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the fit by the method that suits the records and the load terms of the bench."""
     declared = bench.load is not None and "offset" in bench.load.terms
     droppable = tuple(name for name in DROPPABLE if name != "offset" or not declared)
     if any(record.velocity is not None for record in records):

@@ -481,7 +481,6 @@ def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Tri
 def _supported(
     trial: Trial, simpler: Vector, used: Sequence[Hypothesis], settings: IdentificationSettings
 ) -> bool:
-    """Return whether a hypothesis predicts better and its parameters differ from 0."""
     return (
         _better(trial.hypothesis, trial.squares, simpler, settings.confidence)
         and trial.rows.probability(trial.hypothesis, used) < trial.level

@@ -78,12 +78,10 @@ def inverse_dynamic(
 
 
 def _span(pipeline: Interval, other: Interval) -> Interval:
-    """Return the pipeline's value with an interval that spans both intervals."""
     return Interval(pipeline.value, min(pipeline.low, other.low), max(pipeline.high, other.high))
 
 
 def _refuse_backlash(records: list[MotionRecord], bench: Bench) -> None:
-    """Raise UnusableLogs if too many samples may lie within the backlash after a reversal."""
     width = bench.mechanics.backlash
     if width is None:
         return
@@ -100,7 +98,6 @@ def _refuse_backlash(records: list[MotionRecord], bench: Bench) -> None:
 def _unresolved(
     record: MotionRecord, bench: Bench, samples: RegressionSamples, pipeline: PublishedFilters
 ) -> dict[str, str]:
-    """Return the parameters that the encoder does not resolve, with reasons."""
     velocity, acceleration = _responses(record, pipeline)
     refused: dict[str, str] = {}
     reason = unresolved_inertia(
@@ -166,7 +163,6 @@ def _decimated(record: MotionRecord, pipeline: PublishedFilters) -> RegressionSa
 def _derivatives(
     position: Vector, period: float, pipeline: PublishedFilters
 ) -> tuple[Vector, Vector]:
-    """Return velocity and acceleration (n,) of a position (n,)."""
     b, a = scipy.signal.butter(pipeline.filter_order, 2.0 * pipeline.cutoff_hz * period)
     velocity = _central(scipy.signal.filtfilt(b, a, position, padlen=pipeline.padding), period)
     return velocity, _central(velocity, period)

@@ -229,7 +229,6 @@ def _why(
     unseen: bool,
     unit: str,
 ) -> str:
-    """Return the text of the comparison: candidates, scores, and the reason for the choice."""
     how = (
         "predicted on strokes left out of the fit"
         if unseen
@@ -315,7 +314,6 @@ def _simulations(sides: Sides, rows: Rows, data: ComparedData) -> list[Predictio
 
 
 def _name(method: str, terms: tuple[str, ...]) -> str:
-    """Return the name of a candidate as text."""
     return (
         method
         if not terms
@@ -324,7 +322,6 @@ def _name(method: str, terms: tuple[str, ...]) -> str:
 
 
 def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> SegmentSimulation:
-    """Return a simulation of the records of one half, with the load terms of `fit`."""
     return SegmentSimulation(comparison_segments(side), bench, terms_of(fit.laws))
 
 
@@ -337,5 +334,4 @@ def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Law
 
 
 def _laws(values: Mapping[str, float], bench: Bench) -> Laws | None:
-    """Return the load laws with these parameter values."""
     return laws_of({name: Interval(value, value, value) for name, value in values.items()}, bench)

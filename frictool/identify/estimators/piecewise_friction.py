@@ -127,7 +127,6 @@ def design(means: StrokeMeans, knees: tuple[float, ...]) -> Matrix:
 
 
 def _squares(means: StrokeMeans, knees: tuple[float, ...]) -> float:
-    """Return the weighted sum of squares of a fit with these knees and the nuisance regressors."""
     rows = design(means, knees)
     right = means.effort * means.weight
     if means.nuisance is not None:

@@ -210,7 +210,6 @@ def _search(
 
 
 def _scale(name: str, bench: Bench, start: Mapping[str, float]) -> float:
-    """Return a typical size of a parameter, SI."""
     if name in (SINE, COSINE):
         return start["constant"] * bench.actuator.limit.value
     known = servo_quantities(bench)

@@ -113,7 +113,6 @@ def sines(
 
 
 def _column(name: str, means: StrokeMeans) -> Vector:
-    """Return the regressor (m,) of a parameter of the friction line."""
     if name == "viscous":
         return means.piece(0.0, np.inf)
     return means.sign if name == "coulomb" else np.ones(means.sign.size)
@@ -241,7 +240,6 @@ def _gated(record: MotionRecord, backlash: float) -> tuple[RegressionSamples, Ve
 
 
 def _check(means: StrokeMeans) -> None:
-    """Raise UnusableLogs if the strokes do not determine the friction line."""
     sign = means.sign
     if min(np.sum(sign > 0.0), np.sum(sign < 0.0)) < FEWEST_STROKES // 2:
         raise UnusableLogs(

@@ -157,7 +157,6 @@ def stribeck_curve(
 
 
 def _known_offset(bench: Bench) -> Interval:
-    """Return the bench's offset; raise UnusableLogs if there is none."""
     offset = bench.mechanics.offset
     if offset is None:
         raise UnusableLogs(
@@ -276,7 +275,6 @@ def _rows(records: list[MotionRecord]) -> list[RunRow]:
 
 
 def _directions(rows: list[RunRow]) -> tuple[int, int]:
-    """Return the number of runs forward and backward."""
     return sum(row[1] > 0.0 for row in rows), sum(row[1] < 0.0 for row in rows)
 
 
@@ -287,7 +285,6 @@ def _enough(forward: int, backward: int) -> bool:
 
 
 def _whole_strokes(record: MotionRecord) -> list[RunRow]:
-    """Return a row for each stroke with a constant speed."""
     number = find_strokes(record).number
     edges = [int(edge) for edge in np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)]
     return [

@@ -121,7 +121,6 @@ def _widened(
     window: int,
     confidence: float,
 ) -> Interval:
-    """Return the inertia, corrected and widened for the encoder's noise (module docstring)."""
     inertia = fit.parameters["inertia"]
     if not np.isfinite(inertia.half_width):
         return inertia
@@ -219,7 +218,6 @@ def _identified(
 
 
 def _why(structure: FrictionStructure) -> str | None:
-    """Return the structure as text."""
     parts = (
         [f"over the position (polynomials of order {structure.order})"] if structure.order else []
     )

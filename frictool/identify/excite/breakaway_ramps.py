@@ -171,7 +171,6 @@ def breakaway_ramps(
 def _table(
     ramp: Ramp, period: float, segments: list[int], repetitions: int
 ) -> tuple[Vector, Vector]:
-    """Return the command (n,) and the segment number (n,)."""
     rise = np.minimum(
         ramp.rate * period * np.arange(1, math.ceil(ramp.top / (ramp.rate * period)) + 1), ramp.top
     )

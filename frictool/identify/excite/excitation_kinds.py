@@ -154,7 +154,6 @@ def _sines(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> E
 
 
 def _bounds(strokes: list[PlannedStroke], bench: Bench) -> dict[str, float]:
-    """Return the Cramér-Rao bounds as standard deviations for the a-priori axis."""
     least = cramer_rao(strokes, axis_known(bench), sensing_of(bench))
     return {
         f"least_deviation_{name}": float(bound) for name, bound in zip(SLIDING, least, strict=True)

@@ -53,13 +53,11 @@ def low_crest(harmonics: int) -> Vector:
 
 
 def _period(phases: Vector) -> Vector:
-    """Return one period of the sum of cosines, (POINTS harmonics,)."""
     spectrum = np.concatenate(([0.0], np.exp(1j * phases)))
     return np.asarray(np.fft.irfft(spectrum, POINTS * phases.size) * (0.5 * POINTS * phases.size))
 
 
 def _circle(phases: Vector) -> Vector:
-    """Return the angles (POINTS harmonics,) of one period, rad."""
     return np.asarray(np.linspace(0.0, 2.0 * math.pi, POINTS * phases.size, endpoint=False))
 
 

@@ -176,7 +176,6 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
 
 
 def _repetitions(bench: Bench, request: PrecisionRequest, program: StrokeProgram) -> Vector:
-    """Return the repetitions (k,) of the candidates in the shortest or the most precise test."""
     if request.duration is None:
         times = shortest(program)
         needed = None if times is None else float(times @ program.duration)
@@ -315,7 +314,6 @@ def _figures(
 
 
 def _unreachable(bench: Bench, request: PrecisionRequest, needed: float | None) -> NoSolutionError:
-    """Return the error for a precision that cannot be reached; it names limit and remedies."""
     from frictool.identify.excite.precision_remedies import remedies
 
     wanted = ", ".join(f"{name}={100 * one:.3g}%" for name, one in request.only(SLIDING).items())

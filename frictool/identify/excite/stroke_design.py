@@ -120,14 +120,12 @@ def best_within(program: StrokeProgram, duration: float) -> Vector | None:
 
 
 def _rounded(program: StrokeProgram, shares: Vector) -> Vector:
-    """Return whole repetitions (k,) near the optimal shares that satisfy the constraints."""
     worst = program.worst(shares / program.duration)
     times = np.maximum(np.ceil(worst * shares / program.duration - NEGLIGIBLE), shares > 0.0)
     return _shortened(program, _pruned(program, times))
 
 
 def _one_more(times: Vector, index: int) -> Vector:
-    """Return the repetitions (k,) with one more of candidate `index`."""
     more = times.copy()
     more[index] += 1.0
     return more

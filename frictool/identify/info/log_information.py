@@ -112,7 +112,6 @@ def _surveyed(
 
 
 def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
-    """Return one row per signal, and properties of the whole log."""
     columns = origins(made, [one.topic for one in surveys]).get(COLUMNS, {})
     main = next((one for one in surveys if "position" in one.signals), surveys[0])
     test, source = _test(made, main)

@@ -48,7 +48,6 @@ def table(information: Information) -> str:
 
 
 def _fed(methods: dict[str, str | None]) -> list[str]:
-    """Return a line with the methods that suit the log, and a line per reason against others."""
     by_reason: dict[str | None, list[str]] = {}
     for name, why in methods.items():
         by_reason.setdefault(why, []).append(name)
@@ -61,7 +60,6 @@ def _fed(methods: dict[str, str | None]) -> list[str]:
 
 
 def _channels(facts: dict[str, Any]) -> list[str]:
-    """Return one line for each signal."""
     lines = [
         f"{'channel':<24} {'unit':<8} {'samples':>9} {'rate [Hz]':>10} {'jitter [s]':>10} "
         f"{'gaps':>5} {'step':>9}  range"
@@ -80,7 +78,6 @@ def _channels(facts: dict[str, Any]) -> list[str]:
 
 
 def _signals(stream: StreamSurvey) -> list[str]:
-    """Return the lines on held or saturated signals of a stream."""
     lines = []
     for one in stream.signals.values():
         name = f"{stream.topic}.{one.name}"
@@ -101,7 +98,6 @@ def _signals(stream: StreamSurvey) -> list[str]:
 
 
 def _motion(facts: dict[str, Any], surveys: Sequence[StreamSurvey]) -> list[str]:
-    """Return the lines on encoder step, velocities and kind of test; none without a position."""
     seen = next((one for one in surveys if "position" in one.signals), None)
     if seen is None:
         return []

@@ -244,7 +244,6 @@ def _together(rows: list[ReversalRows]) -> tuple[Matrix, Vector, NDArray[np.int6
 
 
 def _width(rows: list[ReversalRows], widest: float) -> float:
-    """Return the best width, or 0 if Schwarz's criterion does not support one."""
     plain, effort, stroke = _together(rows)
     count = float(np.unique(stroke).size)
 

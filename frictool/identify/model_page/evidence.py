@@ -199,13 +199,11 @@ def _half_model(
     bench: Bench,
     request: IdentificationRequest,
 ) -> Model:
-    """Return the model of one half, identified with `request`; raise UnusableLogs if impossible."""
     half = identify_records(side, ramps, bench, request.method, request.settings)
     return model_of(half, bench, provenance_of_call("frictool.identify.identify", bench=bench))
 
 
 def _predicted(model: Model, records: Sequence[MotionRecord]) -> list[PositionPrediction]:
-    """Return the measured and simulated positions of every gap-free part of the records."""
     return [
         PositionPrediction(
             segment.record.name,

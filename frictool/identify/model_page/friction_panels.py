@@ -76,7 +76,6 @@ def _half(estimate: Estimate) -> float:
 
 
 def _fastest(model: Model, samples: SlipSamples | None) -> float:
-    """Return the largest speed of the panels, rad/s | m/s."""
     if samples is not None:
         return REACH * float(np.abs(samples.velocity).max())
     top = model.bench.mechanics.top_speed
@@ -134,7 +133,6 @@ def _over_speed(model: Model, samples: SlipSamples | None) -> FigurePanel:
 
 
 def _over_temperature(law: FrictionOverTemperature) -> list[FigurePanel]:
-    """Return the panel of friction over temperature, in a list; empty if friction is constant."""
     changes = (("viscous", law.viscous, FORWARD), ("Coulomb", law.coulomb, BACKWARD))
     known = [(name, one, colour) for name, one, colour in changes if one is not None]
     temperature = np.linspace(law.over.low, law.over.high, POINTS)
@@ -170,7 +168,6 @@ def _over_temperature(law: FrictionOverTemperature) -> list[FigurePanel]:
 
 
 def _from_zero(axes: Axes) -> None:
-    """Set limits that include the ordinate 0 and leave room between the data and the frame."""
     axes.relim()
     axes.autoscale_view(scalex=False)
     low, high = axes.get_ylim()
@@ -226,7 +223,6 @@ def _over_position(model: Model, ramp: Breakaway) -> FigurePanel:
 
 
 def _over_both(model: Model, samples: SlipSamples | None) -> FigurePanel:
-    """Return the panel of friction in slip over position and velocity."""
     assert model.laws is not None
     assert model.laws.position is not None
     law = model.laws.position

@@ -106,7 +106,6 @@ def _parameter_table(rows: list[ParameterIntervals], confidence: float) -> TextT
 
 
 def _explanation_table(outcome: IdentifiedModel) -> TextTable:
-    """Return the table of the explanations of the effort, each with a test that decides on it."""
     fit = outcome.result.fit
     explanations = () if fit is None else fit.explanations
     return TextTable(
@@ -135,7 +134,6 @@ def _explanation_table(outcome: IdentifiedModel) -> TextTable:
 
 
 def _tried_table(outcome: IdentifiedModel) -> TextTable:
-    """Return the compared models with their errors on strokes left out of the fit."""
     fit = outcome.result.fit
     unit = si_unit("position", outcome.model.axis)
     return TextTable(
@@ -155,7 +153,6 @@ def _tried_table(outcome: IdentifiedModel) -> TextTable:
 
 
 def _next_steps(outcome: IdentifiedModel, rows: list[ParameterIntervals]) -> list[tuple[str, str]]:
-    """Return (subject, text) of the next measurements: for refused, then imprecise parameters."""
     refused = outcome.result.refused
     names = [name for name in dict.fromkeys((*PARAMETERS, *refused)) if name in refused]
     steps = [(name.replace("_", " "), f"not identified: {refused[name]}") for name in names]

@@ -81,7 +81,6 @@ def scatter(axes: Axes, abscissa: Vector, ordinate: Vector, colour: str, label: 
 
 
 def _legend(axes: Axes) -> None:
-    """Draw the legend of the curves above the panel, where it hides no curve."""
     handles, labels = axes.get_legend_handles_labels()
     if len(labels) > 1:
         axes.legend(

@@ -131,7 +131,6 @@ def _minimum(
 
 
 def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
-    """Return the derivative (n,) of the force with respect to the logarithm of each parameter."""
     step = 1e-4
     out = []
     for k in range(value.size):

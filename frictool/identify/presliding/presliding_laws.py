@@ -74,7 +74,6 @@ def presliding(
 
 
 def _checked(fit: T) -> T:
-    """Return the fit; raise UnusableLogs if it predicts badly or does not determine z_max."""
     if isinstance(fit, PreslidingFit | MaxwellFit) and fit.held_out > LARGEST_ERROR:
         raise UnusableLogs(
             f"on strokes left out of the fit, the force is off by {100.0 * fit.held_out:.3g} % of "

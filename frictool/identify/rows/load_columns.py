@@ -74,7 +74,6 @@ def load_columns(motion: SmoothedMotion, bench: Bench) -> dict[str, Vector]:
 
 
 def _smoothed(values: Vector, window: int, period: float) -> Vector:
-    """Return smoothed values (n,); those within half a window of either end are not valid."""
     return np.convolve(values, bump(window, period), mode="same")
 
 

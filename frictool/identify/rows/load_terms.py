@@ -265,5 +265,4 @@ def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
 
 
 def _term(name: str) -> tuple[str, ...]:
-    """Return the parameters of the term that contains a parameter."""
     return next(names for names in TERMS.values() if name in names)

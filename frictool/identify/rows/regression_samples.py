@@ -223,7 +223,6 @@ def fit(
 
 
 def _possible(name: str, interval: Interval) -> Interval:
-    """Return the interval without negative values if the parameter cannot be negative."""
     return replace(interval, low=max(interval.low, 0.0)) if name in NEVER_NEGATIVE else interval
 
 
@@ -235,7 +234,6 @@ def shifted(interval: Interval, by: float) -> Interval:
 def _without(
     names: tuple[str, ...], gone: list[str], plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """Return names and triangular matrices without the columns `gone`."""
     if not gone:
         return names, plain, weighted
     chosen = [*(k for k, name in enumerate(names) if name not in gone), -1]

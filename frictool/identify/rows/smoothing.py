@@ -129,7 +129,6 @@ def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> 
 
 @once_per_record
 def _rms_acceleration(record: MotionRecord, window: int) -> float:
-    """Return the rms of the acceleration, smoothed over `window`, from evenly spaced samples."""
     every = max(1, record.position.size // GRID_POINTS)
     windows = sliding_window_view(record.position, window)[::every]
     c = acceleration_filter(window, record.period)

@@ -84,7 +84,6 @@ def with_reference(laws: Laws | None, records: Sequence[MotionRecord]) -> Laws |
 def _change(
     level: Interval | None, slope: Interval | None, curvature: Interval | None
 ) -> TemperatureChange | None:
-    """Return the relative change of a friction, or None if it is unknown."""
     if level is None or slope is None or level.value <= 0.0 or not np.isfinite(slope.half_width):
         return None
     return TemperatureChange(

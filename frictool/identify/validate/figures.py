@@ -51,7 +51,6 @@ def _has(validation: Validation, name: str) -> bool:
 
 
 def _signal(validation: Validation, name: str) -> FigurePanel:
-    """Return a panel of a measured and a simulated signal over time."""
     axis = validation.axis
     reference = validation.reference if name == "position" else None
 
@@ -95,7 +94,6 @@ def _position_error(validation: Validation) -> FigurePanel:
 
 
 def _missing_effort(validation: Validation) -> FigurePanel:
-    """Return a panel of the measured minus the modelled effort over the measured velocity."""
     velocity = validation.measured["velocity"]
     lacking = validation.measured["force"] - validation.simulated["force"]
     unit = si_unit("velocity", validation.axis)
@@ -117,7 +115,6 @@ def _missing_effort(validation: Validation) -> FigurePanel:
 
 
 def _curve(axes: Axes, time: Vector, values: Vector, colour: str, label: str, style: Any) -> None:
-    """Draw a signal (n,) over time; on a page, a zoom shows more samples."""
     kept = decimated_indices(values)
     (line,) = axes.plot(time[kept], values[kept], color=colour, linestyle=style, label=label)
     finer = decimated_indices(values, columns=DETAIL_COLUMNS)

@@ -192,7 +192,6 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
 
 
 def _check(record: MotionRecord, request: ValidationRequest) -> None:
-    """Raise LogError if the record does not suit a validation."""
     if record.velocity is not None:
         raise LogError(
             record.name, "has a velocity and no position; a validation compares positions"
@@ -217,7 +216,6 @@ def _check(record: MotionRecord, request: ValidationRequest) -> None:
 
 
 def _pieces(record: MotionRecord, skip: int) -> list[RecordSegment]:
-    """Return the gap-free parts that are long enough; raise LogError if there are none."""
     pieces = [
         piece for piece in whole([record]) if piece.last - piece.first > skip + 3 * FILTER_ORDER
     ]
@@ -235,7 +233,6 @@ def _compared(
     signals: dict[str, tuple[Vector, ...]],
     pieces: list[RecordSegment],
 ) -> Validation:
-    """Return the result of a validation: the signals without the skipped samples, and errors."""
     skip, closed = request.skip, request.servo is not None
     gap = signals["position"][0] - signals["position"][1]
     loop = SERVO if pieces[0].record.servo is not None else CLOSED if closed else OPEN
@@ -271,7 +268,6 @@ def parameter_values(model: Model) -> dict[str, float]:
 
 
 def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
-    """Return the measured and the model's effort (n,), smoothed; NaN unless the axis slips."""
     measured, modelled = np.full((2, record.position.size), np.nan)
     rows = slip_rows(record, model.bench)
     if rows is not None:
@@ -284,7 +280,6 @@ def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
 def _run(
     model: Model, piece: RecordSegment, request: ValidationRequest, cutoff: float
 ) -> dict[str, tuple[Vector, Vector]]:
-    """Return the measured and the simulated values (n,) of each signal, by name."""
     record, servo = piece.record, request.servo
     if record.servo is not None:
         return _compared_positions(piece, _servo_position(model, piece), cutoff)
@@ -315,7 +310,6 @@ def _run(
 def _compared_positions(
     piece: RecordSegment, simulated: Vector, cutoff: float
 ) -> dict[str, tuple[Vector, Vector]]:
-    """Return (measured, simulated) position, velocity and acceleration, each (n,)."""
     pair = (piece.position, simulated)
     rates = [_rates(position, piece.record.period, cutoff) for position in pair]
     return {
@@ -326,7 +320,6 @@ def _compared_positions(
 
 
 def _servo_position(model: Model, piece: RecordSegment) -> Vector:
-    """Return the position (n,) [rad] of the model along the goal of a servo's log."""
     zero = servo_quantities(model.bench)[ZERO].value
     values = {**parameter_values(model), **load_values(model.laws), ZERO: zero}
     status, position = simulated_position(piece, model.bench, values, firmware_law(model.bench))
@@ -387,7 +380,6 @@ def replayed_position(model: Model, piece: RecordSegment) -> Vector:
 
 
 def _rates(position: Vector, period: float, cutoff: float) -> tuple[Vector, Vector]:
-    """Return velocity and acceleration (n,) of a position (n,), low-passed forward and backward."""
     b, a = scipy.signal.butter(FILTER_ORDER, 2.0 * cutoff * period)
     velocity = np.gradient(scipy.signal.filtfilt(b, a, position - position[0]), period)
     return velocity, np.gradient(velocity, period)
