@@ -392,7 +392,7 @@ def other_inertia(fit: SlidingFit) -> bool:
 
 
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
-    """Return whether noise reduces the fitted inertia by more than the half width of `fit`."""
+    """Return whether noise reduces the inertia of `fit` by more than its half width."""
     inertia = fit.parameters.get("inertia")
     if "inertia" not in regression.rows.base:
         return False

@@ -5,8 +5,8 @@ A saturated effort stays below the effort that the motion needs. The search fits
     effort = S(inertia a + viscous v + coulomb s + offset + stiffness x + declared loads)
     S(u) = u (1 + |u/L|^p)^(-1/p)
 
-to the slipping samples, with a limit L for either sign. The sharpness p is low for a soft
-saturation (tanh) and high for a clip.
+to the slipping samples. s is the sign of the velocity and x the position. The limit L differs for
+positive and negative u. The sharpness p is low for a soft saturation (tanh) and high for a clip.
 
 Loads and friction that vary with position and speed can look like a saturation. The rival is
 therefore a linear fit with further columns over position and speed. The effort is called saturated

@@ -6,10 +6,11 @@ Convolved (*) with g, the equation of motion contains no derivative of a measure
     inertia (c*x) + viscous (g*d*x) + coulomb (g*sign v) + offset = g*u + n
     n = g*e_u - (inertia c + viscous g*d) * e_x
 
-x is the position, u the effort, and v the velocity; e_u and e_x are the errors of effort and
-position. Least squares with the regressors G have the covariance N^-1 C N^-1, with N = G'G and the
-covariance C of G'n. The encoder's noise in the regressor c*x decreases the fitted inertia by the
-noise's share of the regressor's power. This error is large if the window is too short.
+x is the position, u the effort, v the velocity, and n the noise of a row; e_u and e_x are the
+errors of effort and position. Least squares with the regressors G have the covariance N^-1 C N^-1,
+with N = G'G and the covariance C of G'n. The encoder's noise in the regressor c*x decreases the
+fitted inertia by the noise's share of the regressor's power. This error is large if the window is
+too short.
 
 The result exceeds the Cramér-Rao bound, because all rows have equal weight. The result is a
 standard deviation for independent encoder errors, an assumption that holds if the axis moves about

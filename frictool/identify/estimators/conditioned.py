@@ -2,8 +2,8 @@
 
 M_2 is the block of the normal matrix for viscous and Coulomb friction. For V = sqrt(2) in SI units,
 its condition number is 19, the least possible for a sine (thesis 4.29 to 4.33). All fits of
-frictool scale the columns to unit length, with or without this method. The identified values
-therefore equal those of the power balance; only the condition numbers before and after are added.
+frictool scale the columns to unit length. The identified values therefore equal those of the power
+balance; this method adds the condition numbers before and after its scaling.
 """
 
 from __future__ import annotations

@@ -7,20 +7,21 @@ viscous, Coulomb and offset:
 - loads: a spring; gravity on a rotary axis; harmonics of a ripple, with wave numbers from the
   spectrum of the residual over the position (`position_spectrum`)
 - effects that only disturb the fit (`rows/effects.py`), such as a drifting offset
-- viscous friction by direction, which competes with the others, but is never added here:
+- viscous friction by direction, which is compared with the others but not added here, because
   `structure_selection` decides on it
 
 A fit to one half of the strokes predicts the other half. The best hypothesis is used if the squared
 prediction errors decrease significantly and noticeably, and if the parameters of the hypothesis
 differ significantly from 0 (`joint_test`).
 
-A load is not used if an effect predicts the strokes equally well. Nor is it used if it does not
-explain the effort with windows of twice the length, which remove the ringing of a compliance: if
-every stroke begins at the same position, this ringing looks like a load over the position. A ripple
-is not used if a periodic error of the encoder with the same period predicts the strokes better.
+A load is rejected in two cases: an effect predicts the strokes equally well, or windows of twice
+the length leave no effort that the load explains. Longer windows remove the ringing of a
+compliance, which looks like a load over the position if every stroke begins at the same position. A
+ripple is also rejected if a periodic error of the encoder with the same period predicts the strokes
+better.
 
-If the measured temperature passes these tests, no other hypothesis for friction that changes along
-the log is tried. A hypothesis, other than a ripple, is removed again if the errors increase little
+Friction that changes along the log is explained by the measured temperature if this hypothesis
+passes the tests. A hypothesis, other than a ripple, is removed again if the errors increase little
 without it. Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify_effects.md states the levels and limits of the tests.
 """

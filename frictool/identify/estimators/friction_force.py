@@ -1,4 +1,4 @@
-"""Friction force, computed with a known inertia, as a curve of the speed (K. Mnich's scripts).
+"""Friction force, computed with a known inertia, and its curve over speed (after K. Mnich).
 
     filter     same causal low-pass for velocity and effort, so that their delays are equal
     force      effort - inertia (v[k] - v[k-1])/T, with the bench's inertia
@@ -10,8 +10,8 @@ speed v_p, and not at rest as in thesis (2.34); v_p is therefore not a Stribeck 
 reported in the details. Only v_p is searched, since the other parameters are linear.
 
 Every sample of a stroke is used, even at rest. Samples at rest shift Coulomb friction towards the
-effort at rest; select the moving part of the log with `ingest --from --to`. The filter correlates
-the residuals, which the intervals include (`newey_west`). The intervals do not include errors of
+effort at rest; select the moving part of the log with `ingest --from --to`. The intervals allow for
+residuals that are correlated by the filter (`newey_west`). The intervals do not include errors of
 the inertia, of samples at rest, or of the instruments' clocks.
 """
 

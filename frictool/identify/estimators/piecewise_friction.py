@@ -3,16 +3,16 @@
     friction = (coulomb + sum_j viscous_j max(min(|v|, knee_{j+1}) - knee_j, 0)) sign(v)
     knee_0 = 0
 
-A knee is a speed at which the slope changes. A row is a mean over a part of a stroke. Each straight
-piece is averaged over the speeds in that part, so that a knee within the part stays sharp. For
-fixed knees the model is linear in the parameters. Knees are added one at a time; after each
-addition, all knees are optimised in turn. Schwarz's criterion (BIC), with the independent strokes
-as data, decides when to stop; a knee costs two parameters, its speed and its slope. With n strokes
-and p parameters, the penalty p log n is multiplied by n/(n - p - 2) (McQuarrie, 1999).
+A knee is a speed at which the slope changes. Each row of the regression is a mean over a part of a
+stroke. The formula is averaged over all speeds in this part; its value at the mean speed would blur
+a knee. For fixed knees the model is linear in the parameters. Knees are
+added one at a time; after each addition, all knees are optimised in turn. Schwarz's criterion (BIC)
+for n strokes and p parameters decides when to stop; a knee adds two parameters, its speed and its
+slope. The penalty p log n is multiplied by n/(n - p - 2) for few strokes (McQuarrie, 1999).
 
-The criterion assumes equal independent errors of all strokes, so that one stroke with a large error
-(a transient of a soft belt, for example) can justify a knee. The change of slope at each knee must
-therefore differ from 0 in the jackknife, too, which needs no such assumption.
+The criterion assumes equal independent errors of all strokes. One stroke with a large error (a
+transient of a soft belt, for example) can therefore justify a knee. The jackknife does not need
+this assumption; the change of slope at each knee must differ from 0 in the jackknife, too.
 
 The search for knees has an additional regressor, the mean acceleration, because an error of the
 bench's inertia can also look like a knee. The intervals of all parameters come from a jackknife;

@@ -2,9 +2,9 @@
 
     v u = inertia v a + viscous v^2 + coulomb |v| + offset v
 
-The weight reduces the influence of stick and the Stribeck effect without a mask. If a time constant
-is set, the method uses all samples, and differences through a first-order filter, as in the thesis.
-Otherwise the method uses smoothed signals and the slip mask.
+The weight reduces the influence of stick and the Stribeck effect. If a time constant is set, the
+method uses differences of all samples through a first-order filter, as in the thesis. Otherwise the
+method uses smoothed signals of the samples that certainly slip.
 """
 
 from __future__ import annotations

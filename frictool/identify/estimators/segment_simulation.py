@@ -1,8 +1,8 @@
 """Simulation of segments of records with an axis model, and fit of its parameters.
 
 - open loop: the measured effort drives the model; the residual is the error of the position
-- closed loop: the bench's controller (its gains, `PositionServo`) drives the model along the
-  measured reference; the residual is the error of the effort
+- closed loop: the bench's controller (`PositionServo`) drives the model along the measured
+  reference; the residual is the error of the effort
 
 The search is a Gauss-Newton method in a trust region. The Jacobian is computed by differences.
 """

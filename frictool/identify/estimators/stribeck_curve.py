@@ -3,14 +3,16 @@
     effort = (coulomb + (breakaway - coulomb) e^(-|v/v_s|^delta)) s + viscous v + offset
 
 s is the direction of motion, +1 or -1. A run is a part of a stroke in which the position stays
-within two counts of a straight line in time. If there are too few runs, whole strokes are used: the
-position must deviate from a line by at most 2.7 % of the stroke's distance, and the speed may drift
-by at most a twentieth. Speed, acceleration and effort of a run are means with the weights
-(1 - s^2)^2, where s is the time from -1 at its start to +1 at its end: these means satisfy the
-equation of motion, and differentiate no position. The effort of the bench's inertia is subtracted,
-because the speed still settles in short runs; the intervals include the effect of every inertia in
-the bench's range. If all runs have the same direction, the bench's offset is used, and its range
-widens the interval of Coulomb friction.
+within two counts of a straight line in time. If there are too few runs, whole strokes are used
+whose position deviates from a line by at most 2.7 % of the stroke's distance, and whose speed
+drifts by at most a twentieth.
+
+Speed, acceleration and effort of a run are means with the weights (1 - w^2)^2, where w is the time
+from -1 at the start of the run to +1 at its end. These means satisfy the equation of motion without
+a derivative of the position. The effort of the bench's inertia is subtracted, because the speed
+still settles in short runs; the intervals include the effect of every inertia in the bench's range.
+If all runs have the same direction, the bench's offset is used, and its range widens the interval
+of Coulomb friction.
 
 For fixed (v_s, delta) the other parameters are linear. v_s is searched; delta is 2 or, if the data
 support it, 1 or 1/2. Schwarz's criterion (BIC) decides between the curve and a straight line. For
@@ -189,7 +191,7 @@ def _with_offset(fit: SlidingFit, offset: Interval | None) -> SlidingFit:
 def _fitted(
     runs: ConstantSpeedRuns, velocity: float, exponent: float, reach: float, confidence: float
 ) -> SlidingFit:
-    """Return the fit of a curve with this Stribeck velocity and exponent, or a line if it is 0.
+    """Return the fit of a curve with this exponent, or of a line if the velocity is 0.
 
     The intervals include the effect of an error of the bench's inertia of up to `reach`.
     """

@@ -8,8 +8,8 @@ their noise. The estimate theta solves (Golub and Van Loan 1980, generalised)
 
     (M - lambda S) [theta; -1] = 0
 
-lambda is the smallest generalised eigenvalue, which is 1 if S is correct. S is diagonal, because
-the filters of acceleration and velocity are even and odd, so that their noises at the same time are
+lambda is the smallest generalised eigenvalue, which is 1 if S is correct. S is diagonal: the filter
+of the acceleration is even and that of the velocity odd, so that their noises at the same time are
 uncorrelated.
 """
 

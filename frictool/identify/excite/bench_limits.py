@@ -33,7 +33,7 @@ class BenchLimits:
 
     - low, high: ends of the travel minus its margins; infinite if the bench declares no travel
     - speed: top speed
-    - effort: least effort at the drive's limit
+    - effort: effort of the weakest actuator at the drive's limit
     - inertia, viscous, coulomb, offset: largest a-priori values
     - load: largest effort of the declared loads over the travel
     - drive, drive_limit: drive signal and its limit, A | V

@@ -5,7 +5,7 @@ Each ramp is a segment of the sequence: a pause at zero, then the rise to the la
 The test controller goes on to
 
 - the next segment, as soon as the encoder has moved by `advance_on` since the segment began;
-- the first segment of the other direction, as soon as the position passes a turn.
+- the first segment of the other direction, as soon as the position passes `low` or `high`.
 
 Without these rules (`open_loop`) the drive reaches the top of every ramp. In both cases the test is
 simulated first on three axes: the nominal axis, the lightest axis with the least friction, and the

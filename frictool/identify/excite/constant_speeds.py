@@ -85,7 +85,10 @@ def constant_speeds(
 
 
 def _run(limits: BenchLimits, period: float, speed: float, duration: float) -> Motion:
-    """Return a run from rest at 0 to rest, of `duration` [s] or as long as the travel allows."""
+    """Return a run from rest at position 0 to rest.
+
+    The speed is constant for `duration` [s], or for less if the travel is too short.
+    """
     acceleration = 0.5 * spare_effort(limits) / limits.inertia
     ramp = max(SHORTEST_RAMP, math.ceil(0.5 * math.pi * speed / acceleration / period))
     steady = max(FEWEST_SAMPLES, round(duration / period))

@@ -4,9 +4,9 @@
     phase_k = -pi k (k - 1)/K      (Schroeder 1970)
 
 V is the speed amplitude, K the number of harmonics, and f the frequency of the first one. The
-search starts from Schroeder's phases and alternates between time and frequency (Van der Ouderaa,
-Schoukens and Renneboog 1988): the speed is clipped, its phases are kept, and its amplitudes are
-restored.
+search starts from Schroeder's phases (Van der Ouderaa, Schoukens and Renneboog 1988). In each
+iteration, the speed is clipped over time; the harmonics of the clipped speed give the next phases,
+and the amplitudes are reset to V.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ of the parameters i is the solution of
 the expected half width of parameter i divided by its standard deviation at the Cramér-Rao bound.
 rms_k is the rms drive of candidate k, and rms the largest allowed rms drive of the test, both
 divided by the drive's limit.
+
 The most precise test of a given duration minimises the largest ratio of a parameter's variance to
 its limit. A pause is a candidate without information and drive.
 

@@ -77,7 +77,8 @@ def solve_triangles(parts: Tensor, cluster: IntVector) -> LeastSquaresSolution:
 def least(parts: Tensor) -> tuple[Vector, Vector, float]:
     """Return the least-squares value (p,), the norms (p,) of the columns, and the condition number.
 
-    Raises SingularRegressors if the regressors do not determine the parameters.
+    `parts` are the matrices of `solve_triangles`. Raises SingularRegressors if the regressors do
+    not determine the parameters.
     """
     whole = merged(parts)
     p = whole.shape[1] - 1

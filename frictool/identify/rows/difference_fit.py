@@ -2,8 +2,8 @@
 
 The acceleration is the second difference, the velocity is the central difference, and the effort is
 averaged with the triangular weights of the second difference, so that all signals of a row refer to
-the same time. The backward difference of thesis (4.2) would be late by half a sample, and a held
-effort that is not averaged early by half a sample.
+the same time. The backward difference of thesis (4.2) would be late by half a sample; a held effort
+would be early by half a sample without the average.
 """
 
 from __future__ import annotations

@@ -4,10 +4,10 @@
 
 The columns of a declared effect (`load.terms`) are added to the regression, so that other
 parameters do not absorb the effect. Of all effects, the model document contains only those of the
-measured temperature. In the table, s is the direction of the motion, u the effort, and h the
-temperature minus the reference temperature. P_k are Legendre polynomials over the log's time or the
-record's travel. Their means over the samples used are subtracted, so that the sliding parameters
-are means over these samples.
+measured temperature. In the table, x is the position, v the velocity, a the acceleration, s the
+direction of the motion, u the effort, t the time, and h the temperature minus the reference
+temperature. P_k are Legendre polynomials over the log's time or the record's travel. Their means
+over the samples used are subtracted, so that the sliding parameters are means over these samples.
 
     drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
     warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
@@ -16,7 +16,7 @@ are means over these samples.
     stribeck                s exp(-(v / w)^2)                   w = 5, 10, 20 % of the top speed
     wide_stribeck           s exp(-(v / w)^2)                   w = 20, 40 % of the top speed
     friction_over_position  s P_k(x), k = 1 to 3                over the record's travel
-    load_over_position      P_k(x), k = 1 to 3                  part of a ripple longer than that
+    load_over_position      P_k(x), k = 1 to 3                  part of a long ripple
     inertial_friction       s |a|                               friction under the inertial load
     delay                   -du/dt                              current read late, or current loop
     resonance               a''                                 one compliance, to first order

@@ -5,7 +5,8 @@ difference of a kernel g with sum 1. The convolution * of the equation of motion
 
     J (c * x) + viscous (g * dx) + coulomb (g * sign v) + offset = g * u_
 
-with the inertia J and the other parameters of the unsmoothed equation, for any W.
+with the inertia J and the other parameters of the unsmoothed equation, for any W. x is the
+position, v the velocity, u the effort, and T the sample period.
 
 - c * x: acceleration by the Savitzky-Golay filter
 - dx: central difference (x[k+1] - x[k-1])/(2 T)
