@@ -47,7 +47,7 @@ def ordered(batch: Sequence[BatchResult]) -> list[BatchResult]:
 
 
 def cells(one: BatchResult) -> dict[str, Any]:
-    """Return column -> value; None for an empty cell.
+    """Return the value of each column, None for an empty cell.
 
     Only parameters that were identified from the logs have values.
     """

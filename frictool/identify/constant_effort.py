@@ -62,7 +62,7 @@ class ConstantStretch:
 def without_constant_effort(
     records: list[MotionRecord], bench: Bench
 ) -> tuple[list[MotionRecord], list[str]]:
-    """Return the records without stretches of constant effort, and a warning for each such record.
+    """Return the records without stretches of constant effort, and a warning for each changed one.
 
     Raises
     ------

@@ -109,7 +109,10 @@ class NothingIdentified(UnusableLogs):
 
     @property
     def reasons(self) -> dict[str, list[str]]:
-        """Return reason -> parameters; a missing log is left out if there is another reason."""
+        """Return the refused parameters by reason.
+
+        That a log is missing is a reason only if there is no other one.
+        """
         reasons = _by_reason(self.result.refused)
         for missing in (NO_RAMPS, NO_SLIDING):
             if len(reasons) > 1:

@@ -131,7 +131,7 @@ def contradicts(interval: Interval, known: Quantity | None) -> bool:
 
 
 def outside(interval: Interval, known: Quantity | None) -> str:
-    """Return the end of a refusal if the interval contradicts the bench's interval, else ""."""
+    """Return a clause that ends a refusal if the interval contradicts the bench's, else ""."""
     if known is None or interval.high < 0.0 or not contradicts(interval, known):
         return ""
     return (

@@ -171,7 +171,7 @@ def make_record(
     ------
     LogError
         If the time does not increase, if fewer than 3 samples are finite, or if more than half of
-        the intervals differ from the median by more than the share ERRATIC.
+        the intervals differ from their median by more than ERRATIC times the median.
 
     Notes
     -----

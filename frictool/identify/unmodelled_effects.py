@@ -168,7 +168,7 @@ def _of_noise(
 ) -> list[AcceptedEffects]:
     """Return the change of the inertia, beyond chance, with windows of twice the length.
 
-    Longer windows have less noise, which reduces the fitted inertia.
+    Noise reduces the fitted inertia, and longer windows have less noise.
     """
     fitted = fit.parameters.get("inertia")
     smoother = effect_regression(fit, records, bench, confidence, SMOOTHER, hides=False)
@@ -241,7 +241,7 @@ def _rates(
     confidence: float,
     apart: float,
 ) -> dict[str, float]:
-    """Return the change of each parameter of the stroke means per second of delay.
+    """Return the change of each parameter per second of delay, for the method of stroke means.
 
     The fit is repeated with the effort delayed by `apart` [s], because stroke means do not weight
     the samples as the regression does. The result is empty for other methods.
@@ -284,7 +284,7 @@ def _hull(one: Interval, other: Interval) -> Interval:
 def _moved(interval: Interval, shift: float, scatter: float, known: Quantity | None) -> Interval:
     """Return the interval with its ends moved outward by a shift with the half width `scatter`.
 
-    No end moves beyond the bench's interval `known`, unless that does not overlap the interval.
+    If the bench's interval `known` overlaps the interval, no end moves beyond the bench's interval.
     """
     below = np.hypot(interval.value - interval.low, scatter)
     above = np.hypot(interval.high - interval.value, scatter)

@@ -22,7 +22,7 @@ class RampPrecision(NamedTuple):
     - latest: largest difference between the effort, at the time when the motion becomes visible,
       and the breakaway
     - deviation: standard deviation of the mean breakaway of all onsets, after subtraction of the
-      mean excess
+      mean difference
     """
 
     latest: float

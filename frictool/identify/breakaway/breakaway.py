@@ -75,7 +75,7 @@ class Breakaway:
     """Mean breakaway of ramp logs.
 
     - interval: mean breakaway, N m | N; with `rising`, the breakaway after a long rest
-    - forward, backward: mean |effort| of each direction, N m | N; NaN without onsets
+    - forward, backward: mean |effort| at the onsets of each direction, N m | N; NaN without onsets
     - onsets: number of onsets
     - delay: mean effort that was subtracted because the encoder shows the motion late, N m | N
     - position: position of each onset, (n,), rad | m

@@ -188,7 +188,7 @@ class OnsetData:
     def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
     ) -> StribeckVelocityRange:
-        """Return the falls that agree with the onsets if the parameters are in `axis`."""
+        """Return the falls of friction that agree with the onsets for parameters within `axis`."""
         nominal = {name: known.value for name, known in axis.items()}
         ends = [
             {**nominal, name: end}

@@ -164,7 +164,7 @@ def _smallest_as_good(errors: list[Vector]) -> int:
 
 
 def as_good(simple: Vector, best: Vector) -> bool:
-    """Return True if the mean square of `best` (n,) is not significantly below that of `simple`."""
+    """Return True if the errors `simple` (n,) are not significantly larger than `best` (n,)."""
     more = simple**2 - best**2
     return bool(np.mean(more) <= SURE * np.std(more) / np.sqrt(more.size))
 

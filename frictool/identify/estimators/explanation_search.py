@@ -234,7 +234,7 @@ class ExplanationSearch:
         """Return whether the encoder's noise hides the acceleration in the rows `samples`.
 
         The noise makes the fitted inertia too small, and the columns of LIKE_ACCELERATION would
-        take up the rest of its effort.
+        explain the rest of the inertia's effort.
         """
         return self.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
 

@@ -86,7 +86,7 @@ def influences(
 
 
 def cluster_numbers(segments: Sequence[RecordSegment]) -> list[NDArray[np.int64]]:
-    """Return the cluster of each sample, (m,) per segment, at most MOST_CLUSTERS in all."""
+    """Return the cluster number (m,) of each sample per segment; at most MOST_CLUSTERS clusters."""
     numbers = []
     above = 0
     known = of_each_record(segments, lambda record: (find_strokes(record), observer_rate(record)))

@@ -101,7 +101,7 @@ def fit_pieces(
     A knee is used only if the interval of its change of slope, with the confidence `confidence`,
     does not contain 0.
 
-    Raises SingularRegressors if the rows do not determine a single piece.
+    Raises SingularRegressors if the rows do not determine friction without knees.
     """
     knees: tuple[float, ...] = ()
     chosen = [knees]

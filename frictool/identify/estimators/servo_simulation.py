@@ -166,7 +166,7 @@ def _best_delay(
 
 
 def free_strokes(segment: RecordSegment) -> IntVector:
-    """Return the stroke (n,) of each sample since the torque was disabled; 0 with torque."""
+    """Return the number (n,) of strokes since the torque was disabled; 0 with torque."""
     servo = segment.record.servo
     assert servo is not None
     part = slice(segment.first, segment.last)

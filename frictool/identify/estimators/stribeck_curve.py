@@ -297,7 +297,7 @@ def _whole_strokes(record: MotionRecord) -> list[RunRow]:
 def _runs(record: MotionRecord) -> list[RunRow]:
     """Return a row for each run of a record.
 
-    Blocks of one stroke are joined as long as they form a line.
+    Blocks of samples in a stroke are joined as long as their positions follow a line in time.
     """
     number = find_strokes(record).number
     rows = []

@@ -96,7 +96,7 @@ def predict_halves(
 
 
 def comparison_segments(side: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return the segments that are simulated of one half of the data."""
+    """Return the segments of one half of the data that are simulated."""
     return thinned(whole(side), MOST_COMPARED)
 
 

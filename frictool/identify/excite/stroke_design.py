@@ -71,7 +71,7 @@ class StrokeProgram:
         return np.asarray(np.diag(np.linalg.inv(unit)) / scale**2)
 
     def worst(self, times: Vector) -> float:
-        """Return the largest ratio of a variance to its limit in a test of `times` (k,)."""
+        """Return the largest ratio of a variance to its limit for the repetitions `times` (k,)."""
         known = self.requested
         return float((self.variances(times)[known] / self.limit[known]).max())
 

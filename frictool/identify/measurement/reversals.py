@@ -144,7 +144,7 @@ def _over_windows(
 
 
 def _delay(records: list[MotionRecord], gap: float, confidence: float, window: int) -> Interval:
-    """Return the delay [s] of the position, from rows in which the backlash `gap` is taken up.
+    """Return the delay [s] of the position, from rows outside the backlash `gap`.
 
     `gap` is in rad | m. Raises UnusableLogs if these rows do not determine the delay.
     """
@@ -285,7 +285,7 @@ def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:
 
 
 def _solved(rows: list[ReversalRows], width: float) -> LeastSquaresSolution:
-    """Return the regression with the delay, or for a width > 0 with the backlash.
+    """Return the regression with the delay or, if `width` is above 0, with the backlash.
 
     With a width, the regressors include the derivative with respect to the width. Raises
     UnusableLogs if the rows do not determine the parameters.

@@ -71,8 +71,8 @@ def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
 def _branches(loops: PreslidingLoops) -> list[Branch]:
     """Return each branch between two reversals of the position.
 
-    The effort is not used: near the largest deflection it is flat, and its noise changes the
-    direction before the axis does.
+    The effort does not determine the reversals: near the largest deflection, noise reverses the
+    effort before the axis reverses.
     """
     points = np.empty(loops.position.size, dtype=np.int64)
     edges = []

@@ -44,7 +44,7 @@ def varies(law: FrictionOverTemperature | None) -> bool:
 
 
 def refuse_unknown_temperature(records: Sequence[MotionRecord], bench: Bench) -> None:
-    """Raise UnusableLogs if the bench declares `temperature`, and the records do not show it."""
+    """Raise UnusableLogs if the temperatures cannot show the effect `temperature` of the bench."""
     if bench.load is None or TEMPERATURE not in bench.load.terms or not records:
         return
     for record in records:
