@@ -2,10 +2,9 @@
 
     command ──▶ limit, lag, constant ──▶ inertia, friction, backlash, end stops ──▶ encoder
 
-The parameters of the C code are the engine's array (plant/axis.py, plant/axis_friction_laws.py,
-plant/position_load.py), with friction polynomials relative to the friction levels. Each parameter
-that the model has becomes a parameter of the Functional Mock-up Unit, and its interval becomes part
-of the parameter's description.
+The parameters of the C code are those of the engine (plant/axis.py, plant/axis_friction_laws.py,
+plant/position_load.py); friction polynomials are relative to the friction levels. Each parameter of
+the model is a parameter of the Functional Mock-up Unit, with its interval in the description.
 """
 
 from __future__ import annotations
@@ -165,7 +164,7 @@ def _has_backlash(model: Model) -> bool:
 
 
 def _starts(model: Model) -> list[float]:
-    """Return the engine's array with a load of one harmonic or more, then two further parameters.
+    """Return the initial values: the engine's array, followed by two further parameters.
 
     The friction polynomials are relative to the friction levels.
     """
@@ -324,7 +323,7 @@ def _law_settings(model: Model) -> Iterator[AxisSetting]:
             "restitution",
             al.RESTITUTION,
             "",
-            "speed after an end stop relative to that before",
+            "speed after an impact on an end stop, relative to the speed before",
             0.0,
             math.nextafter(1.0, 0.0),
         )
@@ -415,7 +414,7 @@ def _signals(model: Model, start_position: int) -> Iterator[FmiVariable]:
 
 
 def _initial(depends_on: tuple[int, ...] | None) -> dict[str, str]:
-    """Return the attributes of an initial value: computed, or 0."""
+    """Return the XML attributes of a computed initial value, or of the value 0."""
     if depends_on is None:
         return {"initial": "exact", "start": "0.0"}
     return {"initial": "calculated"}

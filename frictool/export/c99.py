@@ -208,10 +208,7 @@ def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dic
 
 
 def _limit(scaled: FixedProgram, drive: ProgramNode) -> int:
-    """Return the drive's largest word.
-
-    This word is the rounded coefficient of the limit, shifted to the drive's fraction.
-    """
+    """Return the drive's limit as a fixed-point integer."""
     limit = next(index for index, name in scaled.program.names.items() if name == "drive_limit")
     return shift_rounded(
         scaled.constants[limit], scaled.fractions[limit] - scaled.fractions[drive.index]

@@ -6,7 +6,8 @@ control/fixed_point.py determines the shifts:
     value 2^n               raised(value, n): a product, because a left shift of a negative
                             value is undefined
 
-Every value is an int32_t; sums, products and shifted values are computed in int64_t.
+A word is the integer of a value, an int32_t. Sums, products and shifted values are computed in
+int64_t.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ EDGE = 2**31
 
 
 class FixedNumbers:
-    """Writer of C numbers in q31, with the words of the program `scaled`.
+    """Writer of C numbers in q31, for the scaled program `scaled`.
 
     `kind`: C type of values. `constant_kind`: C type of coefficients. `printed`, `cast`: conversion
-    and cast of a value in printf. `words`: note on the values in a row of golden vectors.
+    specifier and cast of a value in printf. `words`: note on the values in the golden vectors.
     """
 
     printed, cast = "%ld", "(long)"
@@ -157,7 +158,7 @@ class FixedNumbers:
                 return f"{of[0]} {INFIX[node.op]} {of[1]}"
 
     def _operand(self, node: ProgramNode, text: str, shift: int, word: bool = False) -> str:
-        """Return an operand shifted to another fraction; an unnamed number is shifted here."""
+        """Return an operand shifted to another number of fraction bits."""
         if node.op == "constant" and node.index not in self.scaled.program.names:
             return _integer(shift_rounded(self.scaled.constants[node.index], shift))
         return (_word if word and shift else _moved)(text, shift)

@@ -166,7 +166,7 @@ def export_controller(
     origin: ExportOrigin,
     report: bool = False,
 ) -> ExportResult:
-    """Export a controller of the document `origin`.
+    """Export a controller that was read from the document `origin`.
 
     `report` measures C code on the bench's target, even if the bench has no budget. Raises
     NoSolutionError if the document is inconsistent, if the rounded loop cannot be verified, if the

@@ -44,9 +44,9 @@ PHASE, LONGEST = (
 )  # samples, largest length of a phase; up to the second value if the prefilter is slow
 SETTLING = 15.0  # time constants of the prefilter
 BANDS = 32.0  # amplitude in bands of the position law, if the bench has no travel
-COUNTS = 8.0  # encoder counts, band of a controller without a band
+COUNTS = 8.0  # width [encoder counts] assumed for the band of a controller without a band
 LAG = 10.0  # samples, lag of the position behind the filtered reference
-FASTER = 3.0  # speed at which the axis falls back into the band, relative to the speed of rest
+FASTER = 3.0  # speed of the return into the band, relative to the speed that counts as rest
 DISABLED = 20  # samples between the commands disable and enable, which count in no mode
 BEYOND = 0.1  # excess of a scheduled parameter beyond its range, relative to the range
 
@@ -67,8 +67,8 @@ class GoldenVectors:
 
     `fault_from`: first row with the fault. `restart`: row before which the controller is started
     again at the position of this row. `commands`: for each command of control/supervision.py, the
-    row before which the command is first given. Right after the command `fault`, `disable` and
-    `enable` are given again before the same row; they do not end the fault.
+    row before which the command is first given. The command `fault` is followed by `disable` and
+    `enable` before the same row, which do not end the fault.
     """
 
     columns: tuple[str, ...]
@@ -212,10 +212,7 @@ class _VectorSequence:
         self.position += (self.now("filtered", reference) - self.position) / LAG
 
     def follow(self, reference: float) -> None:
-        """Move to a reference until axis and prefilter are at rest.
-
-        At the peak of its overshoot the prefilter only seems to be at rest.
-        """
+        """Move to a reference until axis and prefilter are at rest."""
         self.schedule()
         rests = [visit for name, visit in self.visits.items() if name in ("rest", "released")]
         for _ in range(self.patience):
@@ -268,7 +265,7 @@ class _VectorSequence:
                 break
 
     def lose(self, reference: float, samples: int) -> None:
-        """Make one input invalid in each of `samples` samples, in turn, while the axis moves on."""
+        """Make each input in turn invalid for one sample, `samples` times, while the axis moves."""
         kinds: list[dict[str, float]] = [
             {"position": math.nan},
             {"position": math.inf},
@@ -301,7 +298,7 @@ def _speeds(controller: Controller, band: float) -> tuple[float, float]:
 
 
 def _settling_samples(controller: Controller) -> int:
-    """Return the settling time of the filtered reference in samples, within PHASE and LONGEST."""
+    """Return the settling time of the filtered reference in samples, from PHASE to LONGEST."""
     if controller.profile is not None:
         travel = controller.bench.mechanics.travel
         distance = 0.0 if travel is None else travel.high - travel.low

@@ -81,7 +81,7 @@ def time_step(model: Model) -> float:
 
 
 def exported_model(model: Model, without: Collection[str]) -> tuple[Model, list[str]]:
-    """Return the part of a model that MJCF contains, and notes.
+    """Return the model without the features that MJCF leaves out, and notes.
 
     Raises NoSolutionError if the model has a feature that MJCF cannot represent and that is not in
     `without`.

@@ -26,9 +26,9 @@ from frictool.logs.log import Log
 from frictool.plant.axis import LOAD_POSITION, POSITION, STATE_SIZE
 from frictool.typing import Vector
 
-JITTER = 0.1  # relative deviation of an interval from the period at which a record ends
-HOLD_SHARE = 0.5  # effort of the hold relative to the Coulomb friction
-HOLD_S = 2.0  # duration of the hold; the creep speed is that of the second half
+JITTER = 0.1  # deviation of a sample interval, relative to the period, that counts as a gap
+HOLD_SHARE = 0.5  # constant effort of the creep test, relative to the Coulomb friction
+HOLD_S = 2.0  # duration [s] of the creep test; its second half gives the creep speed
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class MjcfCheck:
     rest_s : float
         Time that the model is at rest [s].
     creep : float
-        Distance that MuJoCo moves in this time, rad | m.
+        Distance that MuJoCo moves while the model is at rest, rad | m.
     hold_speed : float
         Speed in MuJoCo under an effort of half the Coulomb friction, rad/s | m/s. The model is at
         rest under this effort.
@@ -155,7 +155,7 @@ def _mujoco() -> ModuleType:
 
 
 def _record(log: Log) -> tuple[Vector, Vector, float]:
-    """Return position and effort (n,) of the first unbroken piece, and the period [s]."""
+    """Return position and effort (n,) before the log's first gap, and the sample period [s]."""
     stream = log.main
     position, effort = log.require(stream, "position", "effort")
     steps = np.diff(stream.time)

@@ -1,4 +1,4 @@
-"""Fixed-point comments of the header: interval of every value, and conversion of encoder counts."""
+"""Fixed-point part of the C header: interval of every value, and macros that convert values."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def conversion_macros(
     """Return lines of C macros that convert inputs and drive to and from fixed-point words.
 
     Every input and the drive get macros for the number of fraction bits and for the lowest and the
-    highest word; an input also gets one that converts a constant in SI. Two further macros convert
-    encoder counts to the position's word, and the drive's word to thousandths of an A or V.
+    highest word. An input also gets a macro that converts a constant in SI. Two further macros
+    convert encoder counts to the position's word, and the drive's word to thousandths of an A or V.
 
     `prefix` begins each macro's name. `step` [rad | m] is the position per encoder count.
     """

@@ -2,9 +2,9 @@
 
 The sampled loop is rebuilt at every vertex with the rounded coefficients. Each loop must be stable
 at every delay of the document, and have the specified modulus margin at the bench's delay. If the
-document contains the weights of the norm, the norm must not exceed the claimed norm. Every corner
-of a schedule is checked with the plant of this corner. The verification does not include the
-rounding of signals; the golden vectors show its effect (golden_vectors.py).
+document contains the weights of the norm, the norm must not exceed the stored norm. Every corner of
+a schedule is checked with the plant of this corner. The rounding of signals is not verified; the
+golden vectors show its effect (golden_vectors.py).
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def rounded_loop(
     `biquads`: linear controller with the biquads' coefficients and without anti-windup; it replaces
     the linear controller of `controller`. Raises NoSolutionError (exit 4) if the loop or the
     rounded anti-windup is unstable, if the modulus margin is below the specified margin, or if the
-    norm is above the claimed norm. The message states vertex and value.
+    norm is above the stored norm. The message states vertex and value.
     """
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer, coefficient_rounder(number))
@@ -90,7 +90,7 @@ def rounded_loop(
         raise _refused(
             controller,
             number,
-            f"at vertex {norms[norm_at][1]} the norm is {worst:.4g}, above the claimed "
+            f"at vertex {norms[norm_at][1]} the norm is {worst:.4g}, above the stored "
             f"{claimed:.4g}",
         )
     return RoundedLoop(margin, margins[at][1], worst, norms[norm_at][1] if norms else "")

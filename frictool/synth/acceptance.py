@@ -27,10 +27,7 @@ from frictool.verify.loop_wording import delay_words, plant_words
 from frictool.verify.resonant_loop import ResonantCheck, require_margin, resonant_check
 from frictool.verify.speed_loop import is_required
 
-COUNT_LIMIT = (
-    # limit of the drive after one encoder count, in multiples of the drive limit
-    4.0
-)
+COUNT_LIMIT = 4.0  # largest drive after one encoder count, in multiples of the drive's limit
 
 
 def accept(
@@ -41,10 +38,11 @@ def accept(
 ) -> stored.Verified:
     """Return the norms and margins of the loops with `linear` and the surrounding blocks.
 
-    Raises NoSolutionError (exit 4) in three cases: a loop with the bench's delay (1 sample for a
-    bench without delay) is unstable or has less than the specified modulus margin; rounded
-    coefficients violate the margin or the norm; the controller requests too much drive after one
-    encoder count. The message names the vertex.
+    Raises NoSolutionError (exit 4) in three cases:
+
+    - A loop with the bench's delay is unstable, or has less than the specified modulus margin.
+    - A loop with rounded coefficients has too small a margin or too large a norm.
+    - The controller requests too much drive after one encoder count.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0
@@ -74,9 +72,9 @@ def accept(
     for one in rounded[: len(HELD)]:
         if not tolerates_rounding(one, worst_norm, required):
             raise NoSolutionError(
-                f"coefficients rounded to {one.number}: norm {one.gamma:.4g} "
-                f"(claimed: {worst_norm:.4g}), modulus margin {one.modulus_margin:.3f} "
-                f"(specified: {required:g}); reduce the ratio of the largest to the smallest weight"
+                f"coefficients rounded to {one.number}: norm {one.gamma:.4g} ({worst_norm:.4g} "
+                f"before rounding), modulus margin {one.modulus_margin:.3f} (specified: "
+                f"{required:g}); reduce the ratio of the largest to the smallest weight"
             )
     return stored.Verified(
         candidate.gamma,
@@ -93,8 +91,7 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
     """Check the loops with the resonances of the model; return the worst margin of all loops.
 
     The result is None if the model has no resonances. Raises NoSolutionError if a loop is unstable
-    with the bench's delay (1 sample for a bench without delay) or has less than the specified
-    margin.
+    or has less than the specified margin.
     """
     resonances = problem.model.resonances
     if resonances is None:
@@ -137,7 +134,7 @@ def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
         if not check.stable:
             raise NoSolutionError(
                 "the limiter's virtual friction is unstable at rest, at vertex "
-                f"{point.name} with {samples} samples "
+                f"{point.name} with {delay_words(samples)} "
                 f"(spectral radius {check.spectral_radius:.4f}); raise limiter.virtual_speed "
                 "or velocity.filter_rad_s"
             )

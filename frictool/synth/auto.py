@@ -12,6 +12,6 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 def auto(problem: SynthesisProblem) -> ControllerCandidate:
     """Raise NoSolutionError; a search replaces this method by another before the synthesis."""
     raise NoSolutionError(
-        f"{problem.design.name}: method auto is a search by simulation, which frictool synth "
-        f"conducts; synthesise the design that it finds"
+        f"{problem.design.name}: method auto searches a design by simulation; run frictool synth, "
+        "or write another method"
     )

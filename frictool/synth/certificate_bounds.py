@@ -1,10 +1,9 @@
 """Certificate of a loop: the smallest bounds that verify/zero_exclusion.py proves.
 
-A box contains the plants whose parameters are in given intervals. The slack is the relative
-distance of the bound to be proved above the largest norm known so far. At first, this is the
-largest norm at the corners of the box, and the slack is SLACK. A proof that fails returns a plant:
-the norm of this plant is included, and the slack is doubled. After a successful proof with a larger
-slack, the search tries SLACK again, as long as this lowers the bound.
+A box contains all plants whose parameters lie in given intervals. The search first tries to prove
+a bound slightly above the largest norm at the corners of the box; the slack is the relative
+difference. If the proof fails at a plant, the search includes the norm of this plant and doubles
+the slack. After a proof with a larger slack, it tries SLACK again, as long as the bound falls.
 """
 
 from __future__ import annotations
@@ -29,19 +28,16 @@ from frictool.verify.loop_figures import weights_of
 from frictool.verify.speed_loop import performance
 from frictool.verify.zero_exclusion import MOST_CELLS, ProvedBound, prove_bounds
 
-SLACK = 0.001  # of a bound, relative to the worst norm computed
-LARGE_SLACK = 0.1  # above this slack, a proof with too many cells is given up
-MOST_SLACK = 1e6  # above this slack, no proof is tried
+SLACK = 0.001  # slack of the first proof
+LARGE_SLACK = 0.1  # largest slack if the proofs need too many cells
+MOST_SLACK = 1e6  # largest slack if plants violate the bounds
 
 
 def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedBound, ...]]:
-    """Return the certificate of a loop's norm and largest sensitivity, for the intervals `box`.
+    """Return the certificate of a loop for all plants in `box`, and the proved bounds.
 
-    The second result contains the proved bounds, and for each bound the number of cells in the
-    proof (parts of the frequency axis and of the box). The certificate states the reason why a
-    bound is not proved. Raises NoSolutionError if the loop is unstable for a plant of the box. The
-    number of cells is limited instead of the time, so that the same inputs give the same
-    certificate.
+    The certificate states why a bound is not proved. Raises NoSolutionError if the loop is unstable
+    for a plant of the box.
     """
     found = {of: _proved(quantity_loops(loop, of), box, of) for of in loop.quantities}
     proved = tuple(bound for bound in found.values() if isinstance(bound, ProvedBound))
@@ -78,7 +74,7 @@ def certified_weights(weights: PlantWeights) -> CertifiedWeights:
 
 
 def _proved(loops: Sequence[CertificateLoop], box: Box, of: Quantity) -> ProvedBound | str:
-    """Return a proved bound of the quantity `of`, or the reason why there is no proof."""
+    """Return a proved bound of the quantity `of`, or the reason why none is proved."""
     seen = _worst(loops, corners(_ends(box)))
     proved = None
     slack = SLACK
@@ -100,7 +96,7 @@ def _proved(loops: Sequence[CertificateLoop], box: Box, of: Quantity) -> ProvedB
             break
     return proved or (
         f"the proof of {of} < {below:.4g} needs more than {MOST_CELLS} cells (largest value seen: "
-        f"{seen:.4g}); narrower intervals of the model or of the bench need fewer"
+        f"{seen:.4g}); narrow the intervals of the model or of the bench"
     )
 
 

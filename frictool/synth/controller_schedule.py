@@ -1,10 +1,8 @@
 """Scheduled controller: interpolation between the controllers at the corners of the parameters.
 
-Thesis (5.46), (5.64) define the weights of the corners. If the plants are affine in the parameters
-(vertices: first_order, continuous time), the inequalities also hold for the interpolated
-controller. With exact vertices or sampled plants, the inequalities hold only approximately. The
-interpolated controller is therefore verified as it runs on the target, at the corners and at plants
-between the corners.
+Thesis (5.46), (5.64) define the weights of the corners. The interpolated controller satisfies the
+inequalities only if the plants are affine in the parameters (`vertices: first_order`, continuous
+time). It is therefore verified as it runs on the target, at the corners and at plants between them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Search for a limit cycle by simulation (thesis 5.2.1).
+"""Search by simulation for a limit cycle (thesis 5.2.1).
 
-The search is for a controller that does not release the drive near the target.
+The search applies to controllers that do not switch the drive off near the target.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from frictool.engine.status_codes import OK
 from frictool.metrics.limit_cycle import limit_cycle
 from frictool.plant.axis import rest
 
-HELD = 300_000  # samples of the hold: at 1 ms eight periods of the slowest cycle of table 5.1
+HELD = 300_000  # samples: at 1 ms, eight periods of the slowest cycle in table 5.1
 STEP = 0.25  # length of the step, relative to the travel
-ROTARY_STEP, LINEAR_STEP = 10.0, 0.1  # length of the step without a travel [rad], [m]
+ROTARY_STEP, LINEAR_STEP = 10.0, 0.1  # step [rad], [m] on a bench that states no travel
 
 
 def find_cycle(model: Model, controller: Controller) -> Cycle | None:

@@ -151,8 +151,8 @@ def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> 
     assert controller.resonances is not None
     return (
         f"with the resonances of {', '.join(controller.resonances.links)}: stable, modulus margin "
-        f"{check.modulus_margin:.3f} at least "
-        f"({check.where}); norms, bounds and certificate are of the plant without them"
+        f"at least {check.modulus_margin:.3f} "
+        f"({check.where}); norms, bounds and certificate are of the plant without resonances"
     )
 
 
@@ -225,7 +225,7 @@ def _with_rest(
 
 
 def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
-    """Return the synthesis problem on the model's polytope, with derived weights, not relaxed."""
+    """Return the synthesis problem of a design, with derived weights before any relaxation."""
     return _posed(model, spec, design)[0]
 
 

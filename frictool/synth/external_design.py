@@ -42,7 +42,7 @@ EXTERNAL = SynthesisMethod(
 
 @dataclass(frozen=True)
 class _ExternalProblem(SynthesisProblem):
-    """Synthesis problem of an existing controller; its advice is to change that controller."""
+    """Synthesis problem whose error messages advise to change the existing controller."""
 
     @property
     def method(self) -> SynthesisMethod:

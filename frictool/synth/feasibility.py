@@ -1,22 +1,20 @@
 """Check before the design: requirements that no controller can meet on this bench.
 
-The bands of a design are compared with the encoder and the specification, the specified times with
-the drive's limit. plant/time_optimal.py computes the shortest time of a step: the drive accelerates
-at its limit and then brakes at its limit, with its lag and the bench's delay. Every assumption is
-the most favourable one, so that no controller can be faster: the axis stops short of the target by
-static_error, the encoder reads one count closer to the target, and the step begins inside the open
-backlash. Load, the voltage of the winding and resonances are neglected. For the rise time, a stop
-is not required, and the drive is assumed to have no lag.
+The bands of a design are compared with the encoder and the specification. The specified times are
+compared with the shortest time of a step (plant/time_optimal.py): the drive accelerates and then
+brakes at its limit, with its lag and the bench's delay. The assumptions favour the controller:
 
-Method `auto` simulates steps of a known length. The response takes longer than with the drive
-alone, by the time constant of the speed loop with the plant of the smallest gain
-(`loop_allowance`). The loop has the dead time of delay, drive and speed filter, and the specified
-modulus margin on the plant with the largest gain.
+- The axis stops short of the target by static_error, and the encoder reads one count closer to it.
+- The step begins with the backlash open.
+- Load, back-EMF and resonances are neglected.
+- For the rise time, the axis need not stop, and the drive has no lag.
 
-A specification does not state the length of a step. The drive must be able to make the shortest
-step to which the specification can apply (else exit 4). The length of this step is 20 times
-static_error (at least 20 encoder counts), but at most the travel. A note states the longest step
-that is possible in the specified time.
+Method `auto` simulates steps of a known length. The time constant of the slowest plant's speed loop
+(`loop_allowance`) is then added to the shortest time.
+
+A specification does not state the length of a step. The drive must therefore manage a step of 20
+times static_error, at least 20 encoder counts and at most the travel (else exit 4). A note states
+the longest step that is possible in the specified time.
 """
 
 from __future__ import annotations
@@ -45,8 +43,8 @@ from frictool.plant.time_optimal import (
     time_optimal_response,
 )
 
-RISE = (0.1, 0.9)  # shares of the step between which rise_time_s counts
-LENGTHS = 20  # bisections of the length of a step
+RISE = (0.1, 0.9)  # fractions of the step at which rise_time_s begins and ends
+LENGTHS = 20  # bisections in the search for the longest step
 LEAST_MARGIN = 0.3  # modulus margin if the specification has none
 ANGLES = np.linspace(0.01, math.pi, 2000)  # frequencies times the dead time, rad
 ShortestTime = Callable[[DrivenAxis, float], float]  # (axis, length [rad | m]) -> time [s]
@@ -78,7 +76,7 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
 
 
 def check_played_step(model: Model, spec: Spec, length: float, dead_time: float) -> None:
-    """Raise NoSolutionError if the steps of a search take longer than the specified response time.
+    """Raise NoSolutionError if the longest step of a search cannot meet the response time.
 
     length: length of the longest step [rad | m]. dead_time: dead time of the speed loop with its
     fastest filter [s].
@@ -93,7 +91,7 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     raise NoSolutionError(
         f"response_time_95_s: found {required:.4g} s; for the longest step, {length:.4g} "
         f"{si_unit('position', model.axis)}, the drive needs {slowest.time:.4g} s "
-        f"({_described(slowest.plant, model)}), the loop {allowance:.4g} s; raise it "
+        f"({_described(slowest.plant, model)}), the loop {allowance:.4g} s; raise the time "
         "or cut the travel"
     ).at("spec", "response_time_95_s")
 
@@ -101,8 +99,8 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
 def loop_allowance(model: Model, margin: float, dead_time: float) -> float:
     """Return the time constant [s] of the slowest plant's speed loop.
 
-    The loop k exp(-s dead_time)/s of the plant with the largest gain has the modulus margin
-    `margin`; the loop of the plant with the smallest gain is slower by the ratio of the gains.
+    The loop k exp(-s dead_time)/s of the fastest plant has the modulus margin `margin`, which
+    gives k. The slowest plant's loop is slower by the ratio of the two plants' gains.
     """
     gains = [point.constant / point.inertia for point in polytope(model).vertices]
 
@@ -123,7 +121,7 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
         raise FrictoolError(
             f"position_law.band: found {law.band.value:.6g} {unit}; allowed: at least the "
             f"encoder's step, {step:.6g} {unit}; write a larger "
-            "band, or remove the key; the band is then one step"
+            "band, or remove the key for a band of one step"
         ).at("design", "position_law.band")
     bands: dict[str, PositiveLength | None] = {} if limiter is None else {"limiter": limiter.band}
     bands |= {} if law is None or law.action == "none" else {"position_law": law.band}
@@ -188,7 +186,7 @@ def slowest_step(model: Model, least: ShortestTime, length: float) -> SlowestSte
 
 
 def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
-    """Return a vertex with the bench's drive; with an open backlash, if its friction is known."""
+    """Return the axis of a vertex, with open backlash if the bench states its friction."""
     axis, known = driven_axis(model.bench, vertex), model.bench.mechanics
     if known.backlash is None or known.backlash_coulomb is None:
         return axis

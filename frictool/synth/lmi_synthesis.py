@@ -15,10 +15,9 @@ from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
 from frictool.synth.synthesis_problem import SynthesisProblem
 
-SLOW, EASY = (
-    5e-5,
-    1e-4,
-)  # W2 pole, rad per sample: nearly an integrator below the first, well-conditioned at the second
+# pole of W2 times the sample period [rad]
+SLOW = 5e-5  # nearly an integrator below
+EASY = 1e-4  # well-conditioned
 
 
 def solve_inequalities(
@@ -53,7 +52,7 @@ def slow_weight(problem: SynthesisProblem) -> str:
     """Return advice if the pole of W2 is nearly an integrator, else an empty string.
 
     No controller can move this pole, so that the inequalities may have no solution. The advice is
-    the end of a sentence.
+    appended to an error message.
     """
     weight = problem.weights.error
     share = weight.pole * problem.period

@@ -3,10 +3,9 @@
 The inequalities of thesis (5.62) are solved on a grid, and also checked between its points. Method
 `lpv` has one X and one Y, and is therefore valid for parameters that jump. Method `lpv_grid`
 assumes constant or slowly varying parameters and reaches a lower gamma. All plants on the grid are
-exact; no plant is linearised. Coulomb friction only scales an input: if Coulomb friction is
-scheduled, its largest value is used everywhere. The target runs only one controller, the frozen
-controller. It is the controller of the plant `frozen_at` in the design (thesis 5.3.4). The loop
-with this controller is verified at every vertex.
+exact; no plant is linearised. If Coulomb friction is scheduled, its largest value is used
+everywhere, because it only scales an input. The target runs the controller of the plant `frozen_at`
+in the design (thesis 5.3.4). The loop with this frozen controller is verified at every vertex.
 """
 
 from __future__ import annotations
@@ -96,9 +95,9 @@ def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
 def _sums(
     solution: GriddedSolution, family: Family, corners: Sequence[Lti], ends: Sequence[Values]
 ) -> str:
-    """Return a note on the gamma that the interpolated corner controllers prove at the grid points.
+    """Return a note on the gamma at the grid points with barycentric sums of corner controllers.
 
-    The interpolation is the barycentric sum (thesis 5.46, 5.64).
+    Thesis (5.46), (5.64) define the sums.
     """
     worst = 0.0
     for values in solution.points:
@@ -179,12 +178,12 @@ def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
 
 def _note(solution: GriddedSolution, names: tuple[str, ...], options: Grid) -> str:
     moving = (
-        f"up to {options.speed_per_s:g} of their widths per s"
+        f"which move by up to {options.speed_per_s:g} of their intervals per s"
         if options.speed_per_s
-        else "constant"
+        else "which are constant"
     )
     return (
-        f"gridded over {', '.join(names) or 'nothing'} ({moving}), X and Y of degree "
-        f"{options.degree}: {len(solution.points)} points in the "
-        f"end, inequalities evaluated at {solution.checked}; between them nothing is proved"
+        f"grid over {', '.join(names) or 'no parameters'}, {moving}; X and Y of degree "
+        f"{options.degree}: inequalities solved at {len(solution.points)} points, checked at "
+        f"{solution.checked}, not proved between them"
     )

@@ -4,11 +4,10 @@ The inequalities of theorem 5.3.1 bound the norm with a scheduled controller onl
 constant controller (thesis 5.3.4). This method varies the parameters of one constant controller
 (structured_controller.py), and minimises the largest norm of all vertices directly.
 
-The problem is not convex. The search starts from random controllers, drawn with a seed, of the
-least order that can stabilise all vertices, and improves them. The best controller then gets a pole
-and an equal zero, and is improved again, until the requested order is reached. The added pole and
-zero cancel, so that the norm never rises with the order. The result is an upper bound of the
-optimum.
+The problem is not convex. The search draws random controllers of the least order that can stabilise
+all vertices, and improves them. It then adds a pole and an equal zero to the best controller and
+improves it again, until the requested order is reached. The added pole and zero cancel, so that the
+norm never rises with the order. The result is an upper bound of the optimum.
 """
 
 from __future__ import annotations
@@ -30,24 +29,20 @@ from frictool.typing import Vector
 Progress = Callable[[str], None]
 
 ORDER = {"position": 4, "speed": 3}  # order if the design does not state one
-DRAWN, STARTS, KEPT, PLACES = (
-    300,
-    8,
-    2,
-    4,
-)  # starts drawn, starts improved, controllers extended, frequencies tried for each extension
+DRAWN = 300  # random controllers drawn
+STARTS = 8  # best of the drawn controllers, which are improved
+KEPT = 2  # controllers that get a further pole
+PLACES = 4  # frequencies tried for each further pole
 ROUNDS, LAST_ROUNDS = 25, 60  # rounds of each descent, and of the last one
 LEVEL = 0.01  # relative difference of norms below which vertices are treated as equally bad
-# factor on the specified modulus margin, which leaves a reserve for rounded coefficients
-CLEAR = 1.001
+CLEAR = 1.001  # factor on the specified modulus margin, a reserve for rounded coefficients
 
 
 def minimax(problem: SynthesisProblem, seed: int = 0) -> ControllerCandidate:
     """Return the best controller of several descents; the same seed gives the same controller.
 
-    Raises NoSolutionError if no start stabilises every vertex, or if the order is too low for the
-    structure. In a sampled design, also raises NoSolutionError if the best controller with the
-    bench's delay has less than the specified margin.
+    Raises NoSolutionError if no controller stabilises every vertex, or if the best controller has
+    less than the specified margin.
     """
     design = problem.design
     period = problem.period if problem.sampled else 0.0
@@ -56,8 +51,7 @@ def minimax(problem: SynthesisProblem, seed: int = 0) -> ControllerCandidate:
     around = _bandwidth(problem, bound)
     plants = [problem.plant(point.rates) for point in problem.box.vertices]
     typical = abs(OpenLoopResponses.of(plants[0], np.array([around])).p22[0])
-    # A signal without a weight has no cost: without a weight on the command, the structure must
-    # limit the gain at high frequencies.
+    # Without a weight on the command, the structure must limit the gain at high frequencies.
     structure = StructuredController(
         order, design.integrator, not problem.weights.command, bound, around, 1.0 / typical, period
     )
@@ -104,8 +98,8 @@ def search(
 ) -> DescentPoint:
     """Return the parameters with the smallest worst norm and modulus margins of at least `margin`.
 
-    All `plants` must have the same order. Raises NoSolutionError if no start stabilises every
-    plant, or if no controller has the margin.
+    All `plants` must have the same order. Raises NoSolutionError if no controller stabilises every
+    plant, or if the best controller has less margin.
     """
     random = np.random.default_rng(seed)
     least = min(structure.order, 1 + structure.integrator + structure.rolls_off)

@@ -25,10 +25,10 @@ from frictool.synth.worst_norm import OpenLoopResponses, all_stable, sensitivity
 from frictool.typing import Vector
 
 GRID = 100  # frequencies of the grid
-ACTIVE = 0.6  # share of the worst gain; smaller gains cannot become the worst one within a step
+ACTIVE = 0.6  # fraction of the worst gain; a step ignores smaller gains
 REMEMBERED = 8  # peak frequencies kept per plant
 STEPS = 30  # iterations of the quadratic programs within one box
-# half-widths of the box, in parameters scaled to about one
+# half-widths of the box, in scaled parameters
 FIRST_BOX, LARGEST_BOX, SMALLEST_BOX = 0.5, 1.0, 1e-4
 SETTLED = 1e-6  # relative improvement below which a descent has converged
 
@@ -37,7 +37,7 @@ SETTLED = 1e-6  # relative improvement below which a descent has converged
 class DescentPoint:
     """Parameters of the controller, with the exact worst norm and the violation of the margin.
 
-    missed: M max|S| - 1 for the required margin M, or 0 if that is negative.
+    missed: the violation, M max|S| - 1 for the required margin M, at least 0.
     """
 
     parameters: Vector

@@ -2,9 +2,9 @@
 
 The realisations are a balanced state space, its inverse Tustin transform, and sections.
 
-An exact integrator (pole at z = 1) is a separate state with the coefficient 1, which no rounding
-changes. In the chain of sections it is a separate section, if the zeros allow a proper one. The
-remaining controller is stable and balanced, so that rounded coefficients change it little.
+An exact integrator (pole at z = 1) is a separate state with the coefficient 1, which rounding does
+not change. If the zeros allow, it is also a separate section. The remaining controller is stable
+and balanced, so that rounded coefficients change it little.
 """
 
 from __future__ import annotations
@@ -33,10 +33,12 @@ INFINITE = 1e8  # zeros of larger modulus are treated as infinite
 def stored_forms(k: Lti) -> LinearController:
     """Return all realisations of the discrete controller `k`, which may have one integrator.
 
-    Raises NoSolutionError in three cases. `k` has two integrators. `k` without its integrator is
-    unstable: such a controller diverges whenever the loop is open, for example at the drive's
-    limit. The frequency responses of sections and state space differ by more than 1e-6 of the peak;
-    for a controller K with an integrator, (z - 1) K(z) is compared.
+    Raises NoSolutionError in three cases:
+
+    - `k` has two integrators.
+    - `k` without its integrator is unstable; it would diverge at the drive's limit.
+    - The frequency responses of sections and state space differ by more than 1e-6 of the peak. With
+      an integrator, the responses of (z - 1) K(z) are compared.
     """
     integrator, rest = split_integrator(k)
     radius = spectral_radius(rest.a)
@@ -175,9 +177,8 @@ def _integrator_section(
 ) -> tuple[Matrix, ComplexVector, ComplexVector]:
     """Return the integrator's section, and the zeros and poles that remain.
 
-    The section takes the real zero nearest to z = 1, or none. If all zeros are complex and none is
-    missing, no first-order section is proper; the integrator then shares a section with another
-    pole.
+    The section takes the real zero nearest to z = 1, or none. If there are as many zeros as poles
+    and all zeros are complex, the integrator shares a section with another pole.
     """
     real = np.flatnonzero(zeros.imag == 0.0)
     if real.size:

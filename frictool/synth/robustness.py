@@ -37,7 +37,7 @@ def robustness(
         raise NoSolutionError(
             f"not verified: the norm is {worst.norm:.4g} inside the box, at "
             f"{plant_words(worst.point, problem.model.bench)}, "
-            f"where {vertices.norm:.4g} is claimed; narrow the intervals or relax the weights"
+            f"above {vertices.norm:.4g} at the vertices; narrow the intervals or relax the weights"
         )
     common = None
     if varying:
@@ -67,7 +67,7 @@ def sensitivity_inside(
         raise NoSolutionError(
             f"not verified: the largest sensitivity is {inside:.4g} inside the box, at "
             f"{plant_words(at, problem.model.bench)}, "
-            f"where {vertices:.4g} is claimed; narrow the intervals"
+            f"above {vertices:.4g} at the vertices; narrow the intervals"
         )
     return stored.Robustness(
         interior_points=points_inside(problem.box.vertices), interior=max(inside, vertices)

@@ -3,11 +3,11 @@
 The method works with structure `position` only. The tuning rule searches w, m and f and derives all
 poles:
 
-- dominant pair: natural frequency w and damping m; w >= 3/t95, so that a disturbance also decays
-  within the response time
+- dominant pair: natural frequency w and damping m; w >= 3/(response time), so that a disturbance
+  also decays within the response time
 - auxiliary poles: all others, real, at f w; a larger f rejects disturbances faster and amplifies
   noise
-- delay: one pole at z = 0 per sample, as in the plant
+- delay: one pole at z = 0 for each sample, as in the plant
 
 The best w, m, f are chosen by these criteria, in this order: the nominal step response with the
 prefilter is within 5 % in the specified time; the modulus margin at the worst vertex is at least
@@ -38,11 +38,11 @@ from frictool.verify.margins import open_loop
 
 ORDER = 5
 DAMPINGS = (0.6, 0.7, 0.8, 0.9, 1.0)
-FREQUENCIES = 10  # natural frequencies, and pole ratios, of the first search
-STARTS = 2  # starts of the refinement, from the better quarter
+FREQUENCIES = 10  # number of values tried first for w, and for f
+STARTS = 2  # starts of the refinement, from the better quarter of the first tuning values
 CLEAR = 1.01  # factor on the specified margin, because the margin is computed on a grid
 REFINEMENTS = 6  # halvings of the search pattern around the best point
-SETTLED = 0.05  # share of the step: error within which the response has settled (the 95 % of 5.4.1)
+SETTLED = 0.05  # error at which the response has settled, as a fraction of the step (thesis 5.4.1)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@
                             speed; no rule for a measured speed
 
 Here v_r is `virtual_speed`, F_cv `virtual_coulomb`, T the period and J the inertia. For the mass of
-table 5.1, v_r is 0.01 m/s; section 5.2.5 has 10 m/s, which hardly brakes.
+table 5.1, v_r is 0.01 m/s. The thesis (5.2.5) has 10 m/s, which hardly brakes.
 """
 
 from __future__ import annotations

@@ -59,10 +59,9 @@ class SynthesisProblem:
 
     @property
     def weighs(self) -> bool:
-        """Return True if the norm of the weighted loop is bounded.
+        """Return True if the norm of the weighted loop is bounded, False if the sensitivity is.
 
-        If the input of the controller is the speed error and not eta, the result is False, and the
-        sensitivity is bounded.
+        The sensitivity is bounded if the input of the controller is the speed error.
         """
         return not self.design.speed_input
 

@@ -6,10 +6,10 @@ the largest W1 with gamma <= 1 can therefore be bracketed, and gives one point o
 curve. Within a bracket the search assumes that gamma^2 minus its value at W1 = 0 is proportional to
 a power of W1, which is nearly true; if that fails, the search bisects.
 
-W3 is lowered only as long as that raises W1. Among the points of the curve whose W1 is within 10 %
-of the largest, the point with the largest W3 is the result. At still lower W3, W1 falls again,
-because the noise weight of one encoder count grows. The search ends at the W3 at which this noise
-alone reaches the limit of W2, also in a design without a noise weight.
+W3 is lowered only as long as that raises W1. The result is the point with the largest W3 among the
+points whose W1 is within 10 % of the largest W1. At still lower W3, W1 falls again, because the
+noise weight of one encoder count grows. The search ends at the W3 at which this noise alone reaches
+the limit of W2, also in a design without a noise weight.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ REFINEMENTS = 4
 FLAT = 0.9  # share of the largest W1 above which W1 is treated as largest
 BUDGET = 48  # largest number of evaluations
 TOLERANCE = 0.01  # gamma between 0.99 and 1 times the requested value is accepted
-DEEPEST = 1e-5  # share of the starting W1 that stands for no disturbance
+DEEPEST = 1e-5  # W1, relative to its start, that is treated as W1 = 0
 SLOPE = 0.8  # slope of log gamma over log W1, assumed while only one point is known
 
 
@@ -202,11 +202,7 @@ class _TradeSearch:
         return min(0.0, max(math.log(DEEPEST), values[0] + slope * (effort - known[0])))
 
     def _refine(self) -> None:
-        """Try one more effort in the widest gap next to the best effort.
-
-        The gap is on the stricter side of the best effort, or next to the largest W1 if that can
-        grow.
-        """
+        """Try one more effort in the widest gap next to the best effort or to the largest W1."""
         if not self.curve or len(self.tried) < 2:
             return
         ordered = sorted(self.tried)

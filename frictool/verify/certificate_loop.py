@@ -22,8 +22,8 @@ SENSITIVITY = CertifiedWeights(
 class SpeedFeedback:
     """Feedback of the speed: drive = C(z) (F(z) m + position_gain eta), with eta = -position.
 
-    velocity: filter F, and source of the speed (-m): difference of positions, or a sensor.
-    position_gain: gain [1/s] of a proportional law around the speed loop, or 0.
+    m: minus the speed. velocity: filter F, and source of the speed (difference of positions, or a
+    sensor). position_gain: gain [1/s] of a proportional law around the speed loop, or 0.
     """
 
     velocity: Velocity
@@ -52,15 +52,15 @@ class CertificateLoop:
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return the quantities that a certificate bounds; no norm if a speed is fed back."""
+        """Return the quantities that a certificate bounds; no norm if the speed is fed back."""
         return ("norm", "sensitivity") if self.speed is None else ("sensitivity",)
 
 
 def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
     """Return the loops whose norms define a quantity; the quantity is the largest of these norms.
 
-    For the norm this is `loop`. For the sensitivity these are unweighted loops: the position loop
-    or the speed loop and, with a proportional law, also the outer loop.
+    The norm is that of `loop`. The sensitivity is the norm of unweighted loops: the position or
+    speed loop and, with a proportional law, also the outer loop.
     """
     if of == "norm":
         return (loop,)

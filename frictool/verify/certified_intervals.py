@@ -20,7 +20,7 @@ MARGIN_PARAMETERS = (
     "constant",
 )  # a margin depends on these alone; a norm depends on Coulomb friction too
 
-LONGEST_PHRASES = 80  # characters of the phrases in a warning
+LONGEST_PHRASES = 80  # largest number of characters of all phrases in a warning
 Interval = tuple[float, float]
 
 

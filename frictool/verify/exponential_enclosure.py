@@ -29,9 +29,7 @@ from frictool.errors import NoSolutionError
 
 BITS = 96  # bits of an enclosure below the binary point
 ONE = 1 << BITS
-# limit of lambda and |sigma|: above it the series is long, and the axis is better described without
-# that lag or that mass
-LARGEST = 64
+LARGEST = 64  # limit of lambda and |sigma|; above it, the lag or the inertia is negligible
 DEGREE = 14  # degree of the polynomials; on an interval of width 1 the remainder is below 1e-16
 Series = Callable[[int, Fraction], tuple[Fraction, Fraction]]
 
@@ -130,7 +128,7 @@ def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
 
 
 def _nested(ratio: Fraction, last: int, one: int) -> dict[int, tuple[int, int]]:
-    """Return, for j up to `last`, an integer centre and radius of the interval of `one` times v_j.
+    """Return integer bounds (centre, radius) of v_j times `one`, for each j up to `last`.
 
     v_j: sums of `exponential_series`. one: power of 2 that scales numbers to integers.
     """

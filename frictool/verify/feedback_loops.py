@@ -6,8 +6,8 @@ position x and speed v:
     position, and speed_cascade with input eta     drive = C(z) eta, eta = -x
     speed_cascade with input speed_error           drive = C(z) F(z) m,
                                                    m = -(x[k] - x[k-1])/T, or -v measured
-    with a proportional law, v_c = K_p (r - x)     drive = C(z) (F(z) m - K_p x), and
-                                                   C(z) (1 + K_p T z/(z - 1)) eta
+    with a proportional law, v_c = K_p (r - x)     drive = C(z) (F(z) m - K_p x) for speed_error,
+                                                   C(z) (1 + K_p T z/(z - 1)) eta for eta
 
 C is the linear controller, F the velocity block, K_p the law's gain, r the position reference, and
 v_c the speed reference. If an observer estimates the speed (verify/observer_loop.py), F m is the
@@ -214,8 +214,8 @@ def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
 def from_position(feedback: FeedbackLoop) -> Lti:
     """Return the system from -(encoder position) to the drive.
 
-    The system gives the response of the drive to encoder counts. The path from a measured speed is
-    left out, because a measured speed does not contain encoder counts.
+    The system gives the response of the drive to encoder counts, which a measured speed does not
+    contain.
     """
     period = feedback.system.period
     if feedback.sees == (ETA,):

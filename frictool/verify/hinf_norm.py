@@ -16,8 +16,7 @@ from frictool.plant.lti import Lti
 from frictool.typing import Matrix
 
 LEVELS = 100  # largest number of levels of the bisection; a few are usual
-# relative real part below which an eigenvalue is treated as imaginary; an extra one costs an
-# evaluation
+# relative real part below which an eigenvalue is treated as imaginary
 ON_AXIS = 1e-8
 
 
@@ -58,7 +57,7 @@ def norm(
         return np.inf, np.nan
     try:
         return _peak(system, tolerance, looks)
-    except np.linalg.LinAlgError:  # a pole at an evaluated frequency: stable by less than rounding
+    except np.linalg.LinAlgError:  # a pole lies at an evaluated frequency
         return np.inf, np.nan
 
 

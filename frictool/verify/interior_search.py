@@ -92,10 +92,9 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, the largest between them, and a plant.
+    """Return the largest sensitivities at and between the vertices, and the plant of the second.
 
-    Between the vertices, POINTS scattered plants are evaluated. The plant is the one of them with
-    the largest sensitivity.
+    Between the vertices, POINTS scattered plants are evaluated.
     """
 
     def sensitivity(point: PlantPoint) -> float:

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 from frictool.plant.polytope import PlantPoint
 
-RECORD = "played_plants"  # metadata key: topic -> LoggedPlant as JSON
-# metadata key: parameter -> [low, high] as JSON, of the simulated model
+# metadata record that maps each topic to its LoggedPlant as JSON
+RECORD = "played_plants"
+# metadata record that maps each parameter of the simulated model to [low, high] as JSON
 INTERVALS = "model_intervals"
 
 

@@ -40,15 +40,15 @@ from frictool.verify.margins import loop_margins
 from frictool.verify.speed_loop import is_required, performance
 from frictool.verify.stored_forms import limited_radius
 
-CLAIM = 1.01  # factor by which a norm may exceed the claimed norm
+CLAIM = 1.01  # largest ratio of a norm to the norm at the vertices
 HELD: tuple[stored.Number, ...] = (
     "double",
     "float",
-)  # formats with which every controller is verified
+)  # formats in which every controller is verified
 OFFERED: tuple[stored.Number, ...] = (
     "q31",
     "q15",
-)  # formats that are listed if the loop tolerates them; export refuses them otherwise
+)  # formats that the document lists if the loop tolerates them; export refuses the others
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from frictool.runtime.kernels import kernel
 from frictool.typing import ComplexVector, IntVector, Matrix, Vector
 
-# measured signals of a loop, in `sees` of the kernels
+# codes of the measured signals
 SEES_ETA, SEES_DIFFERENCE, SEES_SPEED = 0, 1, 2
-# largest sum of a row of a matrix whose power series is summed; a larger matrix is halved before
+# largest row sum of a matrix whose power series is summed; a matrix with more is halved first
 LARGEST_ROW = 0.5
-TERMS = 16  # of the series: the first term left out is below 1e-19
-NEAR = 0.9  # share of the largest gain above which a maximum is refined
+TERMS = 16  # terms of the series; the first omitted term is below 1e-19
+NEAR = 0.9  # fraction of the largest gain above which a maximum is refined
 ZOOMS, ZOOMED = 4, 11  # rounds of refinement, and frequencies in each
 # relative difference between the gain by the modes and by the matrices, above which the modes are
 # not trusted
@@ -201,13 +201,12 @@ def _solve(matrix: NDArray[np.complex128], right: ComplexVector) -> bool:
 
 @kernel
 def _on_circle(angle: float) -> complex:
-    """Return the point of the unit circle at an angle."""
     return complex(np.exp(1j * angle))
 
 
 @kernel
 def _by_modes(poles: ComplexVector, residues: ComplexVector, point: complex) -> float:
-    """Return the magnitude of the sensitivity at a point of the unit circle, from its modes."""
+    """Return |sensitivity| at a point of the unit circle, from poles and residues."""
     total = complex(1.0)
     for k in range(poles.shape[0]):
         total += residues[k] / (point - poles[k])
@@ -216,7 +215,7 @@ def _by_modes(poles: ComplexVector, residues: ComplexVector, point: complex) -> 
 
 @kernel
 def _by_matrices(loop: tuple[Matrix, Vector, Vector], point: complex) -> float:
-    """Return the magnitude of the sensitivity at a point of the unit circle, from its matrices."""
+    """Return |sensitivity| at a point of the unit circle, from the matrices of `loop`."""
     a, b, c = loop
     n = b.shape[0]
     matrix = np.empty((n, n), dtype=np.complex128)

@@ -31,8 +31,8 @@ from frictool.verify.hinf_norm import norm
 
 NEAR_CIRCLE = 1e-3  # distance from the unit circle within which an eigenvalue is examined
 LOOKS = 1500  # points of the grid, over six decades below half the sampling frequency
-NOTHING = 1e-9  # |L| below this is zero: a roll-off at half the sampling frequency limits no gain
-REAL = 1e-6  # limit of |f| relative to |L| + 1 at a crossing
+NOTHING = 1e-9  # |L| below this value is treated as zero
+REAL = 1e-6  # largest residual of the crossing condition, relative to |L| + 1
 
 
 @dataclass(frozen=True)
@@ -103,12 +103,10 @@ def loop_margins(loop: Lti) -> LoopMargins:
 def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> float:
     """Return ||H_v/w|| of annex (27), the peak gain from the friction w in [-1, 1] to the speed.
 
-    The unit is rad/s | m/s; for an unstable loop the result is inf. The annex requires that the
-    gain is at most 1, and concludes stability from |sign(v)| <= 1. But for the norm N [rad/s |
-    m/s], |sign(v)| <= |v|/N is true only for speeds above N. The norm therefore shows only that
-    friction cannot sustain an oscillation whose speed is always above N. The norm proves nothing
-    near v = 0, where the gain of sign(v) is unbounded; there only a simulation of the loop can
-    decide.
+    The unit of the gain N is rad/s | m/s; N is inf for an unstable loop. The annex concludes
+    stability from N <= 1, because |sign(v)| <= 1. But |sign(v)| <= |v|/N is true only for speeds
+    above N. N therefore shows only that friction cannot sustain an oscillation whose speed is
+    always above N. Near v = 0, only a simulation can decide.
     """
     period = controller.period
     blocks = {

@@ -4,9 +4,9 @@
     -> loops at the vertices -> a controller document
 
 If the linear part uses the speed, the stored norms and margins do not apply to the loop with the
-observer. The margins are then computed again with the observer in slip. Values that cannot be
-computed (norms, certificate, robustness) are removed. If the linear part uses only the position
-(eta or the position error), the loop is unchanged, and only the virtual friction is checked.
+observer. The margins are then computed again for a slipping axis. Values that cannot be computed
+(norms, certificate, robustness) are removed. If the linear part uses only the position (eta or the
+position error), the loop is unchanged, and only the virtual friction is checked.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def with_observer(
 def _digested(merged: Controller, source: Controller) -> Controller:
     """Return the document with digests of its new blocks.
 
-    A block that was changed before keeps its old digest, which shows the change.
+    A block that was changed after its verification keeps its old digest, so that the change shows.
     """
     if not source.verified.digests:
         return merged

@@ -93,9 +93,8 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
     Returns
     -------
     Verification
-        Stored values that differ from the computed ones by more than rounding errors, which depend
-        on the processor; blocks of the document changed since its verification; the check with the
-        model.
+        Differences of stored and computed values beyond rounding errors, blocks of the document
+        that were changed after its verification, and the check with the model.
 
     Raises
     ------
@@ -178,7 +177,7 @@ def computed_figures(controller: Controller) -> Verified:
 def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Rounded, ...]:
     """Return the number formats that the loop tolerates.
 
-    If a figure is within TOLERANCE of its limit, the list of the document decides.
+    If a figure is within TOLERANCE of its limit, the format is kept if the document lists it.
     """
     listed = {one.number for one in verified.rounded}
     differences = []
@@ -195,9 +194,8 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
 def needs_search(controller: Controller) -> bool:
     """Return True if no proved bound of the norm between the vertices is low enough.
 
-    A bound is low enough if it is at most CLAIM times the norm at the vertices. A loop without
-    weights has no norm; its sensitivity is used instead. If True, the figures between the vertices
-    must be computed.
+    A bound is low enough if it is at most CLAIM times the norm at the vertices. For a loop without
+    weights, the sensitivity replaces the norm.
     """
     bounds = () if controller.certificate is None else controller.certificate.bounds
     most = CLAIM * controller.verified.gamma_verified
@@ -206,7 +204,7 @@ def needs_search(controller: Controller) -> bool:
 
 
 def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:
-    """Return the figures between the vertices; None if the document needs none and has none."""
+    """Return the figures between the vertices; None if the document neither needs nor has them."""
     known = controller.verified.robustness
     if known is None and (controller.certificate is None or not needs_search(controller)):
         return None

@@ -1,4 +1,4 @@
-"""Check of loops with resonant links, at every corner and both ends of each resonance."""
+"""Check of loops with resonant links, at every corner and for each stored resonance filter."""
 
 from __future__ import annotations
 

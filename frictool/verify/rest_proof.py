@@ -28,7 +28,7 @@ from frictool.documents.certificate import Box, Certificate, RestCheck, RestProo
 from frictool.documents.controller import Controller, Limiter, PositionLaw
 
 ROUNDED = 1e-12  # relative margin of each figure; each needs fewer than 50 roundings
-OF_THE_APPROACH = ("arrival_speed", "stable_loop")  # checks that the states in the band do not need
+OF_THE_APPROACH = ("arrival_speed", "stable_loop")  # checks of the motion towards the band
 BRAKING_SHARE = 0.5  # disturbance while the axis stops, relative to the least friction
 
 
@@ -121,9 +121,9 @@ def _law_checks(
 def _limiter_checks(controller: Controller, box: Box, limiter: Limiter) -> tuple[RestCheck, ...]:
     """Return the hypotheses of proposition 5.2.1 on the released drive.
 
-    The released drive brakes against the measured speed, which one count disturbs. A brake whose
-    largest effort is below the friction only takes energy from the axis. The effort of a stronger
-    brake after one count must be below the friction, else the axis may pass the next count.
+    The released drive still brakes by virtual friction, against the measured speed. A brake with
+    less effort than the friction cannot move the axis. The effort of a stronger brake after one
+    encoder count must be below the friction, or else the axis may pass the next count.
     """
     friction = (1.0 - BRAKING_SHARE) * least_friction(controller, box)
     stretched = box.constant[1] / controller.bench.actuator.constant.value

@@ -50,7 +50,7 @@ def rest_lines(controller: Controller, certificate: Certificate) -> list[str]:
         lines = [head]
         if rest.speed > 0.0:
             lines.append(
-                f"  if released at the target at up to {rest.speed:.4g} {speed}, it stops in the "
+                f"  an axis released at the target at up to {rest.speed:.4g} {speed} stops in the "
                 f"band within {rest.stop_time_s:.3g} s, for disturbances up to "
                 f"{rest.stopping_disturbance:.4g} {effort}"
             )

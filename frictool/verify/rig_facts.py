@@ -15,18 +15,15 @@ from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 
-RECORD = "played_rig"  # metadata key: fact -> number as JSON
-ROUNDING = (
-    # relative tolerance: facts and interval ends are sums and products of a document's numbers
-    1e-9
-)
+RECORD = "played_rig"  # metadata record that maps each fact to its number as JSON
+ROUNDING = 1e-9  # relative tolerance of facts and of interval ends
 
 
 class Fact(NamedTuple):
     """Label of a fact in messages, and unit of its number.
 
-    `unit` is a unit, the name of a dimension, or `drive`. A dimension stands for its SI unit on the
-    kind of axis, `drive` for A or V.
+    `unit` is a unit, the name of a dimension, or `drive`. A dimension stands for its SI unit on a
+    rotary or linear axis, `drive` for A or V.
     """
 
     label: str

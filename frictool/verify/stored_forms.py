@@ -12,13 +12,12 @@ from frictool.plant.lti import tustin
 from frictool.verify.feedback_loops import running_form
 from frictool.verify.hinf_norm import spectral_radius
 
-# share of the peak of (z - 1) K(z), or of K(z) without an integrator; twice the tolerance with
-# which sections are stored
+# allowed difference of two frequency responses, relative to the peak of (z - 1) K(z), or of K(z)
+# without an integrator
 AGREEMENT = 2e-6
 AT_ONE = 1e-9  # distance from z = 1 below which a pole is an integrator
-ANGLES = np.geomspace(
-    1e-3, np.pi * (1.0 - 1e-9), 200
-)  # a form with a delay has a pole at z = -1 in its inverse Tustin image
+# without z = -1, where the inverse Tustin image of a delay has a pole
+ANGLES = np.geomspace(1e-3, np.pi * (1.0 - 1e-9), 200)
 
 
 def check_forms(controller: Controller) -> None:
@@ -63,7 +62,7 @@ def check_forms(controller: Controller) -> None:
 def limited_radius(linear: LinearController, period: float) -> float:
     """Return the spectral radius of the controller's state matrix while the drive is limited.
 
-    Integrators that are held meanwhile are left out.
+    Integrators that are held during that time are left out.
     """
     gains = linear.sos_anti_windup if linear.form == "sos" else linear.anti_windup
     runs = running_form(linear, period)

@@ -110,7 +110,7 @@ def _bound(one: ProvedBound) -> str:
 
 
 def _computed(verification: Verification) -> list[str]:
-    """Return the lines on the stored figures: all agree, or the list of those that do not."""
+    """Return lines on the stored figures that differ from the computed ones."""
     output = []
     controller, differences = verification.controller, verification.differences
     if not differences:
@@ -126,8 +126,7 @@ def _computed(verification: Verification) -> list[str]:
     ]
     if len(differences) > MOST_LINES:
         output.append(
-            f"... and {len(differences) - MOST_LINES} more figures that differ from those "
-            "of the coefficients (--json lists them)"
+            f"... and {len(differences) - MOST_LINES} more differences (--json lists them)"
         )
     if not controller.verified.digests:
         output.append(
@@ -140,7 +139,7 @@ def _computed(verification: Verification) -> list[str]:
         )
     if verification.not_computed:
         names = ", ".join(name.removeprefix("verified.") for name in verification.not_computed)
-        output.append(f"not computed again, as they come from the design or from a solver: {names}")
+        output.append(f"not computed again, because a design or a solver gave them: {names}")
     return output
 
 

@@ -1,4 +1,6 @@
-"""Closed-loop transfer functions at every vertex with their templates: thesis figures 5.13 to 5.16.
+"""Closed-loop transfer functions at every vertex with their upper bounds, called templates.
+
+Thesis figures 5.13 to 5.16 show these functions:
 
     structure position    e/s, i/s, e/w, x/s    s: position reference behind the prefilter,
                                                 e = s - x
@@ -89,7 +91,7 @@ class VertexTransfers:
 
 
 def sensitivities(controller: Controller) -> VertexTransfers | str:
-    """Return the transfer functions at every vertex of a document, or why there are none."""
+    """Return the transfer functions at every vertex of a document, or the reason for none."""
     stable = tuple(vertex for vertex in controller.verified.vertices if vertex.stable)
     if not stable:
         return "the controller names no vertex at which its loop is stable"

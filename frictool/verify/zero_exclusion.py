@@ -214,7 +214,7 @@ def _middle(box: Box, period: float) -> tuple[Fraction, Fraction]:
 
 
 def _pieces(interval: Interval) -> Iterator[Interval]:
-    """Yield intervals at most 1 wide that join to `interval`."""
+    """Yield adjacent intervals, each at most 1 wide, that cover `interval`."""
     low, high = interval
     count = max(1, math.ceil(high - low))
     for index in range(count):

@@ -63,8 +63,10 @@ from frictool.verify.taylor_forms import (
 )
 
 PROVED, VIOLATED, UNDECIDED = 0, 1, 2
-DEPTH = 512  # largest number of cells that wait
-STEADY = 0.05  # share of the largest change of T over a cell
+DEPTH = 512  # largest number of cells on the stack
+# change of T over a cell's frequencies, relative to its largest change over a plant parameter,
+# below which the frequencies need not be divided first
+STEADY = 0.05
 
 
 class KernelLoop(NamedTuple):
@@ -485,7 +487,7 @@ def explore(
         for i in range(1, 3):
             if widths[i] > widths[split]:
                 split = i
-        # a wide range of frequencies first, unless T hardly changes in it, as at frequency 0
+        # divide a wide range of frequencies first, unless T hardly changes in it
         steady = remainder < math.inf and widths[0] < STEADY * widths[split]
         if cell[1] - cell[0] > 0.5 * cell[1] and not steady:
             split = 0

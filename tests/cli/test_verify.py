@@ -124,7 +124,7 @@ def test_a_vertex_outside_of_the_box_is_exit_4(tmp_path: Path) -> None:
         run("verify", _written(tmp_path, smaller)),
         4,
         "vertex v0",
-        "has coulomb 0.18, the certificate's box 0.018 to 0.17",
+        "has coulomb 0.18, outside the certificate's box, 0.018 to 0.17",
     )
 
 

@@ -45,7 +45,7 @@ def test_it_asks_no_more_than_the_polytope_and_keeps_what_it_claims(domain: str)
     )
     assert norm(plant.closed(found.designed))[0] <= 1.01 * found.gamma
     assert "viscous" in found.notes[0]
-    assert "nothing is proved" in found.notes[0]
+    assert "not proved between them" in found.notes[0]
 
 
 def test_the_frozen_controller_of_the_identified_plant_is_another_one() -> None:

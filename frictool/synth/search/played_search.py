@@ -43,19 +43,16 @@ from frictool.verify.document_check import NOT_EVALUABLE
 UNUSABLE = (FrictoolError, *NOT_EVALUABLE)
 SEED = 1
 POPULATION, SPREAD = 18, 0.25  # candidates of a generation; their spread around the best start
-PROMISING = RESERVE  # shortfall on the screen up to which a candidate is played on all plants
-REPORTED = 100  # candidates between two steps of the progress
-MOST_HARD = 10  # largest number of plants of the screen
+PROMISING = RESERVE  # shortfall on few plants up to which a candidate is played on all plants
+REPORTED = 100  # candidates between two progress messages
+MOST_HARD = 10  # largest number of plants in the test on few plants
 CONTINUED = 0.5  # candidates without the reserve, relative to those with it
 NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Design with its point (d,) in the unit cube of the family, and the judged runs of each test.
-
-    A candidate was played in at least one test.
-    """
+    """Design, its point (d,) in the unit cube of the family, and its runs in one or more tests."""
 
     design: Design
     point: Vector
@@ -171,7 +168,7 @@ class CandidateSearch:
         progress(f"search: {self.family.name}")
         found = self._found(self._from_starts, random)
         if found is None and self.played:
-            progress(f"search: {self.family.name}, without reserve from the best candidates")
+            progress(f"search: {self.family.name}, without reserve, from the best candidates")
             self.reserve = 0.0
             self.most += round(CONTINUED * self.family.candidates)
             found = self._found(self._from_nearest, random)

@@ -15,8 +15,8 @@ from frictool.typing import Vector
 RESERVE = 0.05  # relative distance to each limit that the search aims at
 EXACT = ("oscillations", "drive_peak", "rest", "limit_cycle", "saturation_time_s")  # no reserve
 FAILED = 10.0  # shortfall of a candidate that cannot be played
-EACH = 0.02  # weight of the sum of all shortfalls beside the largest
-# shortfall of a response that does not end, and its growth with that of the static error
+EACH = 0.02  # weight of the sum of all shortfalls, which is added to the largest shortfall
+# shortfall of a response that does not settle, and its increase with that of the static error
 STANDSTILL, PER_ERROR = 2.0, 0.3
 
 
@@ -98,7 +98,7 @@ def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
 
     A shortfall of 0 or less means that the requirement is met with the reserve. An undecided
     requirement has the shortfall 0. Above 1 a shortfall grows logarithmically. If a response does
-    not end, its shortfall follows from the static error, so that a search can reduce it.
+    not settle, its shortfall follows from the static error, so that a search can reduce it.
     """
     wanted = np.array([0.0 if one.key in EXACT else reserve for one in runs.metrics])
     reserves = np.array(runs.reserves, dtype=np.float64)
