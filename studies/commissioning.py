@@ -38,8 +38,8 @@ from studies.command_line import CommandResult, run, run_checked
 
 MOST_TESTS = 8
 TRUTH = -1  # index of the true plant among the drawn ones: inside the ranges
-NOISE = 0.02  # largest noise of a measured drive, over its limit: ten standard deviations
-RIGHT = "met", "refused like the search"  # outcomes of a commissioning that is right
+NOISE = 0.02  # largest noise of a measured drive divided by its limit: ten standard deviations
+RIGHT = "met", "refused like the search"  # correct outcomes
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ RIG = Path(__file__).parents[1] / "configs/emps"
 VARIED = ("inertia", "viscous", "coulomb", "offset")
 PERIOD, CONSTANT, LIMIT, COUNT = 1e-3, 35.15065, 10.0, 5e-8  # s, N/V, V, m: configs/emps/bench.yaml
 LEVELS, HOLD = (0.10, 0.05), 2000  # m, samples: configs/emps/scenarios/steps.yaml
-STEPS = 10  # of the integration, in a sample
+STEPS = 10  # integration steps per sample
 # requirement -> unit of its figure in the table, and the factor from SI
 SHOWN = {
     "response_time_95": ("s", 1.0),
@@ -69,7 +69,9 @@ def play(corner: Corner, breakaway: float, controller: Controller) -> tuple[Vect
             way = math.copysign(1.0, speed if speed != 0.0 else effort)
             push = effort - way * corner.coulomb - corner.viscous * speed
             after = speed + h * push / corner.inertia
-            if way * after <= 0.0:  # it stops in this step; the next one decides whether it sticks
+            if (
+                way * after <= 0.0
+            ):  # the carriage stops in this step; the next step decides if it sticks
                 after = 0.0
             position += 0.5 * h * (speed + after)
             speed = after

@@ -25,8 +25,8 @@ from frictool.documents.observer import FrictionMap, Mode, Observer, Tracking
 GRID = 257  # number of positions at which a map is evaluated
 MARGIN = 0.5  # reach of positions and references beyond each end of the travel, in travel widths
 TOP_SPEEDS = 4.0  # bound of a measured or estimated velocity in top speeds of the bench
-# alpha_max of (6.13), largest friction over the model's; additive wear: bound of f + alpha over the
-# largest f
+# largest friction divided by the model's friction, alpha_max of (6.13); for additive wear, bound of
+# f + alpha divided by the largest f
 MOST_WEAR = 3.0
 
 

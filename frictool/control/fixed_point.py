@@ -25,7 +25,9 @@ from frictool.control.program import Program, ProgramNode
 
 BITS = {"q31": 31, "q15": 15}  # bits of a coefficient, without its sign
 WORD, LONG = 2**31, 2**63
-FILLED = 0.98  # part of a word's range that the real interval may fill; the rest is for rounding
+FILLED = (
+    0.98  # fraction of a word's range that the real interval may fill; the rest is for rounding
+)
 WIDEST, FINEST = 31, 60  # largest left shift of a word; largest fraction
 Interval = tuple[float, float]
 Words = tuple[int, int]
@@ -53,7 +55,7 @@ class FixedProgram:
     write_shift: dict[int, int]
     constants: dict[int, int]
     words: dict[int, Words]
-    longest: int  # largest absolute value of an intermediate result
+    longest: int
 
 
 def round_coefficient(value: float, bits: int) -> float:

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 from frictool.control.program import Program, ProgramNode
 
-END = 1.0 / 256.0  # part of a T and a T^2 below which a speed and a distance are treated as 0
+END = 1.0 / 256.0  # fraction of a T and a T^2 below which a speed and a distance are set to 0
 
 
 class ProfileLimits(NamedTuple):
@@ -113,8 +113,8 @@ def _smoothed(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the means of position and speed over the N `speeds`; speeds[k] is k samples old.
 
-    The mean position is the position less the distances that the older samples still miss: sum over
-    k of c_k speeds[k] with the period T, c_0 = T/2 (N - 1)/N, c_k = T (2 N - 1 - 2 k)/(2 N).
+    The mean position is the position minus the sum over k of c_k speeds[k]. With the period T,
+    c_0 = T/2 (N - 1)/N and c_k = T (2 N - 1 - 2 k)/(2 N).
     """
     samples = len(speeds)
     program.block(f"profile: mean over {samples} samples, which bounds the jerk")

@@ -22,11 +22,11 @@ CODES = {
     "valid": VALID,
 }
 
-# columns of `code`: operation, index of the result, indices of the operands; the operands of a dot
-# are its first row of `terms` and the row behind its last
+# columns of `code`: operation, index of the result, indices of the operands; for a dot, the first
+# row in `terms` and the row after the last, instead of operands
 
-# last column of `terms`, behind the indices of coefficient and value: the right shift of their
-# product in fixed point
+# column of `terms` with the right shift of a product in fixed point; the first two columns are the
+# indices of coefficient and value
 TERM_SHIFT = 2
 # columns of `formats`, one row per value: the fraction, the words at which an input or a state
 # saturates, and the shifts of its operation

@@ -29,10 +29,10 @@ from frictool.control.observer_output import ObserverNodes
 from frictool.control.program import Program, ProgramNode
 
 STATES = ("tracked_position", "tracked_velocity", "disturbance", "tracked_gap")
-# speed in counts per sample below which the axis is at rest: a decaying correction would end in
-# rounding errors
+# speed [counts per sample] below which the axis is at rest; a decaying correction ends in rounding
+# errors
 LEAST_SPEED = 1e-6
-# least distance to the end of the gap that is treated as contact, in backlashes
+# smallest distance to the end of the gap that counts as contact, relative to the backlash
 LEAST_EDGE = 1e-3
 
 

@@ -43,7 +43,7 @@ from frictool.typing import Matrix, Vector
 Family = Callable[[Values], Sequence[GeneralisedPlant]]
 PASSES = 6  # largest number of balancing passes
 ROUNDS = 12  # largest number of grid refinements
-JOINING = 4  # points that join the grid in each refinement, the worst ones
+JOINING = 4  # largest number of failing points that join the grid in each refinement
 FINER = (
     1,
     16,
@@ -158,7 +158,7 @@ class _GridSearch:
         )
         rest = (
             (0.0,) if self.frame.disc and max(schedule.degrees) == 2 else ()
-        )  # a step in a square is not linear, so the corners do not cover standing still
+        )  # with quadratic terms, the corners of the steps do not cover a step of 0
         self.motions: list[Values] = list(
             product(*((-s, *rest, s) if np.isfinite(s) and s > 0.0 else (0.0,) for s in speeds))
         )

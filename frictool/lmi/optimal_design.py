@@ -67,7 +67,7 @@ def optimal_shares(rate: Matrix, limit: Vector, cost: Vector) -> Vector | None:
     problem = cp.Problem(cp.Minimize(cp.max(cp.hstack(ratios))), rules)
     try:
         with warnings.catch_warnings():
-            # of reduced accuracy; the caller computes the variances of the shares
+            # warnings of reduced accuracy; the caller computes the variances of the shares
             warnings.simplefilter("ignore", UserWarning)
             problem.solve(solver=cp.CLARABEL)
     except cp.SolverError:

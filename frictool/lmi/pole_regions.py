@@ -7,9 +7,9 @@
 
 c and r are centre and radius of a disc, and decay is the least decay rate of the poles.
 
-A norm that is bounded on the boundary of the region, with every pole inside it, is also bounded on
-the imaginary axis or the unit circle (maximum modulus). A single inequality in p therefore
-guarantees two properties: every pole is inside the region, and the norm is below its bound.
+If every pole is inside the region, a bound of the gain on the region's boundary also holds on the
+imaginary axis or the unit circle (maximum modulus). A single inequality in p therefore guarantees
+two properties: every pole is inside the region, and the norm is below its bound.
 """
 
 from __future__ import annotations

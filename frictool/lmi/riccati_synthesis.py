@@ -30,7 +30,7 @@ from frictool.typing import Matrix
 FULL_RANK = 1e-6  # least singular value of D12 and D21, relative to the largest entry of D
 PRECISION = 1e-5  # relative precision of the smallest gamma
 SYMMETRIC, SEMIDEFINITE = 1e-5, 1e-7  # errors of X, relative to its largest entry
-FIRST, FACTOR, LARGEST = 1.0, 4.0, 1e6  # levels that are tried until one is feasible
+FIRST, FACTOR, LARGEST = 1.0, 4.0, 1e6  # first and largest gamma tried, and the factor between
 
 
 def smallest_gamma(plant: GeneralisedPlant) -> float | None:

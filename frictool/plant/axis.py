@@ -51,9 +51,9 @@ LOOSE = 2.0  # moving inside the backlash; -2 in the negative direction
 class AxisParameters(NamedTuple):
     """Parameters of an axis, SI, rotary | linear.
 
-    If `breakaway` is below `coulomb`, `checked` raises it to `coulomb`. offset: effort against a
-    positive effort. constant: effort per A or V. lag [s]: time constant of the drive. backlash:
-    full width. encoder_step: 0 for a perfect sensor. resistance: 0 without a winding.
+    If `breakaway` is below `coulomb`, `checked` raises it to `coulomb`. offset: constant effort
+    that opposes a positive drive. constant: effort per A or V. lag [s]: time constant of the drive.
+    backlash: full width. encoder_step: 0 for a perfect sensor. resistance: 0 without a winding.
     """
 
     inertia: float  # kg m^2 | kg
@@ -102,7 +102,7 @@ class AxisParameters(NamedTuple):
         return self[:PLAIN_SIZE]  # type: ignore[return-value]  # the laws are the last field
 
 
-# an axis is checked and packed when it is made, and again for its run
+# cached, because an axis is checked and packed when it is made, and again for each simulation
 @lru_cache(maxsize=1)
 def _checked(parameters: AxisParameters) -> AxisParameters:
     """Return `parameters.checked()`, cached."""

@@ -1,8 +1,7 @@
 """Smallest box of parameters that contains a set of plants, and the corners of a box.
 
-In the linear plant the Coulomb friction is only the scale of the disturbance input w. A lower end
-below 0 has the effect of its magnitude, because a norm of the loop does not depend on the sign of
-w; bounds therefore use the largest magnitude.
+In the linear plant the Coulomb friction is only the scale of the disturbance input w. Its sign does
+not change the norm of the loop; bounds therefore use its largest magnitude.
 """
 
 from __future__ import annotations

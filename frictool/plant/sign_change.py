@@ -1,7 +1,6 @@
 """Search for the point at which a function changes its sign, without scipy.optimize.
 
-The import of scipy.optimize takes a quarter of a second, longer than the search of a command that
-needs a root only.
+The import of scipy.optimize takes a quarter of a second, longer than the search.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ def sign_change(
     value
         Continuous function with opposite signs at `low` and `high`.
     low
-        Begin of the searched interval.
+        Start of the searched interval.
     high
         End of the searched interval.
     tolerance
@@ -29,7 +28,7 @@ def sign_change(
     Returns
     -------
     float
-        The place; `high` if there is no change.
+        The argument at the sign change; `high` if there is none.
     """
     before, after = value(low), value(high)
     if before == 0.0:

@@ -10,10 +10,10 @@ is log-concave, so that h(t_arrival - t)/h(t_rest - t) decreases with t. The com
 x(t_arrival) for a given x(t_rest) therefore changes its sign once, from + to -. Either the axis
 stops exactly at `farthest`, or it passes `arrival` before a switch is necessary.
 
-It is not checked whether friction or drive can keep the axis in the zone after the stop, so that
-the result is a lower bound. If a step begins inside an open backlash, its first part of length
-`backlash` has the smaller friction `backlash_coulomb`. The drive is then assumed to start with the
-effort E, which also gives a lower bound.
+The result is a lower bound, because friction and drive may be unable to keep the axis in the zone
+after the stop. If a step begins with open backlash, its first part of length `backlash` has the
+smaller friction `backlash_coulomb`. The drive is then assumed to start with the effort E, which
+also gives a lower bound.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from frictool.plant.sign_change import sign_change
 
 ZONE = 0.05  # half width of the zone of the response time, relative to the step
 NEARLY_EQUAL = 1e-4  # difference of two exponents below which a derivative replaces a quotient
-SAMPLE_ROUNDING = 1e-9  # tolerance of a time, as a share of the sample period
+SAMPLE_ROUNDING = 1e-9  # tolerance of a time, relative to the sample period
 
 
 @dataclass(frozen=True)

@@ -18,20 +18,19 @@ from frictool.reduce.step_report import StepReport
 from frictool.typing import Vector
 
 MOST_TOLERANCE = 1.0  # largest value of --tolerance
-# lowest bandwidth relative to the slowest resonance; number of bandwidths
+# lowest bandwidth tried, relative to the slowest resonance; number of bandwidths tried
 LOWEST = 1e-4
 POINTS = 2000
-# margin relative to the part: on a shorter travel the best line is slightly different
+# margin at the ends of a part, relative to its width; a part has a slightly different best line
 ROOM = 0.02
 WORTH = 0.1  # least useful part, relative to the travel
 
 
 def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
-    """Return the largest bandwidth [rad/s] for which all links may be made rigid, or None.
+    """Return the largest bandwidth [rad/s] up to which all links may be made rigid, or None.
 
-    The bandwidth is below every resonance and rounded down. Up to this bandwidth, rigid links
-    change the gain by at most `tolerance`. Raises ElementError or NoSolutionError if the mechanism
-    cannot be reduced.
+    Up to this bandwidth, which is below every resonance, rigid links change the gain by at most
+    `tolerance`. Raises ElementError or NoSolutionError if the mechanism cannot be reduced.
     """
     source, sensor = controlled_names(whole)
     seen, _ = from_source(whole, source)
@@ -82,12 +81,12 @@ def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
 
 
 def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
-    """Return, for each end of x (n,), the widest part of the travel for which `holds` is true.
+    """Return the widest parts of the travel that begin at an end of x (n,) and satisfy `holds`.
 
-    A part begins at one end of x. The ends of the parts are rounded inwards. Parts narrower than
-    the fraction WORTH of the travel are left out.
+    The ends of the parts are rounded inwards. Parts narrower than the fraction WORTH of the travel
+    are left out.
 
-    holds: function of a slice of x.
+    holds: function that returns True if a slice of x satisfies the condition.
     """
     parts = []
     for from_low in (True, False):

@@ -7,7 +7,7 @@ from frictool.documents.mechanism import Mechanism
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 
 MOST = 16  # mechanisms in the cache
-# by identity: a document does not change, and the cache holds it so that its id stays unique
+# by identity: the cache keeps each document, so that its id stays unique
 _KEPT: dict[int, tuple[Mechanism, AssembledMechanism]] = {}
 
 

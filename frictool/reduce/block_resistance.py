@@ -24,8 +24,8 @@ from frictool.typing import Vector
 class SpeedDependentFriction:
     """Speed-dependent part of a friction.
 
-    drop: breakaway minus Coulomb friction [N m | N]; at speed v, drop exp(-(v/velocity)^exponent)
-        is added to the Coulomb friction.
+    drop: breakaway minus Coulomb friction [N m | N]; at speed v, the friction in slip is the
+        Coulomb friction plus drop exp(-(v/velocity)^exponent).
     viscous: coefficient of viscous friction [N m s/rad | N s/m].
     law: name of the friction law.
     """
@@ -44,7 +44,7 @@ class BlockResistance:
     load: effort of springs, cams and constant efforts (S).
     friction: Coulomb friction (F in slip).
     pressed_breakaway: breakaway without the drops in `falling`.
-    falling: speed-dependent parts of the friction, each the same at all positions.
+    falling: speed-dependent parts of the friction, which do not depend on the position.
     damping: sum of the damping of the springs between block and frame.
     """
 

@@ -8,9 +8,9 @@ backward. The command of a run is:
 - the same step and ramp in the opposite direction.
 
 These moves open and close the backlash, with friction in both directions. Commands are in the
-drive's unit and constant for one sample period. If the friction is almost 0 on the path of a step,
-a small error of the friction would have a large effect on the position at rest. The command
-therefore ends before this step.
+drive's unit and constant for one sample period. Where the friction is almost 0, a small error of
+the friction has a large effect on the position at rest. The command therefore ends before a step
+that passes such a position.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from frictool.typing import Vector
 START_POSITIONS = (0.15, 0.325, 0.5, 0.675, 0.85)  # relative to the travel
 PART = 0.125  # distance of a step relative to the travel
 BEYOND = 1.6  # effort of a step relative to the breakaway
-RAMP_S, SLIP = 0.3, 1.15  # s to the end of a ramp; its last effort relative to the breakaway
+RAMP_S, SLIP = 0.3, 1.15  # duration of a ramp [s]; its last effort relative to the breakaway
 REST_S = 0.1  # s, rest after a move
 LONGEST_S = 4.0  # s, longest push or coasting
-LITTLE = 0.02  # least friction that stops the axis, relative to the push
+LITTLE = 0.02  # smallest friction that stops the axis in time, relative to the push
 STEPS = 101  # points along a move
 SLOWEST = 1e-12  # speed treated as rest, relative to the largest speed
-# checked distance, relative to that of the step; friction that is treated as vanishing, relative to
-# its mean
+# distance over which the friction is checked, relative to the distance of the step; friction that
+# is treated as vanishing, relative to the mean friction
 BEYOND_END, FAINT = 1.25, 0.25
 FREE = 0.3  # push without friction, relative to the drive's limit
 

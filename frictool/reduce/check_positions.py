@@ -27,7 +27,7 @@ def mechanism_positions(
 ) -> Vector:
     """Return positions (n,) of the sensor's block [rad | m] in the coordinate of that block.
 
-    All blocks start at rest, with the root block of `here` at `position` and each backlash in its
+    All blocks start at rest. The root block of `here` starts at `position`, each backlash in its
     middle. Raises NoSolutionError if the simulation fails.
     """
     assembled = here.assembled

@@ -29,8 +29,8 @@ TAKES_PART = 0.05  # fraction of a mode's strain energy, below which a link is n
 class LinkResonance:
     """Compliant link with its slowest resonance.
 
-    frequency: resonance frequency [rad/s]; if the link takes part in no oscillation, the frequency
-        w_r (module docstring) of the link alone with the inertias on its two sides.
+    frequency: resonance frequency [rad/s]. If the link takes part in no oscillation, this is w_r of
+        the module docstring, with the inertias on the two sides of the link.
     damping: damping ratio of the resonance.
     compliance: 1/stiffness [rad/(N m) | m/N].
     twist: twist under the source's largest effort [rad | m].

@@ -1,11 +1,11 @@
 """Change of every block to the coordinate of the source (thesis 2.1.5, (2.16)), the first step.
 
-The step is exact with one exception: the friction of a thread by thesis (2.12) depends on the whole
-torque of the motor, but the step uses the friction at a steady speed.
+The step is exact with one exception: it uses the friction of a thread at a steady speed, while the
+friction of thesis (2.12) depends on the whole torque of the motor.
 
-After the step, all links between two blocks have the ratio 1: they are couplings, or gears with
-losses. Only links of rotary blocks have losses. If the source is linear and there are lossy links,
-the coordinate of the nearest rotary block is therefore used instead of the source's coordinate.
+After the step, all links between two blocks are couplings, or gears of ratio 1 with losses. Only
+links of rotary blocks can have losses. With lossy links, the step therefore uses the coordinate of
+the rotary block nearest to a linear source.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class MechanismView:
     axis: Axis
 
     def frame(self, block: str) -> CoordinateFrame:
-        """Return the frame of a block relative to the root; the ground's frame has the ratio 0."""
+        """Return the frame of a block relative to the root; the ground has the ratio 0."""
         axis = self.axis
         if block == GROUND:
             return CoordinateFrame(0.0, 0.0, axis, axis)
@@ -110,7 +110,7 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepRepor
         f"every block in the coordinate of {names[here.root]}: "
         "masses by ratio^2, efforts by ratio, distances by 1/ratio"
     )
-    # explicit, because a later step may leave a source without its effort
+    # stated explicitly, because a later step may remove the effort of a source
     control = mechanism.control or Control(source, controlled_names(mechanism)[1])
     reduced = msgspec.structs.replace(expressed(here), control=control)
     threads = ", ".join(

@@ -34,15 +34,15 @@ def final(chain: ReductionChain, axis: Axis) -> StepReport:
         neglects.append(f"difference of {len(velocities)} Stribeck velocities")
     if one.play.width > 0.0:
         figures += _of_play(one, inertia, effort, position)
-        neglects.append("masses behind the play")
+        neglects.append("masses behind the backlash")
         notes.append(
-            f"the position of {', '.join(one.play.behind)} within the play is not observable: "
+            f"the position of {', '.join(one.play.behind)} within the backlash is not observable: "
             "no sensor is behind "
             f"{', '.join(link.name for link in one.play.chain)}"
         )
         if len(one.play.chain) > 1:
             notes.append(
-                f"{len(one.play.chain)} plays in a chain open one after another; "
+                f"{len(one.play.chain)} backlashes in a chain open one after another; "
                 "the model opens them together"
             )
     if chain.kept:
@@ -77,10 +77,10 @@ def _of_play(one: OneInertia, inertia: str, effort: str, position: str) -> list[
         return 0.5 * one.play.width * steepest(one.positions, side.curve)
 
     return [
-        StepFigure("inertia inside the play", one.inner, inertia),
-        StepFigure("share of the inertia inside the play", one.inner / one.inertia, ""),
+        StepFigure("inertia inside the backlash", one.inner, inertia),
+        StepFigure("share of the inertia inside the backlash", one.inner / one.inertia, ""),
         StepFigure("backlash", one.play.width, position),
-        StepFigure("friction inside the play", one.inside, effort),
+        StepFigure("friction inside the backlash", one.inside, effort),
         StepFigure(
             "largest error of friction shifted by half the backlash",
             max(map(misplaced, (one.forward, one.backward))),

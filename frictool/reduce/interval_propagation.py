@@ -1,10 +1,10 @@
 """Propagation of a mechanism's intervals to the numbers of the reduced model.
 
-Each quantity in turn is set to the ends of its interval, and the mechanism is reduced again; the
-changes of a number are added. This is exact for sums. For products, it neglects the joint effect of
-several changes. Therefore, if there are at most MOST_CORNERS quantities, the mechanism is also
-reduced for every combination of interval ends. Coulomb friction and breakaway of one element are
-changed together, because the Coulomb friction must not exceed the breakaway.
+Each quantity in turn is set to the ends of its interval, and the mechanism is reduced again. The
+changes of a number of the model are added. This sum is exact for sums of quantities, and neglects
+the joint effect of several changes in products. With at most MOST_CORNERS quantities, the mechanism
+is therefore also reduced for every combination of interval ends. Coulomb friction and breakaway of
+one element are changed together, because the Coulomb friction must not exceed the breakaway.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from frictool.documents.quantity import Quantity, factor_between
 from frictool.documents.struct_fields import fields_of
 from frictool.errors import NoSolutionError
 
-MOST_CORNERS = 3  # quantities, for which all corners are reduced
+MOST_CORNERS = 3  # largest number of quantities for which all combinations of ends are reduced
 Path = tuple[str, ...]
 Numbers = dict[str, float]
 Ends = dict[str, tuple[float, float]]
@@ -107,7 +107,7 @@ def consistent(mechanism: Mechanism) -> Mechanism:
 def propagated(
     mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], progress: Callable[[str], None]
 ) -> Ends:
-    """Return (low, high) of each number; both are the number itself if there are no intervals."""
+    """Return the interval (low, high) of each number; low = high if no quantity has an interval."""
     centre = numbers(mechanism)
     low, high = dict(centre), dict(centre)
     intervals = uncertain(mechanism)

@@ -1,8 +1,8 @@
 """Poles and zeros of the resonances that a reduction keeps.
 
-The transfer function from the effort to the measured position is H(s)/(M s^2) with the mass or
-inertia M of the whole mechanism: H(s) = 1 far below the resonances. Loads and friction against the
-frame are left out, because the one inertia contains them.
+The transfer function from the effort to the measured position is H(s)/(M s^2), with the mass or
+inertia M of the whole mechanism; H is 1 far below the resonances. Loads and friction against the
+frame are left out, because the one-inertia model contains them.
 """
 
 from __future__ import annotations

@@ -2,18 +2,18 @@
 
 The loss of a link is the transmitted effort times drive_loss if the source drives, times back_loss
 if the load drives. At a steady speed, the link transmits the efforts of the loads and frictions
-behind it. The loss therefore becomes part of their curves C_+ and C_-, the efforts that move the
-block forward and backward (thesis (2.15)). The effort that accelerates a mass m behind the link has
-the same losses. The reflected mass is therefore s m, with 1 - back_loss <= s <= 1 + drive_loss for
-any load. The model's inertia is the value for s = 1, with an interval for all values of s.
+behind it. The step adds the losses of these efforts to the curves C_+ and C_-, the efforts that
+move the block forward and backward (thesis (2.15)). The effort that accelerates a mass m behind the
+link has losses, too. The reflected mass is therefore s m, with 1 - back_loss <= s <= 1 + drive_loss
+for any load. The model's inertia is the value for s = 1, with an interval for all values of s.
 
-A link with 1 - back_loss < 0 is irreversible; an example is a thread whose friction coefficient
+A link with 1 - back_loss < 0 is irreversible, for example a thread whose friction coefficient
 exceeds the tangent of its angle. No load moves such a link, and the source must push to lower a
-load. If the load accelerates downwards, it presses less on the link, so that s < 0: the reflected
+load. A load that accelerates downwards presses less on the link, so that s < 0: the reflected
 inertia of the whole mechanism is less than the inertia of the motor alone.
 
-An efficiency (thesis (2.14)) never replaces friction: with a load that drives the motor back, a
-loop with an efficiency instead of friction would be an oscillator without damping.
+The model never has an efficiency (thesis (2.14)) instead of friction. Otherwise, a load that drives
+the motor back would give an oscillator without damping.
 """
 
 from __future__ import annotations
@@ -91,9 +91,9 @@ def as_friction(
 
 
 def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple[float, float]:
-    """Return the interval of a block's slope, quotient of two efforts, behind one more link.
+    """Return the interval of a block's slope (quotient of two efforts) through one more link.
 
-    beyond: interval behind the other links. helped, against: slopes of this link
+    beyond: interval through the other links. helped, against: slopes of this link
     (`LinkLoss.slopes`).
     """
     ends = [slope * one for slope in (helped, against) for one in beyond]
@@ -134,8 +134,8 @@ def _reflected_inertia(
     def least(names: list[str]) -> float:
         """Return the lower bound of (reflected inertia)/(inertia) of the blocks `names`.
 
-        If the bound is negative, the mechanism locks and nothing accelerates; the blocks with
-        negative shares are then left out.
+        If the bound is negative, the mechanism locks; blocks with a negative share are then left
+        out.
         """
         value = share(names, 0)
         if value > 0.0:

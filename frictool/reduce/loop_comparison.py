@@ -21,7 +21,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class LoopStep:
-    """Comparison during one hold, which is a time of constant reference.
+    """Comparison during one hold, a time of constant reference.
 
     time: start of the hold [s].
     origin, target: reference before and during the hold [rad | m].

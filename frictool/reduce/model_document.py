@@ -46,7 +46,7 @@ class _Estimates:
     axis: Axis
 
     def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
-        """Return the estimate of the number `name`; another `value` shifts its interval."""
+        """Return the estimate of the number `name`; a different `value` shifts the interval."""
         nominal = self.one.scalars()[name]
         centre = nominal if value is None else value
         low, high = (end + centre - nominal for end in self.ends.get(name, (nominal, nominal)))
@@ -140,7 +140,7 @@ def _laws(estimates: _Estimates, forward: Parameters) -> Laws:
 
 
 def _load(estimates: _Estimates) -> Load | None:
-    """Return the load law; on a rotary axis, a harmonic of number 1 is gravity."""
+    """Return the load law; on a rotary axis, gravity is the harmonic with one cycle per turn."""
     one = estimates.one.residual
     axis = estimates.axis
     if one.number == 0.0:

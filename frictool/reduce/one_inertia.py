@@ -46,8 +46,8 @@ class DirectionFriction:
     extra: polynomial of the breakaway minus the Coulomb friction.
     curve: Coulomb friction (n,) that `coulomb` approximates.
     breakaway: breakaway (n,) that `coulomb` plus `extra` approximates.
-    met: mask (n,), True where the source can push the blocks behind the backlash, because these
-        blocks are within their travel.
+    met: mask (n,), True where the blocks behind the backlash are within their travel, so that the
+        source can push them.
     """
 
     coulomb: PolynomialFit
@@ -172,7 +172,7 @@ def one_inertia(
     reflected: bounds of the inertia through the lossy links that were replaced.
     side: -1 if the sensor counts down for motion in the positive direction, else 1.
     turns: likely values of `number`.
-    number: number of the load's harmonic (residual_load.py); None if unknown.
+    number: angular wave number of the load's harmonic (residual_load.py); None if unknown.
 
     Raises NoSolutionError if no model.yaml can describe the load that friction does not hold.
     """
@@ -264,9 +264,9 @@ def _positions(
 def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, float] | None:
     """Return the travel of the source's block between its end stops; None if it is unknown.
 
-    A stop behind backlash is shifted outwards by half of the backlash. If an end of the document's
-    `travel` lies inside a stop, this end is used instead of the stop. Raises NoSolutionError if the
-    whole `travel` lies beyond a stop.
+    A stop behind backlash is shifted outwards by half of the backlash. The ends of the document's
+    `travel` replace stops that lie further out. Raises NoSolutionError if the whole `travel` lies
+    beyond a stop.
     """
     lows = []
     highs = []
@@ -312,10 +312,7 @@ def stiffened(mechanism: Mechanism) -> Mechanism:
 def _met(
     mechanism: Mechanism, x: Vector, behind: Mapping[str, float], direction: float
 ) -> NDArray[np.bool_]:
-    """Return a mask (n,), True where the source can push the blocks behind backlash.
-
-    At these positions, the blocks behind the backlash are within their travel.
-    """
+    """Return a mask (n,), True where the blocks behind backlash are within their travel."""
     grid = positions(mechanism)
     shift = 0.5 * direction * max(behind.values(), default=0.0)
     margin = 1e-9 * float(grid[-1] - grid[0])

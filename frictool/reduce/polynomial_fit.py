@@ -10,9 +10,9 @@ from frictool.documents.laws import MOST_COEFFICIENTS
 from frictool.friction.polynomial_minimum import minimum
 from frictool.typing import Vector
 
-GOOD = 0.005  # sufficient error relative to the mean
+GOOD = 0.005  # sufficient error of the fit, relative to the mean of the curve
 NODES = 400  # Chebyshev nodes
-NOTHING = 1e-12  # relative to the mean at the far end of the travel: smaller coefficients become 0
+NOTHING = 1e-12  # largest omitted term at the ends of the travel, relative to the mean
 
 
 class PolynomialFit(NamedTuple):

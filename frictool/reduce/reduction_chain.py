@@ -80,10 +80,10 @@ def chain(
 
     bandwidth: frequency [rad/s] above which resonances are removed; required if a link is
         compliant.
-    number: number of the load's harmonic (residual_load.py); None if unknown.
+    number: angular wave number of the load's harmonic (residual_load.py); None if unknown.
 
     Raises ElementError if the mechanism is invalid or its sensor measures no position. Raises
-    ReductionStopped, with the steps so far, if the mechanism has several independent motions,
+    ReductionStopped, with the completed steps, if the mechanism has several independent motions,
     several commanded sources, a sensor behind backlash, or a load that no model.yaml can describe.
     """
     steps: list[ReductionStep] = []
@@ -158,7 +158,7 @@ def _chain(
 
 
 def _turns(whole: Mechanism, source: str, there: CoordinateFrame) -> tuple[float, ...]:
-    """Return how far each rotary block turns [rad] if the sensor's block moves by one unit."""
+    """Return the rotation [rad] of each rotary block per unit of motion of the sensor's block."""
     here = from_reference(whole, source)
     frames = [here.frame(name) for name in here.assembled.blocks]
     return tuple(abs(frame.ratio / there.ratio) for frame in frames if frame.block_axis == "rotary")

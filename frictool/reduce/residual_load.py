@@ -2,9 +2,9 @@
 
     load(x) = offset + stiffness x + sine sin(number x) + cosine cos(number x)
 
-The law has a spring or a harmonic, not both. For gravity on an arm behind a gear of ratio r,
-`number` is r; for cogging, `number` is the number of poles. The ratios of the rotary blocks are
-tried first, because gravity has one of them as `number`. Then any number is tried.
+The law has a spring or a harmonic, not both. `number` is the harmonic's angular wave number: the
+gear's ratio for gravity on an arm behind a gear, the number of poles for cogging. The ratios of the
+rotary blocks are tried first, then any value.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from frictool.typing import Vector
 
 NOTHING = 1e-12  # largest omitted term, relative to the largest load
 HELD = 1e-9  # allowed excess of the remaining load over friction, relative to the largest load
-FITS = 0.01  # largest error of the friction's polynomials, relative to the mean friction
-LEAST_TURN = 0.5  # rad of a harmonic over the travel: a shorter one is a line
+FITS = 0.01  # sufficient error of the friction's polynomials, relative to the mean friction
+LEAST_TURN = 0.5  # smallest phase [rad] of a harmonic over the travel; with less, it is a line
 POINTS_PER_CYCLE = 8.0  # positions per cycle of the fastest harmonic
-NUMBERS = 300  # numbers that are tried before the best is refined
+NUMBERS = 300  # values of `number` that are tried before the best is refined
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class LoadUnits:
     """Names and units for error messages.
 
     name: name of the mechanism.
-    side: -1 if the sensor counts down while the position x of the law rises, else 1.
+    side: -1 if the sensor's reading falls while the position x of the law rises, else 1.
     """
 
     name: str
@@ -73,15 +73,15 @@ def fit_residual_load(
 
     The remaining load is the load minus the law. A law is acceptable if friction holds the
     remaining load. Laws are tried from simple to general, beginning with no load. The result is the
-    first acceptable law with an error of the friction's polynomials of at most FITS; without one,
-    it is the acceptable law with the smallest error.
+    first acceptable law for which the friction's polynomials fit to FITS, or else the acceptable
+    law with the smallest error of the polynomials.
 
     x: positions (n,).
     resistance: resistance at x in the two directions.
     turns: likely values of `number`.
     misses: function that returns the error of the friction's polynomials with a law.
-    known: `number` of the law of the same mechanism with other values, 0 for a law without
-        harmonic; None if unknown.
+    known: `number` in the law of the same mechanism with other parameter values; 0 if that law has
+        no harmonic, None if it is unknown.
 
     Raises NoSolutionError if no law is acceptable. The message names parts of the travel for which
     a constant or a spring suffices.

@@ -44,9 +44,7 @@ def figure(chain: ReductionChain, model: Model) -> Figure:
         curve, rest = (
             np.where(side.met, values, np.nan) for values in (side.curve, side.breakaway)
         )
-        upper.plot(
-            x, load + sign * curve, color=colour, linewidth=1.6, label=f"{name}, from the parts"
-        )
+        upper.plot(x, load + sign * curve, color=colour, linewidth=1.6, label=f"{name}, mechanism")
         upper.plot(x, load + sign * fitted, color=INK, linewidth=0.9, linestyle="--")
         upper.plot(
             x,
@@ -58,10 +56,15 @@ def figure(chain: ReductionChain, model: Model) -> Figure:
         )
         lower.plot(x, fitted - curve, color=colour, linewidth=1.2)
     if one.residual != ResidualLoad():
-        upper.plot(x, load, color=MUTED, linewidth=1.0, label="load beside friction")
+        upper.plot(x, load, color=MUTED, linewidth=1.0, label="load")
     if one.play.width > 0.0:
         upper.axhspan(
-            -one.inside, one.inside, color=MUTED, alpha=0.12, linewidth=0.0, label="inside the play"
+            -one.inside,
+            one.inside,
+            color=MUTED,
+            alpha=0.12,
+            linewidth=0.0,
+            label="inside the backlash",
         )
     upper.axhline(0.0, color=MUTED, linewidth=0.8)
     upper.set_ylabel(f"resisting effort, {effort}")
@@ -71,6 +74,6 @@ def figure(chain: ReductionChain, model: Model) -> Figure:
         color=INK,
     )
     upper.legend(loc="best", fontsize="x-small", frameon=False)
-    lower.set_ylabel(f"polynomial less curve, {effort}")
+    lower.set_ylabel(f"polynomial minus curve, {effort}")
     lower.set_xlabel(f"position, {unit}")
     return drawn

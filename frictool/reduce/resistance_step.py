@@ -32,7 +32,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class IrreversibilityMargin:
-    """Smallest margin [N m | N] by which friction holds the load; negative if the load moves.
+    """Smallest friction minus load [N m | N]; negative if the load moves the axis.
 
     position: position of the smallest margin [rad | m].
     share: fraction of the positions at which friction holds the load.
@@ -40,7 +40,7 @@ class IrreversibilityMargin:
 
     margin: float
     position: float
-    share: float  # fraction of the positions at which friction holds the load
+    share: float
 
 
 def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
@@ -133,7 +133,7 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
     ]
     did = f"{', '.join(replaced)} as C_r(theta, sign)" if replaced else _unchanged(exact, largest)
     note = (
-        "irreversible over the whole travel: the axis stays at rest without a command; the "
+        "irreversible over the whole travel: without a command the axis stays at rest, and the "
         "friction of the model includes the load"
         if margin.margin >= 0.0
         else f"not irreversible over {1.0 - margin.share:.1%} of the travel: "

@@ -107,7 +107,9 @@ def _did(mechanism: Mechanism, into: Mapping[str, str]) -> str:
     for name in mechanism.blocks:
         bodies.setdefault(into[name], []).append(name)
     joined = [f"{' + '.join(parts)} on {body}" for body, parts in bodies.items() if len(parts) > 1]
-    return "; ".join(joined) if joined else "no two blocks are rigidly linked without play or loss"
+    return (
+        "; ".join(joined) if joined else "no two blocks are rigidly linked without backlash or loss"
+    )
 
 
 def _figures(blocks: Mapping[str, Block]) -> tuple[StepFigure, ...]:

@@ -3,8 +3,8 @@
 The mechanism after each step is compared with the mechanism before the step, under the commands of
 check_commands.py. The positions of the sensor's block are compared while both are within the
 travel. The allowed difference is the backlash at the sensor plus `tolerance` times the distance
-that the run travels forth and back. The relative error that a step predicts in closed form must be
-below `tolerance`, too.
+that the axis travels forth and back. The relative error that a step predicts in closed form must
+also be below `tolerance`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from frictool.typing import Vector
 Progress = Callable[[str], None]
 
 ROOM = 1e-9  # rad | m, tolerance of a block that rests on an end stop
-TOLERANCE = 0.05  # relative to the distance; "response time within 5 %"
+TOLERANCE = 0.05  # relative to the travelled distance
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def check_reduction(
     )
     if not tests:
         raise NoSolutionError(
-            f"{chain.whole.name}: not checked: every test step passes a position where the "
+            f"{chain.whole.name}: not checked: every test motion passes a position where the "
             "friction is almost 0; add the friction of a bearing"
         )
     size = abs(there.ratio)
@@ -211,7 +211,7 @@ def _refused(
 ) -> str | None:
     """Return a message with advice on the first error that is too large; None if there is none.
 
-    If resonances are kept, the measured error of the one inertia is not judged.
+    If resonances are kept, the measured error of the one-inertia model is not judged.
     """
     judged = reports[:-1] if chain.kept else reports
     for one in reports:

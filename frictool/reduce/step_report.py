@@ -42,8 +42,8 @@ class StepReport:
     neglects: text on what the step neglects.
     predicted: error in closed form relative to the quantity `of`; 0 if nothing is neglected.
     measured: difference from the mechanism before the step; None before the simulation.
-    covered: name of a part of the model whose interval includes the predicted error, so that only
-        the measured error is checked; None if there is no such part.
+    covered: quantity of the model whose interval includes the predicted error, so that only the
+        measured error is checked; None if there is no such quantity.
     """
 
     step: str

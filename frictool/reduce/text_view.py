@@ -51,7 +51,7 @@ def lines(
 
 
 def unfinished(name: str, steps: tuple[ReductionStep, ...]) -> list[str]:
-    """Return lines on the completed steps of a reduction that failed before the simulation."""
+    """Return lines on the completed steps of a reduction that failed before its simulation."""
     rows = [HEADING, *(_row(step.report, len(step.mechanism.blocks), "") for step in steps)]
     return [f"{name}: stopped after {len(steps)} steps", "", *aligned(rows)]
 

@@ -18,10 +18,15 @@ POINTS = 241  # even positions over the travel; the points of every curve are ad
 def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     """Return the travel (low, high) of the source's block [rad | m].
 
-    The travel is the first of these that exists: `travel` of the document; the range between the
-    end stops; the range of the curves; the range in which the source's largest effort strains the
-    springs; one unit to each side of the start. Raises NoSolutionError if there are springs and the
-    source's effort has no limit.
+    The travel is the first of these that exists:
+
+    - `travel` of the document
+    - the range between the end stops
+    - the range of the curves
+    - the range in which the source's largest effort strains the springs
+    - one unit to each side of the start
+
+    Raises NoSolutionError if there are springs and the source's effort has no limit.
     """
     known = known_travel(mechanism)
     if known is not None:

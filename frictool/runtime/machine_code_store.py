@@ -162,7 +162,7 @@ class KernelStore(FunctionCache):
         return sources.state({self._module, *filter(sources.holds, classes)})
 
     def _reaches_known_sources(self) -> bool:
-        """Return True if the module imports the modules of all functions that this one calls."""
+        """Return True if the module imports the modules of all functions that the kernel calls."""
         sources = sources_of(self._folder, self._module, self._source)
         return reached(self._py_func, sources.holds) <= sources.state({self._module}).modules
 

@@ -42,7 +42,7 @@ MODULE = "'frictool"  # in the message of a failed import of this package or a m
 LONG_S = 20.0
 # number of tasks given up without any result after which the run fails, per task in progress
 HOPELESS = 2
-ALONE = 3  # jobs given up while running alone, before any is done, after which the run fails
+ALONE = 3  # the run fails after so many jobs were given up while running alone, and none is done
 AHEAD = 3  # tasks in progress per worker, so that none is idle
 Instead = Callable[[Any, str], Any] | None
 

@@ -156,7 +156,7 @@ class ProcessPool:
         return None if task is None else PendingTask(task)
 
     def heard(self) -> list[Answer]:
-        """Wait for a message of at least one process; return the ended tasks with results.
+        """Wait for a message of at least one process; return completed tasks with their results.
 
         Raises WorkerLost if ATTEMPTS processes have died during a job, and `instead` is None.
         """

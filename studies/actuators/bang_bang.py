@@ -15,7 +15,7 @@ from scipy.linalg import expm
 
 from frictool.typing import Matrix, Vector
 
-STEPS = 1000  # of the duration 1
+STEPS = 1000  # time steps of the motion
 
 
 def bang_bang_distance(

@@ -20,8 +20,8 @@ from studies.actuators.bang_bang import bang_bang_distance
 
 PLANTS = 56
 PHASES = 2  # the corners are simulated with this many phases of the encoder
-COUNTS = 80.0, 20_000.0  # of the encoder in a step
-TURNS = 0.05, 60.0  # of a rotary axis in a step
+COUNTS = 80.0, 20_000.0  # least and largest step of the reference, in encoder counts
+TURNS = 0.05, 60.0  # least and largest step of a rotary axis, in turns
 VARIED = ("inertia", "viscous", "coulomb", "constant")
 CORNERS = PHASES * 2 ** len(VARIED)
 
@@ -61,7 +61,7 @@ class Actuator:
     coulomb: Interval  # N m | N
     constant: Interval  # N m/A | N/A | N m/V | N/V
     limit: float  # A | V
-    breakaway_ratio: float  # breakaway over Coulomb friction
+    breakaway_ratio: float  # breakaway divided by Coulomb friction
     backlash: float  # rad | m, full width
     backlash_coulomb: float  # N m | N, of the nominal plant
     amplitude: float  # rad | m, the largest step of the reference
@@ -126,9 +126,11 @@ def draw(seed: str, number: int) -> Actuator:
     inertias = _around(inertia, spread)
     strength = rng.uniform(0.01, 0.05)
     ratio = _decades(rng, 1.3, 10.0)
-    dry = rng.uniform(0.05, 0.6)  # largest Coulomb friction relative to the nominal effort
+    dry = rng.uniform(0.05, 0.6)  # largest Coulomb friction divided by the nominal effort
     breakaway = _significant(rng.uniform(1.0, 1.15), 3)
-    damping = 0.0 if rng.random() < 0.2 else _decades(rng, 0.05, 3.0)  # largest, times duration
+    damping = (
+        0.0 if rng.random() < 0.2 else _decades(rng, 0.05, 3.0)
+    )  # largest value, times the duration
     distance = bang_bang_distance(
         dry / (1.0 - strength),
         breakaway * dry / (1.0 - strength),

@@ -18,8 +18,8 @@ from frictool.typing import Matrix, Vector
 from studies.actuators.drawing import Actuator, Plant
 from studies.actuators.native import Controller, judge_library
 
-LOOSE_BREAKAWAY = 1.1  # breakaway over Coulomb friction inside the backlash (table 4.8)
-TOLERANCE = 1e-9  # relative, of a figure at its limit
+LOOSE_BREAKAWAY = 1.1  # breakaway divided by Coulomb friction, inside the backlash (table 4.8)
+TOLERANCE = 1e-9  # relative tolerance of a figure at its limit
 FIGURES = 7
 REQUIREMENTS = (
     "response_time_95_s",
@@ -126,7 +126,7 @@ def plant_figures(actuator: Actuator, controller: Controller, plant: Plant) -> V
     """
     reference, second = step_reference(actuator)
     run = play(axis_record(actuator, plant), reference, controller, plant)
-    origin = run.seen[0]  # the first step begins where the encoder shows the axis
+    origin = run.seen[0]  # the first step begins at the encoder's reading
     there, back = actuator.start + actuator.amplitude, actuator.start
     rest = round(actuator.rest_after / actuator.period)
     holds = ((0, second, origin, there, -1), (second, reference.size, there, back, rest))

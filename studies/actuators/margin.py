@@ -1,7 +1,7 @@
 """Modulus margin of a controller on a plant, by a sweep over the frequency.
 
 The loop is opened at the drive. The input of a controller C(z) is eta (position reference, or
-integral of the speed reference, minus position), or a speed error. Its speed is the difference
+integral of the speed reference, minus position), or a speed error. The speed is the difference
 quotient of the position, filtered by F(z). A proportional position law adds a second loop:
 
     C, and C (1 + gain T z/(z - 1))         on eta
@@ -23,7 +23,7 @@ from scipy.linalg import block_diag, expm
 from frictool.typing import ComplexVector, Matrix, Vector
 from studies.actuators.drawing import Actuator, Plant
 
-FREQUENCIES = 600  # of the sweep, over five decades below half the sampling frequency
+FREQUENCIES = 600  # frequencies of the sweep, over five decades below half the sampling frequency
 ZOOMS, ZOOMED = 6, 21  # refinements of the least distance, and frequencies in each
 POSITION, MOTION = 0, 1  # outputs of the sampled axis
 SCHEDULED = ("inertia", "viscous", "coulomb", "constant")
@@ -91,7 +91,7 @@ def sampled_axis(actuator: Actuator, plant: Plant) -> Sampled:
         continuous[1, 3] = push
     sampled = expm(continuous * actuator.period)
     if actuator.lag == 0.0:
-        sampled[2, 2] = 0.0  # the drive is no state
+        sampled[2, 2] = 0.0  # without lag, the drive is not a state
     a, b = sampled[:3, :3], sampled[:3, 3:]
     order, delay = 4, actuator.delay
     a = block_diag(a, np.zeros((1, 1)))

@@ -26,23 +26,23 @@ RANDOM = 100  # candidates that are drawn at random
 KEPT = 6  # best candidates near which others are drawn
 SLOWER = 0.85  # factor on the bandwidth of a candidate without the margin
 SLOWEST = 30
-ANGLES = np.geomspace(1e-4 * math.pi, math.pi, 250)  # of the quick margin, rad per sample
-RESERVE = 1.01  # of the quick margin
+ANGLES = np.geomspace(1e-4 * math.pi, math.pi, 250)  # angles of the quick margin [rad per sample]
+RESERVE = 1.01  # factor on the margin that the quick margin must reach
 MISSED = 0.01  # added to the violation of a candidate that fails on plants that are not extreme
 JOINING = 3  # plants that join the extreme ones after such a candidate
 
 # low and high end of each coordinate; all but the damping on a logarithmic scale
 RANGES = {
-    "bandwidth": (0.05, 1.0),  # of the speed loop, times its delay
-    "integral": (0.01, 0.6),  # rate of the integral over the bandwidth
-    "gain": (0.08, 0.8),  # of the position law, over the bandwidth
-    "low_pass": (1.5, 20.0),  # of the speed, over the bandwidth
-    "braking": (0.15, 1.0),  # over the deceleration of the full drive and the least friction
-    "prefilter": (4.0, 60.0),  # over 1/response time
+    "bandwidth": (0.05, 1.0),  # bandwidth of the speed loop, times the loop's delay
+    "integral": (0.01, 0.6),  # rate of the integral, divided by the bandwidth
+    "gain": (0.08, 0.8),  # gain of the position law, divided by the bandwidth
+    "low_pass": (1.5, 20.0),  # low-pass of the speed, divided by the bandwidth
+    "braking": (0.15, 1.0),  # divided by the deceleration at full drive with the least friction
+    "prefilter": (4.0, 60.0),  # natural frequency, times the response time
     "damping": (0.7, 1.2),
-    "band": (0.1, 1.0),  # over the static error
-    "settled": (0.01, 1.0),  # speed of the prefilter, over step/response time
-    "rest": (0.01, 2.0),  # speed, over step/response time
+    "band": (0.1, 1.0),  # divided by the static error
+    "settled": (0.01, 1.0),  # speed of the prefilter, divided by step/response time
+    "rest": (0.01, 2.0),  # speed, divided by step/response time
 }
 
 
@@ -167,7 +167,7 @@ def _values(point: Vector) -> dict[str, float]:
 
 
 def _extreme(plants: Sequence[Plant]) -> list[Plant]:
-    """Return the nominal plant and the four corners that are slowest, fastest and most sliding."""
+    """Return the nominal plant and extreme corners, such as the slowest and the fastest one."""
     nominal, corners = plants[0], plants[1 : 1 + CORNERS]
 
     def corner(*signs: int) -> Plant:

@@ -38,12 +38,12 @@ class Trial:
     """Result for one actuator; `worst` and `met` are from the judge, empty without a controller."""
 
     number: int
-    actuator: str  # a line of figures
-    code: int  # exit code of synth, -1 where a process took LONGEST
+    actuator: str  # description of the actuator in one line
+    code: int  # exit code of synth, -1 if a process reached LONGEST
     seconds: float  # processor time of synth
     message: str  # last line of a command that ended without a controller
     searched: bool  # the judge's search found a controller
-    candidates: int  # that the search needed
+    candidates: int  # number of candidates that the search needed
     worst: dict[str, float] = field(default_factory=dict)
     limits: dict[str, float] = field(default_factory=dict)
     met: dict[str, bool] = field(default_factory=dict)

@@ -48,10 +48,10 @@ class Law:
     response: float
     overshoot: float
     error: float
-    amplitude: float  # of the largest limit cycle, on any plant; 0 where none cycles
+    amplitude: float  # of the largest limit cycle on any plant; 0 if no plant cycles
     period: float
     cycling: int
-    untold: int  # plants whose hold moves and does not tell
+    untold: int  # plants that move during the hold without a certain limit cycle
     plants: int
     drive: float
 

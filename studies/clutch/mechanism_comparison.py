@@ -5,7 +5,7 @@
 The logs of each law, with the same controller, are BUILD/LAW/exhaustive.mcap and reduced.mcap (make
 -C configs/clutch mechanism). The columns are
 
-- rotor: largest distance between both rotors at the same time; the backlash is 3 rad wide
+- rotor: largest distance between the rotors of both models at the same time (backlash: 3 rad)
 - response: worst 95 % response over the steps, on the nominal plant of each log
 - 5.4.1: number of plants of each log that meet all requirements
 

@@ -38,20 +38,18 @@ EFFICIENCY = 0.8  # assumed: two stages of spur gears and a rack
 FRICTION_COEFFICIENT = 0.12  # mu_c, assumed: greased steel
 AREA_RATIO = 0.6  # S_m/S_s, assumed: 12.9 mm at the cart are 7.7 mm at the bearing
 
-# the clutch, assumed: that of a small car. Its diaphragm by Almen and Laszlo's cone, over its
-# thickness height of the free cone over the thickness: the force falls far beyond its peak, to 60 %
-# at the end of the way
+# Assumed clutch of a small car: height of the diaphragm's free cone (Almen and Laszlo) divided by
+# its thickness. Beyond the peak, the force falls to 60 % at the end of the travel.
 CONE = 2.1
-ENGAGED = 1.2  # deflection over the thickness with the clutch closed, just before the peak
-STROKE = (
-    7.2e-3  # of the bearing per thickness of deflection, m: 2.25 mm times the fingers' lever, 3.2
-)
+ENGAGED = 1.2  # deflection divided by the thickness, clutch closed: just before the peak
+# travel of the bearing [m] for a deflection of one thickness: 2.25 mm times the lever ratio 3.2
+STROKE = 7.2e-3
 PEAK = 1200.0  # force of the diaphragm's peak at the bearing, N
-CUSHION = 2.5e-3  # way of the bearing until the cushion disc has let go of the plate, m
+CUSHION = 2.5e-3  # travel of the bearing [m] until the cushion disc releases the plate
 BEARING_PRELOAD = 80.0  # N, keeps the bearing turning
 
-POINTS = 64  # every rad
-WIDTH = 132  # of a line in the file
+POINTS = 64  # points of a curve, one per rad
+WIDTH = 132  # characters of a line in the file
 
 
 def cone(deflection: Vector) -> Vector:
@@ -60,7 +58,7 @@ def cone(deflection: Vector) -> Vector:
 
 
 def release_force(way: Vector) -> Vector:
-    """Return the clutch's force F_c [N] at the bearing, `way` [m] from the closed position."""
+    """Return the clutch's force F_c [N]; way [m]: bearing's travel from the closed position."""
     peak = cone(np.array([CONE - np.sqrt((CONE**2 - 2.0) / 3.0)]))[0]
     diaphragm = PEAK * cone(ENGAGED + way / STROKE) / peak
     cushion = (

@@ -55,8 +55,8 @@ svg { width: 100%; height: auto }
 </head><body>
 <h1>The clutch's forces and torques: figures 2.12 to 2.14</h1>
 <p>Computed from <code>$source</code>. The thesis only draws these curves. Here
-the springs' and the profile's are plausible data, chosen so that the rotor feels the friction that
-was identified on the real clutch; that friction, figure 2.14, is published in table 4.7.</p>
+the data of the springs and of the profile are plausible values, chosen so that the friction at the
+rotor is that of the real clutch. Table 4.7 publishes this friction, which figure 2.14 shows.</p>
 $figures
 </body></html>
 """)
@@ -144,10 +144,10 @@ def figures(found: Forces) -> list[str]:
     published = tuple(zip(rotor_torque(theta[::30]), (FORWARD, BACKWARD), strict=True))
     with drawing("clutch"):
         return [
-            _figure("Figure 2.12: what acts on the cart", ("cart x, mm", "N"), way, springs),
+            _figure("Figure 2.12: forces on the cart", ("cart x, mm", "N"), way, springs),
             _figure("Figure 2.13: resistance of the cart", ("cart x, mm", "N"), way, cart),
             _figure(
-                "Figure 2.14: torque that the rotor feels; crosses: identified (4.42)",
+                "Figure 2.14: friction torque at the rotor; crosses: identified (4.42)",
                 ("rotor, rad", "N m"),
                 theta,
                 rotor,

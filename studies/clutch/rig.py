@@ -21,7 +21,7 @@ from studies.command_line import run_checked
 ROOT = Path(__file__).parents[2]
 CLUTCH = ROOT / "configs/clutch"
 HERE = Provenance("make thesis", "0")
-FILTER = 1.5e-3  # s, table 4.5: of the differences that table 4.6 is found with
+FILTER = 1.5e-3  # s, table 4.5: time constant of the filtered differences of table 4.6
 
 
 @cache

@@ -33,7 +33,7 @@ from frictool.logs.log_reader import read_log
 
 STIFFNESS = 3e6  # N/m at the cart: a breakaway of 0.13 N m winds the rotor up by 0.8 rad
 DAMPING = 150.0  # N s/m
-CENTRED, OFF = 0.05, 0.25  # of half the swing
+CENTRED, OFF = 0.05, 0.25  # limits of |centre|/half
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
 FIRMWARE = (0.166, 0.97)  # duty cycle per rad and unit of the gain, and largest duty cycle
-SUBSTEPS = 5  # steps of a sample
+SUBSTEPS = 5  # time steps per sample
 WEIGHT = 9.80665  # m/s^2
 NAMES = (
     "kt",

@@ -22,7 +22,7 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.identify.outcome import sliding_intervals
 from studies.field.scores import PLAYED, FieldFit
 
-CUTOFF = 0.05  # of the plain low-pass, relative to the sampling rate
+CUTOFF = 0.05  # cutoff of the low-pass of `plain`, relative to the sampling rate
 SLOWEST = 0.02  # least speed of a sample, relative to the top speed
 CONFIDENCE = 0.95
 FEWEST = 50  # samples of a record that the low-pass needs

@@ -5,8 +5,8 @@
 - across: share of the parameter intervals that overlap the interval of another record's fit
 - published: number of published values inside an interval of any record, and number of published
   values that were fitted
-- refused: number of records without a fit, and number of the records to be refused that were
-  refused
+- refused: number of records without a fit
+- refused rightly: number of refused records among those that must be refused
 """
 
 from __future__ import annotations

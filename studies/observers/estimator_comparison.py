@@ -42,7 +42,7 @@ SEEDS, WEARS = 20, (1.0, 1.2, 1.5)
 LOOPS: tuple[Loop, ...] = ("speed", "linear")
 SIGMA = 100.0  # rad/s
 SETTLED, LAST = 5.0, 5.0  # s from the beginning, and before the end
-PHASE_STREAM = 105  # beside the seed
+PHASE_STREAM = 105  # second seed of the random start phase
 PROVENANCE = Provenance("written by a test", "0")
 
 

@@ -48,9 +48,10 @@ OPTIONS = {
     "first": ("--switch-speed", "10rad/s"),
     "second": ("--switch-speed", "100rad/s", "--inertia", 1.056e-5),
 }
-ONSET, WORN, WITHIN = 5.0, 1.5, 0.05  # s; friction over the model's from then on; relative
+# onset of the wear [s]; friction from then on, divided by the model's; allowed relative error
+ONSET, WORN, WITHIN = 5.0, 1.5, 0.05
 PERIOD = 0.5  # s, of the sine
-SETTLED_AFTER = 2.0  # s, of the second test, from which on alpha is looked at
+SETTLED_AFTER = 2.0  # s, time in the second test from which on alpha is evaluated
 HEADS = {
     "first": ("settled s", "alpha before", "alpha after", "friction %", "within 5 %", "velocity"),
     "second": ("alpha low", "alpha high", "series 1", "series 2", "friction %", "velocity"),

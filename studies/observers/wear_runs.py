@@ -12,8 +12,8 @@ from studies.rigs.clutch_fleet import Loop, Unit, believed, clutch, run, spread,
 
 WEARS = (1.0, 1.2, 1.5)
 LOOPS: tuple[Loop, ...] = ("speed", "linear")
-SOON, WITHIN = 8, 3.0  # moves; % of the wear
-PHASE_STREAM = 104  # beside the seed
+SOON, WITHIN = 8, 3.0  # moves before the first judgement; allowed error of the wear [%]
+PHASE_STREAM = 104  # second seed of the random start phase
 
 
 def reference(seed: int, random: bool = False) -> np.ndarray[Any, np.dtype[np.float64]]:

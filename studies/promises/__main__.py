@@ -4,15 +4,15 @@
     python -m studies.promises N --rig belt --rig clutch --seed 100
 
 Each rig has N axes, drawn in the middle of its a-priori intervals, with the seeds SEED to SEED + N
-- 1. The requested half widths are those that the default kind of test would promise: the upper
-bounds of its half widths in the same rehearsals with which `excite --for` promises a precision,
-over axes of the whole a-priori intervals. Both tests therefore keep the requested widths in 97 of
-100 axes. With --median, the request is the median half width of the default kind on the study's
-axes, which the default kind itself keeps in half of the axes only. Both requests are printed above
-the rows of a rig. A rig is left out if its default kind identifies nothing reliably. The
-table shows for each parameter the number of kept promises, the number of intervals that contain the
-true value, the variance of the estimate divided by the Cramér-Rao bound, and the durations of the
-test and of the default kind. The last column is the processor time of the design in s.
+- 1. The designed test must reach the half widths that the default kind of test promises. Like the
+promises of `excite --for`, these are upper bounds from simulations of axes in the whole a-priori
+intervals. Both tests therefore keep them on 97 of 100 axes. With --median, the test must reach the
+median half widths of the default kind on the study's axes; the default kind itself keeps these on
+half of the axes only. Both requests are printed above the rows of a rig. A rig is left out if its
+default kind identifies nothing reliably. The table shows for each parameter the number of kept
+promises, the number of intervals that contain the true value, the variance of the estimate divided
+by the Cramér-Rao bound, and the durations of the test and of the default kind. The last column is
+the processor time of the design in s.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from studies.promises.rigs import benches, truth
 from studies.promises.trial import TrialRow, identified, trial
 
 WANTED = ("inertia", "viscous", "coulomb")
-DEFAULT_SEEDS = 5  # plays of the default kind
+DEFAULT_SEEDS = 5  # simulations of the default kind of test
 HEADER = (
     f"{'rig':<12}{'parameter':<11}{'kept':>9}{'held':>9}{'variance':>10}{'test s':>9}"
     f"{'default s':>11}{'design s':>10}"

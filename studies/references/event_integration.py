@@ -155,7 +155,7 @@ def _wait(
     end: float,
     load: PositionLoad,
 ) -> tuple[float, float, float]:
-    """Simulate the rest from t to the breakaway or to the end, by bisection on the drive."""
+    """Simulate an axis at rest from t to its breakaway or to `end`, by bisection on the drive."""
     x, drive = at
     low_stop, high_stop = p.laws.stops
     forward = math.inf if x >= high_stop else p.breakaway if gap >= half else p.backlash_breakaway

@@ -24,7 +24,7 @@ class Slow:
 
     extension: FrictionExtension
     drive: EffortFunction
-    step: float = 2e-3  # no longer: the layer is short at speed
+    step: float = 2e-3  # s, largest step; a fast body passes the layer in a short time
 
     def levels(self, x: float, direction: float, rested: float) -> tuple[float, float, float]:
         """Return (F_c, F_s, sigma_v) at a position, for a direction and a time at rest."""
@@ -93,10 +93,7 @@ class Slow:
         return float(run.t[-1]), run.y[:, -1], bool(run.t_events[0].size)
 
     def rest(self, t: float, end: float, y: Vector) -> tuple[float, float]:
-        """Return time and direction of the breakaway of a body at rest since t.
-
-        (end, 0) if it does not break away.
-        """
+        """Return time and direction of a body's breakaway from rest since t; (end, 0) if none."""
         array, lag = self.drive.as_array(), self.extension.lag
         x, _, q, w = y.tolist()
 

@@ -80,7 +80,9 @@ def plain(plants: Sequence[GeneralisedPlant], solver: str = "CLARABEL", **option
         constraints.append(0.5 * (inequality + inequality.T) >> 0)
     problem = cp.Problem(cp.Minimize(gamma), constraints)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # "may be inaccurate": the status says it
+        warnings.simplefilter(
+            "ignore", UserWarning
+        )  # "may be inaccurate", as the status also states
         problem.solve(solver=solver, **options)
     values = tuple(tuple(block.value for block in hat) for hat in hats)
     return Plain(problem.status, float(gamma.value), x.value, y.value, values)

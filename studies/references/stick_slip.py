@@ -66,8 +66,8 @@ def _slip(
 ) -> tuple[float, Vector, bool]:
     """Simulate a slip from (x, v, q) at t; return its end, the state, and True if it stopped."""
 
-    # the layer is short at speed: an integrator must neither step over it nor let it spoil the
-    # output of the step that reaches it
+    # a fast body passes the layer in a short time: the integrator must neither step over the layer
+    # nor interpolate across its edge
     fast = direction * float(y[1]) > 0.995 * body.straight_from
 
     def field(at: float, now: Vector) -> list[float]:

@@ -67,11 +67,11 @@ from frictool.typing import Vector
 Loop = Literal["speed", "linear"]
 CLUTCH, CONTROLLERS = Path("configs/clutch/nonlinear.yaml"), Path(__file__).parent / "controllers"
 ROOT = Path(__file__).parents[2]
-UNSURE = 0.8  # the inertia that is believed, over the true one (6.3.2)
+UNSURE = 0.8  # inertia of the estimators' model divided by the true inertia (6.3.2)
 NOISE = 0.5  # A, standard deviation
 SECONDS, HOLD = 20.0, 0.5
-EDGE = 30.0  # rad: zone-wise wear is beyond it
-UNITS_STREAM, NOISE_STREAM, TARGETS_STREAM = 101, 102, 103  # beside the seed
+EDGE = 30.0  # rad: position beyond which wear by zone acts
+UNITS_STREAM, NOISE_STREAM, TARGETS_STREAM = 101, 102, 103  # second seeds of random numbers
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ def with_encoder(model: Model, counts: float | None) -> Model:
 
 
 def spread(seed: int, **fields: Any) -> Unit:
-    """Return a random unit with the spread of numbers.md 9.
+    """Return a random unit.
 
     The spread is +-50 % for viscous friction, +-40 % for friction inside the backlash, and +-20 %
     for its width and the inertia.

@@ -20,7 +20,7 @@ from studies.rigs.clutch_fleet import NOISE, Unit, believed, run, steps
 UNITS = {"position": "rad", "current": "A", "effort": "N m", "velocity": "rad/s"}
 CONSTANT = 13.4e-3  # N m/A
 MINUTE = 60_000  # samples
-PLACES = (30.0, 0.0, 50.0, 20.0)  # rad, one after another
+PLACES = (30.0, 0.0, 50.0, 20.0)  # rad, successive targets
 
 
 def model_file(folder: Path, model: Model | None = None) -> Path:

@@ -30,7 +30,7 @@ G1, G3, G4, F4, F5 = 0.1, 0.01, 0.001, 796.0, 1.6e-3
 LOW_PASS = decade(G4, F4)  # (25) as printed
 HIGH_PASS = FirstOrderWeight(
     G4, LOW_PASS.pole, LOW_PASS.zero
-)  # its reciprocal, which is what the text calls it
+)  # reciprocal of (25), as the text describes it
 
 
 @dataclass(frozen=True)

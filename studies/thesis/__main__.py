@@ -21,7 +21,7 @@ from pathlib import Path
 
 from studies.thesis.results import Part
 
-PARTS = {  # the longest first, so that no core waits for the last; what each makes
+PARTS = {  # name -> contents, the slowest first, so that all cores stay busy
     "laws": "tables 2.1, 3.2; figures 3.11 to 3.25",
     "clutch_loops": "table 5.3, 5.4; annex C.5.3",
     "observers": "chapter 6",
@@ -41,7 +41,7 @@ def made(name: str) -> tuple[Part, str]:
             importlib.import_module(f"studies.thesis.parts.{name}"), name
         )
         return make(), ""
-    except Exception:  # told with the rest, and ends with exit code 1
+    except Exception:  # reported with the results; the exit code is then 1
         return Part(), traceback.format_exc()
 
 
@@ -78,7 +78,7 @@ def _each(names: list[str]) -> Iterator[tuple[str, Part, str]]:
         try:
             for future in as_completed(asked):
                 yield asked[future], *future.result()
-        except BaseException:  # interrupted: nobody waits for what would be minutes
+        except BaseException:  # interrupted: the other parts are not awaited
             pool.shutdown(wait=False, cancel_futures=True)
             for child in active_children():
                 child.terminate()
@@ -110,7 +110,7 @@ def main(arguments: list[str]) -> int:
     if target.exists() and not target.is_dir():
         print(f"{target}: is a file; name a folder", file=sys.stderr)
         return 2
-    try:  # before minutes are spent
+    try:  # before the computation, which takes minutes
         target.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         print(f"error: {target.parent}: cannot be made: {error.strerror}", file=sys.stderr)

@@ -56,7 +56,7 @@ def agrees(found: ComputedValue, row: Row) -> bool:
     margin = row.within * abs(row.value)
     low = found.value if found.low is None else found.low
     high = found.value if found.high is None else found.high
-    return low - margin <= row.value <= high + margin  # where a value is no number, neither holds
+    return low - margin <= row.value <= high + margin  # False if a value is NaN
 
 
 def _same(ours: str, published: str) -> bool:

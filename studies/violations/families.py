@@ -57,7 +57,9 @@ def unchanged(machine: Machine, draw: np.random.Generator, severity: float) -> M
 def wrong_gain(machine: Machine, draw: np.random.Generator, severity: float) -> Machine:
     """Make the torque constant differ from the bench's, within the interval of the bench."""
     share = 0.12
-    true = 1.0 + _sign(draw) * _within(severity, 0.25, 1.0) * share  # over the bench's
+    true = (
+        1.0 + _sign(draw) * _within(severity, 0.25, 1.0) * share
+    )  # divided by the bench's constant
     return _instruments(replace(machine, constant_share=share), gain=1.0 / true)
 
 

@@ -148,7 +148,7 @@ def _reference(draw: np.random.Generator, test: str, time: Vector, rate: float) 
 
 
 def _moves(draw: np.random.Generator, steps: bool, time: Vector, duration: float) -> Vector:
-    """Return moves between positions -1 to 1 (n,), each followed by a rest; steps are alike."""
+    """Return moves between positions -1 to 1 (n,), each followed by a rest; steps are equal."""
     out = np.zeros(time.size)
     at, start = 0.1, 0.0
     while at < time[-1]:

@@ -14,8 +14,8 @@ import numpy as np
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-STEPS = 10  # Runge-Kutta steps a sample
-HARMONICS = 3  # of cogging
+STEPS = 10  # Runge-Kutta steps per sample
+HARMONICS = 3  # harmonics of the cogging torque
 
 
 class Physics(NamedTuple):

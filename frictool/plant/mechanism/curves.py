@@ -19,7 +19,7 @@ from frictool.typing import Vector
 
 PRODUCT_ERROR = 1e-7  # error of a curve that replaces a function, relative to its largest value
 MOST_HALVINGS = 14  # largest number of successive halvings of a piece
-INSIDE = np.linspace(0.0, 1.0, 9)[1:-1]  # relative positions of the comparison with the function
+INSIDE = np.linspace(0.0, 1.0, 9)[1:-1]  # positions in a piece that are compared, by its width
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.plant.mechanism.speed_scale import check_speeds
 
-CLOSED = 1e-9  # tolerance of the product of the ratios around a loop, which is 1
+CLOSED = 1e-9  # allowed deviation from 1 of the product of the ratios around a loop
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class LinkForest:
         return steps[::-1]
 
     def reached(self, root: int) -> dict[int, float]:
-        """Return block -> speed relative to the root's, for every block connected to `root`."""
+        """Return block -> speed divided by the speed of `root`, for every block tied to `root`."""
         ratio = {root: 1.0}
         queue = deque([root])
         while queue:

@@ -11,7 +11,7 @@ from frictool.friction.parameter import Axis
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.typing import Vector
 
-SLOWEST, FASTEST = 1e-12, 1e12  # ratio of the speeds of two blocks tied by links
+SLOWEST, FASTEST = 1e-12, 1e12  # limits of the ratio of the speeds of two linked blocks
 RISE_S = 0.01  # s, time in which the largest effort of the sources reaches the typical speed
 # rad/s, m/s: typical speed if neither a top speed nor a limit is known
 DEFAULT: dict[Axis, float] = {"rotary": 1.0, "linear": 0.1}

@@ -37,7 +37,7 @@ FILTER, FAST, SETTLED = (
     50,
 )  # s, m/s, samples after which the filter has forgotten its start
 SPREAD = "95 of 100 single trials"
-GAIN = 1000.0  # F of (4.16) begins at so many times I
+GAIN = 1000.0  # initial F of (4.16), times the unit matrix
 RAMP = MASS._replace(inertia=0.1)  # 4.3: 100 g
 STEP, RAMP_SAMPLES, RAMP_START = 0.005, 4000, 0.3e-4  # xi [N], samples, the encoder's phase [m]
 

@@ -19,9 +19,9 @@ from frictool.documents.registry import load
 from studies.thesis.results import ComputedValue, Part
 
 RIG = Path(__file__).parents[3] / "configs/mass"
-REPEATS = 3  # the least of so many times counts
-REAL_TIME = 10.0  # "+": so many times faster than the stick-slip test runs
-WITHOUT_PRINT = ("stribeck",)  # beside the laws of the tables: what the others are judged by
+REPEATS = 3  # timed simulations of a law, of which the fastest counts
+REAL_TIME = 10.0  # factor on real time from which on the stick-slip test counts as "+"
+WITHOUT_PRINT = ("stribeck",)  # reference law, which the printed tables do not contain
 
 
 def laws() -> Part:

@@ -20,7 +20,7 @@ from studies.table_5_1.published_figures import LOOPS, figures
 from studies.thesis.drawing import Curve, Row, draw
 from studies.thesis.results import Part
 
-SECONDS = 600.0  # of the hold: a cycle of 36 s has to show
+SECONDS = 600.0  # duration of the hold, long enough for a cycle of 36 s
 TITLES = {
     "pid": "PID",
     "pid_limiter": "PID and limiter",
@@ -31,7 +31,7 @@ TITLES = {
     "smooth_root": "square root, little friction",
     "smooth_root_virtual": "square root, and virtual friction",
 }
-CYCLE = 1e-4  # m: less is a rest
+CYCLE = 1e-4  # m: smallest amplitude of a limit cycle
 FIGURES = {  # number: loops, seconds shown
     "5.3": (("pid",), 120.0),
     "5.4": (("pid_limiter",), 10.0),

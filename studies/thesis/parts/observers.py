@@ -40,7 +40,7 @@ from studies.thesis.results import Part
 
 LOOPS = {"first": "rst", "second": "linear"}
 KINDS = ("multiplicative", "additive")
-SLOWER = 2.0  # the second test's error of the speed over the first's, at least, to be "larger"
+SLOWER = 2.0  # ratio of the speed errors (second to first test) that counts as "larger"
 WITHIN = 0.05
 INTERVALS = 20  # of the position, of the observer that is drawn
 ZOOM = (4.5, 7.0)  # s, about the onset of the wear

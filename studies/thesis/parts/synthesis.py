@@ -41,11 +41,11 @@ RECENTRING, DEFAULT_RECENTRING = 1.05, 1.1
 RECENTRINGS = (1.01, 1.02, 1.05, 1.1, 1.3)
 BANDWIDTH, MARGIN, STATIC = 20.0, 0.5, 2.0 / 63.0  # z2 [rad/s], M_mod, e_stat of 5.4.3.1
 STRICT, RELAXED = (1.0, 63.0 / 50.0), (0.1, 0.05)  # W1, W3: first by (5.58), then relaxed
-POLES = 300.0  # rad/s: a thousand times the slow pole
+POLES = 300.0  # rad/s, bound of the poles: a thousand times the slow pole
 PERIOD = 1e-3
 NEAR = (50.0, 5000.0)  # rad/s, about the annex's bandwidth
 UNIT = PlantWeights(FirstOrderWeight(1.0), 1.0, 1.0)
-READING = "W4 = G4, W5 = 1, d = half-width of F_c"  # the one in which nothing is tuned
+READING = "W4 = G4, W5 = 1, d = half-width of F_c"  # the choice without tuned values
 FREQUENCIES = np.geomspace(1e-2, 1e4, 400)
 
 
