@@ -74,7 +74,7 @@ def accept(
             raise NoSolutionError(
                 f"coefficients rounded to {one.number}: norm {one.gamma:.4g} ({worst_norm:.4g} "
                 f"before rounding), modulus margin {one.modulus_margin:.3f} (specified: "
-                f"{required:g}); reduce the ratio of the largest to the smallest weight"
+                f"{required:g}); reduce the ratio of largest to smallest weight"
             )
     return stored.Verified(
         candidate.gamma,
