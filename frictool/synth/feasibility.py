@@ -91,8 +91,8 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     raise NoSolutionError(
         f"response_time_95_s: found {required:.4g} s; the drive needs {slowest.time:.4g} s for the "
         f"longest step, {length:.4g} {si_unit('position', model.axis)} "
-        f"({_described(slowest.plant, model)}), the loop {allowance:.4g} s; allow more time "
-        "or cut travel"
+        f"({_described(slowest.plant, model)}), the loop {allowance:.4g} s; raise the time "
+        "or limit"
     ).at("spec", "response_time_95_s")
 
 
