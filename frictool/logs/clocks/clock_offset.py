@@ -10,10 +10,10 @@ Both signals get the same smoothing first. Without it, the estimate of tau would
 linear interpolation reduces the noise of x between the samples.
 
 The variance of tau follows from the slope s = b x', without the part that a and b can compensate.
-Because e is not white, the variance also contains the autocovariance of s e at the lags k. w_k are
-the weights of W. K. Newey and K. D. West (Econometrica 55, 1987):
+Because e is not white, the variance also contains the autocovariance of s e, up to the first lag k
+at which it is negative:
 
-    var tau = sum_k w_k sum_i (s e)_i (s e)_{i+k} / (sum_i s_i^2)^2
+    var tau = sum_k sum_i (s e)_i (s e)_{i+k} / (sum_i s_i^2)^2
 """
 
 from __future__ import annotations
