@@ -3,9 +3,9 @@
     DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
 
 A family is a set of candidate controllers with one structure. The families are searched in the
-order of simplicity, until a candidate meets the specification. If no candidate meets the
-specification but a family comes near, this family is searched again: first for a longer response
-time, then, from the resulting design, for the specified response time.
+order of simplicity, until a candidate meets the specification. If a family without such a candidate
+comes near the specification, it is searched again: first for a longer response time, then, from the
+resulting design, for the specified response time.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ KEPT = (
     "measurement_hold_samples",
 )
 TRACKED = ("tracking_error_peak", "tracking_error_rms", "settling_after_profile")
-CONTINUABLE = 0.15  # largest relative miss from which a search for a longer response may help
+CONTINUABLE = 0.15  # largest relative violation of a limit for which a family is searched again
 EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified one
-SHORT = 2.5  # duration of a part in the tests before the whole test, in response times
-AT_REST = 2.25  # time after which the axis must rest in these tests, in response times
-SCREENED = 2  # parts of the screen
-# ends of the ranges of the first plants of the screen: 1 is the high end, -1 the low end
+SHORT = 2.5  # duration of a step in the shortened tests, in response times
+AT_REST = 2.25  # time after which the axis must rest in the shortened tests, in response times
+SCREENED = 2  # number of steps in the first shortened test
+# ends of the ranges of that test's first plants: 1 is the high end, -1 the low end
 EXTREMES: tuple[PlantValues, ...] = (
     {"inertia": 1, "constant": -1, "coulomb": 1, "viscous": 1},
     {"inertia": -1, "constant": 1, "coulomb": -1, "viscous": -1},
@@ -66,7 +66,7 @@ EXTREMES: tuple[PlantValues, ...] = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AutomaticDesign(ResultView):
-    """Outcomes of the families in the order of the search; only the last may have a design."""
+    """Outcomes of the families in the order of the search; only the last one may have a design."""
 
     outcomes: tuple[FamilyOutcome, ...]
 
@@ -136,7 +136,7 @@ def design_automatically(
 
 @dataclass(frozen=True)
 class _Search:
-    """Documents, judges and scales that the searches of all families use."""
+    """Data that the searches of all families use."""
 
     test: DesignTest
     tests: PlayedTests
@@ -164,9 +164,9 @@ class _Search:
         return replace(self, test=test, tests=_tests(test), scales=scales)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
-        """Return the outcome of searches for response times that decrease to the specified one.
+        """Return [outcome] of searches for response times that decrease to the specified one.
 
-        The list is empty if the searches fail before the specified response time is reached.
+        The list is empty if a search for a longer response time fails.
         """
         for number in range(len(EASINGS)):
             first = self.eased(EASINGS[number])
@@ -178,7 +178,7 @@ class _Search:
             return []
         for step in (*reversed(EASINGS[:number]), 1.0):
             assert outcome.best is not None
-            # the points of the family keep their meaning with the scales of the first design
+            # with the scales of the first search, a point stands for the same candidate
             harder = replace(self.eased(step), scales=first.scales)
             outcome = harder.of(family).run_from(outcome.best.point, self.progress)
             if not outcome.passed and step > 1.0:
@@ -190,8 +190,7 @@ def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
     """Return the keys of a design that the search does not vary, with their values.
 
     The keys are the name and the blocks of `wishes`. If the specification limits the tracking
-    error, a profile and its feedforward are added, because the tracking error is the distance from
-    the profile.
+    error, which is the distance from a profile, a profile and its feedforward are added.
     """
     kept: dict[str, object] = {}
     if wishes is not None:
@@ -237,7 +236,7 @@ def _tests(test: DesignTest) -> PlayedTests:
 
 
 def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenario, Spec]:
-    """Return a scenario with shortened holds, and the requirements it can decide."""
+    """Return a scenario with shorter steps, and the requirements that this scenario can decide."""
     steps = tuple(
         step
         if step.reference is None or step.duration_s is None
@@ -254,11 +253,7 @@ def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenari
 
 
 def _hard(test: DesignTest) -> tuple[int, ...]:
-    """Return the indices of the plants with which a search begins.
-
-    These plants are the slowest and the lightest vertex, and two further vertices: the slowest and
-    the lightest vertex with the opposite ends of the friction's ranges.
-    """
+    """Return the indices of the plants of the first test: the vertices nearest to EXTREMES."""
     if not test.vertices:
         return (0,)
     vertices = test.plants[1 : 1 + test.vertices]
@@ -271,7 +266,7 @@ def _hard(test: DesignTest) -> tuple[int, ...]:
 
 
 def _likeness(plant: PlantValues, plants: Sequence[PlantValues], extreme: PlantValues) -> float:
-    """Return the score of `plant`: largest at the range ends with the signs in `extreme`."""
+    """Return a score of `plant`, largest for the vertex with the signs in `extreme`."""
     total = 0.0
     for name, sign in extreme.items():
         values = [one[name] for one in plants]

@@ -1,10 +1,10 @@
-"""Complete campaign on documents in memory: the function of `frictool campaign`.
+"""Python function that does the same as `frictool campaign`, with documents in memory.
 
     CampaignSetting ──varied_space.py──▶ FactorSpace ──sampling.py──▶ UnitDraws
     UnitDraws ──trial_player.py, trial_sharing.py──▶ Trials ──findings.py──▶ Findings
     Trials ──worst_case_search.py──▶ WorstCase ──▶ Findings
 
-The command also stores completed trials, so that a killed campaign can be resumed.
+The command also stores completed trials, so that an interrupted campaign can be resumed.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from frictool.verify.recheck import recheck
 from frictool.workers.job_sharing import share
 
 TRIALS = 1000
-# s, amount of work below which starting further processes takes longer than they save
+# s, duration of the work; for less work, parallel processes save no time
 WORTH_SHARING_S = 3.0
 
 
@@ -83,8 +83,8 @@ class CampaignRequest:
     number : {"double", "float", "q31"}
         Number format of the controller.
     cores : int or None
-        Number of processes; None uses several processes only if they save time. If the number is
-        not 1, the calling script must start its work below `if __name__ == "__main__":`.
+        Number of processes; None uses several processes only if this saves time. If the number is
+        not 1, a script must call the function below `if __name__ == "__main__":`.
     cluster : str or None
         Address of a Dask scheduler; its workers run the trials.
     """
@@ -141,8 +141,7 @@ def campaign(
     """Simulate a scenario on many plants and judge each run by the specification.
 
     The plants are drawn from the ranges of the plant and of the scenario's `spread`. Nothing is
-    stored on disk while the campaign runs; the command `frictool campaign` can resume a killed
-    campaign.
+    stored on disk; only the command `frictool campaign` can resume an interrupted campaign.
 
     Parameters
     ----------
@@ -223,7 +222,7 @@ def conduct(
     """
     nominal = check_nominal(trial.nominal(), trial.setting.names)
     begun = time.perf_counter()
-    trial.nominal()  # second run, without compilation, for the duration of a trial
+    trial.nominal()  # the second run, without compilation, gives the duration of a trial
     each = time.perf_counter() - begun
     metrics = metrics_of(nominal)
     left = draws.units.shape[0] - len(store.trials)
@@ -238,7 +237,7 @@ def conduct(
 def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobSharing]:
     """Return a function that returns a JobSharing for the expected duration of the work [s].
 
-    If `cores` is None, several processes are used only if they save time.
+    If `cores` is None, several processes are used only if this saves time.
     """
 
     def of(seconds: float) -> JobSharing:

@@ -1,4 +1,4 @@
-"""Test of a designed controller: simulated steps of the nominal plant, vertices, drawn plants."""
+"""Test of a designed controller: simulated steps with nominal plant, vertices and drawn plants."""
 
 from __future__ import annotations
 
@@ -27,17 +27,16 @@ from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
 from frictool.synth.search.played_tests import JudgedRuns
 
-# plants drawn from the ranges in addition to the vertices; a scenario without a seed has SEED
+# number of plants drawn from the ranges in addition to the vertices; seed if the scenario has none
 DRAWN, SEED = 40, 1
-# further plants that a found design must pass: drawn ones, and parts of a count by which start and
-# targets are moved
+# second test of a design: number of newly drawn plants; shifts of start and targets, in counts
 OTHERS, MOVED = 30, ((0.2, 0.15), (0.35, 0.37), (0.7, 0.6), (0.85, 0.85))
-# places within a count from which the worst plants of a found design start, and places to which
-# their targets are moved; number of worst plants of each requirement
+# third test of a design, with the WORST plants of each requirement: numbers of start positions and
+# of targets within a count
 PLACES, TARGETS, WORST = 4, 5, 2
-# requirements that an axis misses if it stays away from its target
+# requirements that an axis violates if it does not reach its target
 REACHED = ("response_time_95_s", "rise_time_s", "static_error", "settling_after_profile")
-GOLDEN = 0.6180339887498949  # its multiples spread evenly over a count
+GOLDEN = 0.6180339887498949  # the multiples of this number, modulo 1, are spread evenly over 0 to 1
 
 
 @dataclass(frozen=True)
@@ -48,8 +47,7 @@ class DesignTest:
     `about`: description of scenario and plants for messages.
     `plants`: for each plant, the values [SI] that differ from the nominal plant.
     `names`: names of the plants by index.
-    `starts`: initial positions of the plants [rad | m], at different places within an encoder's
-        count.
+    `starts`: initial positions of the plants [rad | m], at different fractions of an encoder count.
     `vertices`: number of vertices; `plants` begins with the nominal plant and the vertices.
     """
 
@@ -70,9 +68,8 @@ class DesignTest:
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
         """Return judges with plants and positions that the test does not contain.
 
-        There is one judge for each entry of MOVED, which shifts the start positions and the targets
-        within an encoder count. Each judge simulates the nominal plant, the vertices and OTHERS
-        newly drawn plants.
+        For each entry of MOVED, a judge shifts the start positions and the targets by fractions of
+        an encoder count. It simulates the nominal plant, the vertices and OTHERS new random plants.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -88,11 +85,10 @@ class DesignTest:
         return tuple(judges)
 
     def judges_of_places(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return TARGETS judges, each with targets at another position within an encoder count.
+        """Return TARGETS judges, each with targets at another fraction of an encoder count.
 
         Each judge simulates each plant from PLACES initial positions, which are distributed evenly
-        within an encoder count. Initial position k of plant i has the index i PLACES + k.
-
+        within an encoder count. Plant i with initial position k has the index i PLACES + k.
         """
         plants = [plant for plant in self.plants for _ in range(PLACES)]
         return tuple(
@@ -111,7 +107,7 @@ class DesignTest:
     ) -> list[PlayedVerdict]:
         """Return the results of each of `judges` for the worst plants of a controller.
 
-        For each requirement, the WORST plants with the smallest reserve are simulated.
+        These are, for each requirement, the WORST plants with the smallest reserve in `found`.
 
         `found`: results of the controller on all plants.
         """
@@ -133,7 +129,7 @@ class DesignTest:
         places: Sequence[float],
         target: float,
     ) -> ControllerJudge:
-        """Return the judge of `plants`; starts and targets are moved by parts of a count."""
+        """Return the judge of `plants`; starts and targets are moved by `places` and `target`."""
         moved = structs.replace(
             scenario, steps=tuple(self._moved(step, target) for step in scenario.steps)
         )
@@ -198,7 +194,7 @@ def design_test(
         If the scenario replays a log.
     """
     if scenario is not None and scenario.reference is not None:
-        message = "a log is not replayed here; write steps, or use frictool simulate"
+        message = "a controller test cannot replay a log; write steps, or use frictool simulate"
         raise document_error(name, "reference", message)
     steps = default_scenario(model, spec) if scenario is None else scenario
     played = structs.replace(steps, seed=steps.seed or SEED)

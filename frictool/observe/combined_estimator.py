@@ -3,8 +3,8 @@
     MotionBlock ──wear/──▶ WearEstimate after each move ─┐
                 ──velocity.py──▶ velocity ───────────────┴─friction_tracker.py──▶ friction
 
-The estimates at a sample use no later sample. The wear changes only at the end of a move; before
-the end of the first move, the prior applies.
+The estimates at a sample use no later sample. A move is the motion from one rest or reversal to the
+next. The wear estimate changes only at the end of a move, and is the prior before the first one.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class WearEstimation(Protocol):
 
     @property
     def estimate(self) -> WearEstimate:
-        """Estimate of the wear after the samples so far."""
+        """Return the estimate of the wear after the samples so far."""
         ...
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
@@ -52,7 +52,7 @@ class VelocityEstimation(Protocol):
     """Interface of a velocity estimator (velocity.py)."""
 
     def take(self, piece: MotionBlock) -> Matrix:
-        """Return the velocity's value, lower and upper bound (3, n) [rad/s | m/s]."""
+        """Return the velocity (3, n) [rad/s | m/s]: value, lower and upper bound at each sample."""
         ...
 
     def figures(self) -> dict[str, Any]:
@@ -65,7 +65,7 @@ class EstimateBlock:
     """Estimates at the samples of a block.
 
     piece: samples of the log. velocity, friction, wear: (3, n), with the rows value, lower and
-    upper bound. second: output of a second observer, or None.
+    upper bound. second: output of an additional observer, or None.
     """
 
     piece: MotionBlock
@@ -75,7 +75,7 @@ class EstimateBlock:
     second: ObserverOutput | None = None
 
     def samples(self) -> SampleBlock:
-        """Return the samples of the log with the estimates, with the columns FIELDS."""
+        """Return the samples and the estimates as the columns FIELDS."""
         time = np.rint(self.piece.time * NS).astype(np.int64)
         return SampleBlock(time, (self.piece.position, *self.velocity, *self.friction, *self.wear))
 
@@ -101,7 +101,7 @@ def estimate_along(
 ) -> Iterator[EstimateBlock]:
     """Yield the estimates of friction, velocity and wear for each block of samples.
 
-    `second`: second observer, whose output is added to the estimates.
+    `second`: additional observer, whose output is part of the blocks.
     """
     friction = FrictionTracker(model, confidence)
     for piece in pieces:

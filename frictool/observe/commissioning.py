@@ -1,9 +1,9 @@
 """Wear estimate of a unit at commissioning, and the ratio of a later estimate to it.
 
-Errors that both estimates share cancel in the ratio: a wrong actuator constant, which scales both
-estimates (wear/constant_error.py), and a factor between the friction of the unit and of the model.
-The common error of the friction's dependence on position and speed (FLOOR) also cancels, but is
-part of both intervals, so that the interval of the ratio is too wide.
+Common errors of the two estimates cancel in the ratio: a wrong actuator constant
+(wear/constant_error.py), and a factor between the friction of the unit and the model. The error
+FLOOR of the friction's dependence on position and speed (wear/wear_estimator.py) cancels, too, but
+is part of both intervals, so that the interval of the ratio is too wide.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 
 @dataclass(frozen=True)
 class Commissioning:
-    """Wear of a unit at commissioning, and the name of the file with this wear."""
+    """Wear of a unit at commissioning, and the file from which this wear was read."""
 
     wear: EstimateRange
     source: str
@@ -42,7 +42,7 @@ def commissioning_of_estimate(estimate: WearEstimate, source: str) -> Commission
 
 
 def read_commissioning(path: Path) -> Commissioning:
-    """Return the commissioning from the JSON output of `observe run`.
+    """Return the commissioning from a file with the JSON output of `observe run`.
 
     Raises InputFileError if the file cannot be read or has other contents.
     """

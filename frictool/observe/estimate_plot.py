@@ -1,7 +1,7 @@
 """Plot of wear, friction and velocity against time, each with its interval, as SVG.
 
-The signals are decimated to minima and maxima while the log is read (streamed_decimation.py).
-Memory does not grow with the length of the log, and peaks are kept.
+The signals are decimated to minima and maxima while the log is read (streamed_decimation.py), so
+that memory does not grow with the length of the log, and peaks stay visible.
 """
 
 from __future__ import annotations
@@ -86,10 +86,6 @@ def _velocity(axis: Axis) -> str:
 def _range(
     low: Vector, high: Vector, least: float, most: float, limit: float | None
 ) -> tuple[float, float]:
-    """Return the plotted range of the wear: values, last interval and limit, with a margin.
-
-    The interval before the first move may be clipped, because it has no bounds.
-    """
     shown = [float(low.min()), float(high.max()), least, most, *([] if limit is None else [limit])]
     margin = 0.3 * max(max(shown) - min(shown), 0.1)
     return min(shown) - margin, max(shown) + margin
@@ -101,7 +97,7 @@ def _limit(axes: Axes, limit: float | None) -> None:
 
 
 def _scale(duration: float) -> tuple[float, str]:
-    """Return the divisor of a time in s, and the unit that it gives."""
+    """Return the length [s] and the symbol of the unit of the time axis."""
     if duration >= LONGER_S:
         return 3600.0, "h"
     return (60.0, "min") if duration >= LONG_S else (1.0, "s")

@@ -24,7 +24,7 @@ ESTIMATE = "estimate"  # metadata record with the final estimate, each value as 
 def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, notes: Notes) -> None:
     """Write the estimates of a log.
 
-    parts: blocks of estimates. notes: additional metadata records.
+    one: observation of the log. parts: blocks of estimates. notes: additional metadata records.
     """
     first = next(parts)
     shift = max(0, -round(float(first.piece.time[0]) * NS))
@@ -40,7 +40,7 @@ def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, no
         }
     )
     kind = {**made.notes.get(KIND, {}), "kind": "estimated", "model": one.model.name}
-    # of the two iterators, one is at most one block ahead if both streams are written
+    # if both streams are written in turn, `tee` keeps at most one block in memory
     blocks, other = tee(chain([first], parts))
     streams: list[tuple[StreamHeader, Iterator[SampleBlock]]] = [
         (head(one.model), (part.samples() for part in blocks))

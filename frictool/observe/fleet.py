@@ -23,7 +23,7 @@ from frictool.observe.log_observer import (
 from frictool.observe.observation_outcome import ObservationOutcome
 from frictool.workers.file_transfer import share_files
 
-# bytes of all logs, below which starting processes takes longer than it saves
+# total size of the logs in bytes; for smaller fleets, parallel processes save no time
 WORTH_SHARING = 50_000_000
 
 
@@ -38,7 +38,7 @@ class FleetResult:
 
     @property
     def lost(self) -> bool:
-        """True if all or part of the log could not be read."""
+        """Return True if all or part of the log could not be read."""
         return self.outcome is None or bool(self.outcome.losses)
 
 
@@ -95,11 +95,11 @@ class ObserveJob:
             return self.lost(member, "needs more memory than this machine has")
         except OSError as error:
             return self.lost(member, f"cannot be read: {error.strerror or error}")
-        except Exception as error:  # a defect of this program in one log must not stop the others
+        except Exception as error:  # a defect of this program must not stop the other logs
             return self.lost(
                 member,
                 f"could not be observed ({type(error).__name__}: {error}); "
-                "observe it alone to see more",
+                "observe this log alone for details",
             )
 
     def lost(self, member: FleetLog, reason: str) -> FleetResult:

@@ -1,6 +1,6 @@
 """Table of a fleet as text, CSV, Parquet and JSON: one row per log.
 
-Each row has the wear, and the ratio of this wear to the wear in the unit's first log.
+Each row has the wear, and the ratio of this wear to the wear at the unit's commissioning.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ COLUMNS = (
     "reason",
 )
 TEXTS = ("unit", "date", "file", "kind", "reason")
-# columns on the right, because a terminal may be too narrow for the whole table
+# columns on the right of the table, which a narrow terminal cuts off
 SEEN_LAST = ("kind", "moves", "velocity_rms", "duration_s", "reason")
 
 
@@ -43,7 +43,7 @@ class FleetRow:
     """Result for one log.
 
     ratio: wear relative to the wear of the unit at commissioning. reason: reason for the verdict,
-    or for a missing result. first: True if the other logs of the unit are compared with this log.
+    or for a missing result. first: True if this log stands for the commissioning of its unit.
     """
 
     file: str
@@ -57,7 +57,7 @@ class FleetRow:
 
     @property
     def alarm(self) -> bool | None:
-        """True if the wear is above the limit; None if undecided or without a result."""
+        """Return True if the wear is above the limit; None if undecided or without a result."""
         return None if self.verdict is None else self.verdict.exceeded
 
     def cells(self) -> dict[str, Any]:
@@ -165,7 +165,7 @@ def _row(
 
 
 def counts(table: Sequence[FleetRow]) -> dict[str, int]:
-    """Return four numbers of logs: above the limit, undecided, unreadable, with data lost."""
+    """Return the numbers of logs above the limit, undecided, unreadable, and with lost data."""
     return {
         "above_limit": sum(bool(row.alarm) for row in table),
         "undecided": sum(row.verdict is not None and row.verdict.exceeded is None for row in table),
@@ -203,7 +203,7 @@ def text_table(table: Sequence[FleetRow]) -> TextTable:
 
 
 def _joined(row: FleetRow) -> dict[str, Any]:
-    """Return the cells with each value and its interval joined to one text."""
+    """Return the cells with each value and interval as one text."""
     cells = row.cells()
     for value, low, high in (("wear", "low", "high"), ("ratio", "ratio_low", "ratio_high")):
         ends = cells.pop(low), cells.pop(high)

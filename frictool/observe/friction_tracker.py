@@ -30,13 +30,13 @@ from frictool.observe.motion_block import MotionBlock
 from frictool.typing import Matrix, Vector
 
 S = TypeVar("S", bound=msgspec.Struct)
-# rad | m: end stops that no axis reaches, so that all axes have the same array layout
+# rad | m; position of end stops for an axis without end stops
 NEVER = 1e30
 NONE = EstimateRange(0.0, 0.0, 0.0)
-# relative standard deviation of the friction at one position, which no model knows better
+# relative standard deviation of the friction at one position under any model
 ROUGH = 0.01
-UNBOUNDED = 1e6  # 1, upper bound of the wear if none is known: a log holds finite numbers
-# half-widths relative to the value, of a backlash and of the friction inside it, if the bench has
+UNBOUNDED = 1e6  # upper bound of the wear if none is known; a log contains finite numbers only
+# half widths of the backlash and of the friction inside it, relative to the value, if the bench has
 # no range
 WIDTH, LOOSE = 0.2, 0.4
 
@@ -68,9 +68,9 @@ class FrictionTracker:
     ) -> Matrix:
         """Return the friction's value, lower and upper bound (3, n) [N m | N].
 
-        A positive friction opposes positive motion. velocity: value, lower and upper bound (3, n)
-        [rad/s | m/s]. known: pairs (index of a sample, wear estimate that applies from this
-        sample); the first pair has index 0.
+        Friction is positive if it opposes a positive velocity. velocity: value, lower and upper
+        bound (3, n) [rad/s | m/s]. known: pairs (index of a sample, wear estimate that applies from
+        this sample); the first pair has index 0.
         """
         if not piece.follows:
             self._state[KNOWN], self._state[GAPS:] = 0.0, 0.0
@@ -105,7 +105,7 @@ def _ends(quantity: Quantity | None) -> tuple[float | None, float | None]:
 
 
 def _unsure(quantity: Quantity, part: float) -> Vector:
-    """Return value, low, high (3,); without a range, low and high are value (1 ± `part`)."""
+    """Return value, low and high (3,); without a range, low and high are value (1 ± `part`)."""
     low, high = quantity.interval
     if low == high:
         low = (1.0 - part) * quantity.value
@@ -116,8 +116,8 @@ def _unsure(quantity: Quantity, part: float) -> Vector:
 def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
     """Return the kernel's wear factors (3, 3) and zones (k, 5).
 
-    The rows of the factors are wear forward, wear backward and added friction. rough: relative
-    half-width for one position, added in quadrature to the interval of the wear.
+    The rows of the factors are wear forward, wear backward and added friction. rough: relative half
+    width of the friction at one position, added in quadrature to the interval of the wear.
     """
     is_added = estimate.kind == "additive" and estimate.added is not None
     both = EstimateRange(1.0, 1.0, 1.0) if is_added else estimate.wear

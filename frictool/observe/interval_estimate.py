@@ -10,7 +10,7 @@ Kind = Literal["none", "multiplicative", "additive", "directional", "zones"]
 
 @dataclass(frozen=True)
 class EstimateRange:
-    """Estimated value, and interval that contains the true value with the requested confidence."""
+    """Estimated value, and confidence interval of the true value."""
 
     value: float
     low: float
@@ -53,10 +53,10 @@ class WearEstimate:
     the data, or `none`. forward, backward: wear of each direction. added: increase of the friction
     [N m | N], for kind additive. zones: wear by zone, for kind zones.
 
-    scale: common factor of all wears that an error of the actuator constant causes, with the
-    interval that follows from the bench's range of the constant. The intervals of the wears do not
-    include this factor; it cancels in a ratio to commissioning. others: other parameters (inertia,
-    viscous, ...) divided by the model's values. warnings: lines of text.
+    scale: factor by which a wrong actuator constant may scale all wears, with the interval from the
+    bench's range of the constant. The intervals of the wears do not include this factor, which
+    cancels in a ratio to commissioning. others: other parameters (inertia, viscous, ...) divided by
+    the model's values. warnings: lines of text.
     """
 
     time: float

@@ -30,13 +30,13 @@ from frictool.observe.second_observer import SecondObserver, check_observer
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.wear_estimator import WearEstimator
 
-LEAST_RANGE = 5.0  # K, range of a log's temperature that a model should describe
-BEYOND = 2.0  # K beyond the temperatures of the model's logs that are no extrapolation
+LEAST_RANGE = 5.0  # K, range of a log's temperature above which the model should have temperature
+BEYOND = 2.0  # K beyond the temperatures of the model's logs that still are no extrapolation
 UNKNOWN_LAW = (
     "the model has no friction over temperature: a change of friction with the log's temperature "
     "is part of the wear; identify the model from logs with a temperature"
 )
-OFTEN = 100  # samples per gap: with more gaps, no move is in one piece
+OFTEN = 100  # samples per gap; with more gaps, every move contains one
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def estimated_velocity(model: Model, confidence: float) -> VelocityEstimation:
 
 @dataclass(frozen=True)
 class EstimatorFactories:
-    """Functions that make the wear and velocity estimators from a model and a confidence."""
+    """Functions that return the wear and velocity estimators for a model and a confidence."""
 
     wear: Callable[[Model, float], WearEstimation] = estimated_wear
     velocity: Callable[[Model, float], VelocityEstimation] = estimated_velocity
@@ -76,7 +76,7 @@ THESE = EstimatorFactories()
 
 
 class LogObserver:
-    """Observation of one log; `parts` yields the estimates, then `outcome` is complete."""
+    """Observation of one log: `outcome` is complete after `parts` has yielded all estimates."""
 
     def __init__(
         self,
@@ -89,8 +89,8 @@ class LogObserver:
     ) -> None:
         """Open the log and set up the estimators.
 
-        observer: path and document of a second observer. If it is a tracking observer, it replaces
-        the velocity estimator.
+        observer: path and document of an additional observer. A tracking observer replaces the
+        velocity estimator.
 
         Raises LogError as `open_stream` does, DocumentError if the observer has another kind of
         axis or another period, and FrictoolError if the model has no dry friction.
@@ -130,7 +130,7 @@ class LogObserver:
         self.wear.finish()
 
     def _warm(self) -> list[str]:
-        """Return a warning if the temperature of the log cannot be taken out of the wear."""
+        """Return a warning if the wear estimate may depend on the temperature of the log."""
         log, laws = self.feed, self.model.laws
         law = laws.temperature if laws is not None else None
         measured = log.coldest <= log.hottest
@@ -151,7 +151,7 @@ class LogObserver:
         ]
 
     def _silent(self) -> list[str]:
-        """Return the reason why no wear was estimated."""
+        """Return the reason why no wear was estimated, if so."""
         if self.wear.estimate.moves:
             return []
         if self.feed.gaps * OFTEN > self.feed.samples:
@@ -166,7 +166,7 @@ class LogObserver:
         ]
 
     def _figures(self) -> dict[str, Any]:
-        """Return the velocity errors; names of errors against a sensor end in `_measured`."""
+        """Return the velocity errors; `_measured` marks errors relative to a velocity sensor."""
         figures = self.velocity.figures()
         return (
             figures
@@ -183,7 +183,7 @@ class LogObserver:
 
     @property
     def progress(self) -> float:
-        """Fraction of the log that has been read."""
+        """Return the fraction of the log that has been read (0 to 1)."""
         return self.feed.made.progress
 
     def outcome(self) -> ObservationOutcome:

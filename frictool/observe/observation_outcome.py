@@ -32,8 +32,8 @@ class ObservationOutcome:
 
     duration: length of the log [s]. period: sample period [s]. figures: velocity errors by name,
     SI. ratio: wear relative to the wear at commissioning. reference: file with the wear at
-    commissioning. observer: results of the second observer. doubts: reasons why the log may be of
-    another rig.
+    commissioning. observer: results of the additional observer. doubts: reasons why the log may be
+    from another rig.
     """
 
     source: str
@@ -57,7 +57,7 @@ class ObservationOutcome:
 
     @property
     def warnings(self) -> list[str]:
-        """All warnings, each one line of text."""
+        """Return all warnings, each one line of text."""
         return [*self.remarks, *self.doubts, *self.estimate.warnings]
 
     def as_json(self) -> dict[str, Any]:
@@ -135,7 +135,7 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
     constant = model.bench.actuator.constant
 
     def with_constant(one: EstimateRange, unit: str = "") -> str:
-        """Return an estimate as text, with the interval that includes the constant's error."""
+        """Return an estimate as text; a second interval includes the error of the constant."""
         own = f"{_range(one)} {unit}".rstrip()
         if estimate.scale is None:
             return own
@@ -192,10 +192,7 @@ def _range(estimate: EstimateRange) -> str:
 
 
 def _velocity(outcome: ObservationOutcome, unit: str) -> list[str]:
-    """Return the rms errors of the velocity and of the best low-pass (thesis 5.70) as text.
-
-    The cut-off of that low-pass is the best one for this log.
-    """
+    """Return the rms errors of the velocity and of the best low-pass (thesis 5.70) as text."""
     figures = outcome.figures
     shown: list[str] = []
     cutoff = figures.get("zero_phase_cutoff_hz")

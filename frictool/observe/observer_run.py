@@ -27,7 +27,7 @@ class ObserverOutput:
 
     time [s], position [rad | m], velocity [rad/s | m/s]. friction [N m | N]: has the sign of the
     velocity. wear: factor of the friction, or added friction [N m | N] of an additive observer;
-    None if the observer does not estimate wear. miss: part of (measured minus predicted position)
+    None if the observer does not estimate wear. miss: part of (measured - predicted position)
     beyond the dead zone [rad | m], of tracking observers only.
     """
 
@@ -42,7 +42,7 @@ class ObserverOutput:
 class ObserverRun:
     """Observer and its state, for a run along successive blocks of samples.
 
-    The state continues into the next block if there is no gap in between.
+    The state is kept from one block to the next unless there is a gap between them.
     """
 
     def __init__(self, observer: Observer) -> None:
@@ -88,7 +88,7 @@ class ObserverRun:
         )
 
     def _start(self, position: float) -> None:
-        """Set the observer to rest at `position` [rad | m]; a wear already learned is kept."""
+        """Set the observer to rest at `position` [rad | m]; the estimate of the wear is kept."""
         for state in self.program.states.values():
             if not (
                 self.is_begun

@@ -2,8 +2,8 @@
 
 The check uses the inertia, which does not change with wear. The estimated inertia must be in the
 bench's range, widened by the uncertainty of the actuator constant and by the spread between units.
-Otherwise the log is from another rig, the clock or the drive of the log differs from the bench's,
-or the logged drive saturates.
+Otherwise the log is from another rig, its clock or drive differs from the bench's, or the logged
+drive saturates.
 """
 
 from __future__ import annotations

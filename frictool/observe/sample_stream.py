@@ -2,8 +2,8 @@
 
     file ──logs/log_assembly.py──▶ samples of one stream, SI ──▶ MotionBlock, MotionBlock, ...
 
-A canonical log is read directly, a raw log with the columns of the model's bench. An interval
-between two samples that differs from the period by more than a tenth is a gap. A gap ends a block,
+A canonical log is read directly, a raw log with the columns of the model's bench. A gap is an
+interval between two samples that differs from the period by more than a tenth. A gap ends a block,
 and the next block has `follows` False.
 """
 
@@ -41,13 +41,13 @@ from frictool.logs.stream_source import SampleBlock
 from frictool.observe.motion_block import MotionBlock
 from frictool.typing import Vector
 
-JITTER = 0.1  # relative deviation of an interval from the period that is treated as a gap
+JITTER = 0.1  # relative deviation of an interval from the period, above which it is a gap
 MOST_BROKEN = 0.2  # largest fraction of gaps among the intervals of a uniform clock
 FEWEST = 3  # samples, shortest stream that is observed
 LARGEST = 1e12  # largest absolute value of a signal, SI
-# samples, shortest block (but the last): each block costs a fixed number of calls
+# samples, shortest block except the last; each block costs a fixed number of calls
 PIECE_SAMPLES = 1 << 14
-# samples at the beginning that are compared with the bench; read until the drive is not 0
+# samples, longest beginning that is compared with the bench; it ends after the drive is not 0
 OPENING_SAMPLES = 1 << 16
 
 
@@ -55,10 +55,10 @@ OPENING_SAMPLES = 1 << 16
 class SampleStream:
     """Stream of a log during reading; the fields are complete when `pieces` has ended.
 
-    period: sample period [s] of the bench, or of the log if the two periods differ by more than 1
-    %. truth: True if the velocity in the log comes from a simulation. gaps: number of gaps.
-    longest_gap: s. first, last: times of the first and the last sample [s]. coldest, hottest: range
-    of the temperature [degC]; coldest > hottest if the log has none.
+    period: sample period [s] of the bench, or of the log if the two differ by more than 1 %. truth:
+    True if the velocity in the log is that of a simulation. gaps: number of gaps. longest_gap: s.
+    first, last: times of the first and the last sample [s]. coldest, hottest: range of the
+    temperature [degC]; coldest > hottest if the log has none.
     """
 
     made: LogAssembly
@@ -80,17 +80,17 @@ class SampleStream:
 
     @property
     def source(self) -> str:
-        """File name for messages."""
+        """Return the file name for messages."""
         return self.made.flows[0].source
 
     @property
     def duration(self) -> float:
-        """Time from the first sample to one period after the last [s]."""
+        """Return the time from the first sample to one period after the last [s]."""
         return self.last - self.first + self.period if self.samples else 0.0
 
     @property
     def losses(self) -> list[DataLoss]:
-        """Parts of the log that could not be read."""
+        """Return the parts of the log that could not be read."""
         return self.made.losses
 
     def remarks(self) -> tuple[str, ...]:
@@ -161,7 +161,7 @@ class SampleStream:
             yield low, high, low == 0 and before is not None and not broken[0]
 
     def _check(self, samples: SampleBlock) -> None:
-        """Raise LogError for implausibly large signals, whose sums of squares would overflow."""
+        """Raise LogError for a signal above LARGEST, since sums of squares could overflow."""
         for name, values in zip(self._fields, samples.values, strict=True):
             most = int(np.argmax(np.abs(values)))
             if not abs(values[most]) <= LARGEST:
@@ -199,7 +199,7 @@ def open_stream(
     """
     made = assemble([path], bench, salvage)
     chosen = _topic(made, topic)
-    # with a known origin, no time counts from the first sample of another stream: drop the others
+    # with a known origin, the times of this stream do not depend on other streams
     if made.origin is not None:
         made.flows = [flow for flow in made.flows if flow.head.topic == chosen]
     ready = next((one for one in start_streams(made, window) if one.head.topic == chosen), None)
@@ -307,10 +307,7 @@ def _stream(ready: PendingStream, opening: list[SampleBlock]) -> Stream:
 
 
 def _columns(made: LogAssembly, ready: PendingStream) -> dict[str, dict[str, str]]:
-    """Return the columns' origins, with the stream renamed to /axis.
-
-    The origins say whether the effort was measured.
-    """
+    """Return the origin of each column, with the stream renamed to /axis."""
     flow = next(one for one in made.flows if one.head.topic == ready.head.topic)
     return (
         {"columns": {f"{MAIN_TOPIC}.{name}": text for name, text in flow.columns.items()}}
@@ -347,7 +344,7 @@ def _refuse_clock(source: str, broken: float, period: float) -> None:
 
 
 def _grouped(blocks: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
-    """Join blocks to at least PIECE_SAMPLES samples each; the last may be shorter."""
+    """Join blocks to at least PIECE_SAMPLES samples each; the last block may be shorter."""
     waiting: list[SampleBlock] = []
     for block in blocks:
         waiting.append(block)

@@ -1,4 +1,4 @@
-"""Second observer, from an observer.yaml, which runs along the log and writes another stream."""
+"""Additional observer of an observer.yaml, with an own output stream along the log."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class SecondObserver:
     """Observer, and the sums of its velocity errors."""
 
     def __init__(self, observer: Observer, cutoff: float) -> None:
-        """Set up the observer; `cutoff` [Hz]: cut-off of the zero-phase reference velocity."""
+        """Set up the observer; `cutoff` [Hz]: cut-off frequency of the zero-phase velocity."""
         self.observer = observer
         self._run = ObserverRun(observer)
         self._figures = VelocityErrors(cutoff, observer.sample_period_s)
@@ -41,7 +41,7 @@ class SecondObserver:
 
     @property
     def head(self) -> StreamHeader:
-        """Header of the output stream.
+        """Return the header of the output stream.
 
         An additive observer has the column `added` (added friction) instead of `wear`.
         """
@@ -59,7 +59,7 @@ class SecondObserver:
         return StreamHeader(TOPIC, tuple(units), tuple(units.values()))
 
     def as_json(self) -> dict[str, Any]:
-        """Return kind, velocity errors and, at the end of the log, wear or added friction."""
+        """Return kind, velocity errors, and the last estimate of wear or added friction."""
         figures = {
             name: value
             for name, value in self._figures.figures().items()
@@ -83,7 +83,7 @@ def samples_of(output: ObserverOutput) -> SampleBlock:
 
 
 def check_observer(path: Path, observer: Observer, model: Model, period: float) -> None:
-    """Raise DocumentError for `path` if the observer's kind of axis or period [s] is another."""
+    """Raise DocumentError for `path` if the observer has another kind of axis or period [s]."""
     if observer.axis != model.axis:
         raise DocumentError(
             path, f"found {observer.axis}; the model's axis is {model.axis}", line=None, key="axis"

@@ -1,6 +1,6 @@
 """Decimation of signals for a plot while a log is read: minimum and maximum per column.
 
-A column of the plot is a time interval; the columns widen as the log grows.
+A column of the plot is a time interval; the columns become wider as the log grows.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ import numpy as np
 
 from frictool.typing import Matrix, Vector
 
-MOST = 1200  # columns of a plot, about two per printed point; at most twice as many are held
+MOST = 1200  # columns of a plot, about two per printed point; memory has at most twice as many
 
 
 class DecimatedTrace:
     """Minimum and maximum of `count` signals in each column of a plot.
 
-    Each column has the same number of consecutive samples, even across gaps; the last column may
-    have fewer.
+    Each column has the same number of consecutive samples, also across gaps. The last column may
+    have fewer samples.
     """
 
     def __init__(self, count: int) -> None:
@@ -41,7 +41,7 @@ class DecimatedTrace:
             self._halve()
 
     def _halve(self) -> None:
-        """Merge pairs of columns; a last column without a partner becomes half full."""
+        """Merge pairs of columns; a last column without a partner is then half full."""
         starts = np.arange(0, self._time.size, 2)
         self._held += self._per * (self._time.size % 2 == 0)
         self._time = self._time[starts]

@@ -5,9 +5,9 @@
              ──velocity_errors.py────────────▶ rms error, compared with the low-pass (thesis 5.70)
 
 control/tracking_observer.py defines the observer. If the drive has a lag, the effort of a period is
-the mean of the samples at both ends of the period. The last sample of a block is therefore
-processed with the next block. A drive without a lag holds its value over the period. The estimate
-at a sample uses no later sample.
+the mean of the samples at both ends of the period. The period after the last sample of a block is
+therefore processed with the next block. A drive without a lag holds its value over the period. The
+estimate at a sample uses no later sample.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ from frictool.observe.observer_run import ObserverOutput, ObserverRun
 from frictool.observe.velocity_errors import VelocityErrors
 from frictool.typing import Matrix, Vector
 
-# quantile for which kernels/velocity_interval.py is calibrated
+# quantile of the normal distribution for which kernels/velocity_interval.py is calibrated
 CALIBRATED = NormalDist().inv_cdf(0.975)
 
 
 class VelocityEstimator:
     """Estimator of the velocity along a log, block by block.
 
-    confidence: confidence of the intervals. observer: tracking observer; None: an observer is
-    designed from the model.
+    confidence: confidence of the intervals. observer: tracking observer; if None, one is designed
+    from the model.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class VelocityEstimator:
     def _along(self, piece: MotionBlock) -> ObserverOutput:
         if not self._lagged:
             return self._run.take(piece)
-        # the period between the blocks: both of its ends are known now
+        # the period between the blocks, whose two ends are known now
         if self._waiting is not None and piece.follows:
             last, before = self._waiting
             self._run.machine.real[:] = before
@@ -101,7 +101,7 @@ class VelocityEstimator:
         return _joined(parts)
 
     def _half(self, piece: MotionBlock, output: ObserverOutput) -> Vector:
-        """Return half the interval's width (n,) [rad/s | m/s]."""
+        """Return the half width of the interval (n,) [rad/s | m/s]."""
         if not piece.follows:
             self._state[:] = 0.0
         acceleration = np.where(

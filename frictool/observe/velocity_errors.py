@@ -3,9 +3,9 @@
     position ──central difference, Butterworth forwards and backwards──▶ zero-phase velocity
              ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)──▶ best low-pass
 
-The reference is the zero-phase velocity. This velocity needs later samples, and is computed in
-blocks with margins as long as the filter's memory. The comparison favours the low-pass, whose best
-cut-off is not known in advance.
+The zero-phase velocity is the reference from which errors are computed. It needs later samples, and
+is computed in blocks with margins as long as the filter's memory. The comparison favours the
+low-pass: its best cut-off is not known in advance.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from frictool.observe.kernels.low_pass_bank import low_pass_bank
 from frictool.typing import Vector
 
 ORDER = 4  # order of the Butterworth filter, which runs forwards and backwards
-REMEMBERED = 10.0  # periods of the cut-off, after which the filter's response is below 1e-9
+REMEMBERED = 10.0  # periods of the cut-off after which the filter's response is below 1e-9
 BLOCK = 1 << 14  # samples
-# lowest cut-off [Hz] and number of the low-passes; the highest is that of the mean of two
+# lowest cut-off [Hz], and number of low-passes; the highest cut-off is that of the mean of two
 # differences
 SLOWEST_HZ = 1.0
 CUTOFFS = 31
-LEAST = 12  # samples, shortest piece that is compared
+LEAST = 12  # samples, shortest stretch that is compared
 
 
 @dataclass
@@ -78,7 +78,7 @@ class VelocityErrors:
     def take(self, position: Vector, estimate: Vector, truth: Vector | None, follows: bool) -> None:
         """Add samples (n,) of a block.
 
-        truth: velocity from a simulation or a sensor; all blocks of a log have it, or none.
+        truth: velocity from a simulation or a sensor, in all blocks of a log or in none.
         """
         if not follows:
             self._compare(last=True)
@@ -111,7 +111,7 @@ class VelocityErrors:
         )
 
     def _compare(self, last: bool) -> None:
-        """Compare the pending samples; unless `last`, skip those that later samples may change."""
+        """Compare the pending samples; unless `last`, not those that depend on later samples."""
         pending = self.pending
         if not pending.position:
             return
@@ -151,7 +151,7 @@ class VelocityErrors:
         sums.samples += difference.size
 
     def _figures(self, ending: str, sums: ErrorSums) -> dict[str, Any]:
-        """Return the rms errors and the best low-pass (order 0: the plain difference)."""
+        """Return the rms errors, and the best low-pass (order 0: difference without filter)."""
         names = [
             f"velocity_rms{ending}",
             f"velocity_rms_filter{ending}",

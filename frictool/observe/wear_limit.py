@@ -1,6 +1,7 @@
 """Verdict on the wear, or on its ratio to commissioning if known, against a limit.
 
-Errors of the actuator's constant cancel in the ratio. The first rule that applies decides:
+Errors of the actuator's constant cancel in the ratio. The first rule that applies to the estimate's
+interval decides:
 
     interval                                   exceeded       certain   reason
     no move yet                                undecided      no        only the prior is known
@@ -11,8 +12,8 @@ Errors of the actuator's constant cancel in the ratio. The first rule that appli
     lower end at most 1, limit above 1         undecided      no        the unit may be healthy
     else                                       by the value   no
 
-The mean hides wear of a single direction or zone. The limit is therefore also exceeded if the whole
-interval of a direction or zone is above the limit.
+The mean of all directions and zones hides wear of one of them. The limit is therefore also exceeded
+if the whole interval of a direction or zone is above the limit.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from dataclasses import dataclass
 
 from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 
-FEWEST_MOVES = 2  # moves, least number for a verdict if the interval contains the limit
+FEWEST_MOVES = 2  # fewest moves for a verdict if the interval contains the limit
 HEALTHY = 1.0  # wear of a unit like the model
 
 
@@ -32,7 +33,7 @@ class WearVerdict:
     """Verdict against a limit of the wear.
 
     exceeded: None if undecided. certain: True if the whole interval is on one side of the limit.
-    reason: one line.
+    reason: one line of text.
     """
 
     limit: float
@@ -49,8 +50,8 @@ def judge(
 ) -> WearVerdict:
     """Return the verdict on the `ratio` of the wear to commissioning; without a ratio, on the wear.
 
-    doubts: reasons why the log may be of another rig (rig_plausibility.py). With doubts, a pass
-    becomes undecided, but an alarm remains an alarm.
+    doubts: reasons why the log may be from another rig (rig_plausibility.py). With doubts, a wear
+    below the limit is undecided; a wear above the limit stays exceeded.
     """
     verdict = _of_all_and_parts(estimate, limit, ratio)
     return verdict if verdict.exceeded or not doubts else WearVerdict(limit, None, False, doubts[0])

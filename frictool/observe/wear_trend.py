@@ -19,14 +19,14 @@ from frictool.presentation.svg import panels, render
 COLOURS = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f", "#5c6b00", "#8c2f39")
 MARKS = ("o", "s", "^", "D", "v", "P")
 HEIGHT = 3.8  # inches
-MOST_NAMED = 12  # largest number of units in a legend; colours do not distinguish more
+MOST_NAMED = 12  # largest number of units in a legend; the colours distinguish no more
 UNNAMED = "no unit"
 
 
 def trend(table: Sequence[FleetRow], limit: float | None) -> str:
     """Return the plot as an `<svg>` element.
 
-    The plot shows ratios to commissioning if any are known (1 for the first log of a unit), else
+    If ratios to commissioning are known, the plot shows them (1 for the first log of a unit), else
     the wear. If a log has no date, the abscissa is the order of the logs in the table.
     """
     ratios = any(row.ratio is not None for row in table)

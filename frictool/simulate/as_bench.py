@@ -1,4 +1,4 @@
-"""Tests for a simulated bench: files of `frictool excite`, and CSV files with a reference."""
+"""Reader of the tests that a simulated bench runs: files of `frictool excite`, and CSV files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frictool.errors import LogError
 from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
 from frictool.simulate.bench_experiment import read_excitation
 
-# columns of a reference, with the dimension of each
+# columns of a CSV file with a reference, and their dimensions
 COLUMNS = {"reference": "position", "reference_velocity": "velocity"}
 TIME = "time [s]"
 CSV = ".csv"
@@ -25,7 +25,8 @@ def read_test(path: Path, bench: Bench) -> Log:
     Raises
     ------
     LogError
-        If the file is no test, or a CSV of ramps, because a CSV cannot state when a ramp ends.
+        If the file is not a test. A CSV of ramps is not one, because it cannot state when a ramp
+        ends.
     """
     if path.suffix.lower() != CSV:
         return read_excitation(path)

@@ -1,4 +1,4 @@
-"""Log stream of a closed-loop simulation: channels of a bench, and channels of a simulation only.
+"""Log stream of a closed-loop simulation, with channels that no real bench could measure.
 
 ============================  ====================================================================
 channel                       meaning
@@ -7,19 +7,19 @@ position                      output of the encoder, with its faults
 reference                     reference of the position
 profile                       profile that the loop tracked, if the controller has one
 current | voltage             output of the drive's sensor, with its faults and noise
-effort                        constant of the bench times the measured drive, also for variants
-                              with another constant
-velocity_estimated            speed that the controller used, from the encoder's difference or an
-                              observer
+effort                        measured drive times the nominal constant, also for variants with
+                              another constant
+velocity_estimated            speed that the controller used, from the difference of encoder
+                              readings or an observer
 velocity_measured             output of an exact velocity sensor, if the controller uses one
-command                       output of the controller at the sample; it acts `delay_samples` later
+command                       output of the controller; acts `delay_samples` samples later
 position_true, velocity       true position and velocity of the motor
 load_position                 true position behind the backlash
 current_true | voltage_true   true drive; a drive without lag jumps at the sample, and the channel
                               contains the value after the jump
 disturbance                   mean external effort over the sample, if there is any
-..._factor                    factor on friction, viscous friction or constant if it drifts; the
-                              factors of friction include the factor of the temperature
+..._factor                    factor of the dry friction, viscous friction or constant, if it
+                              drifts; a factor of friction includes the effect of temperature
 temperature                   temperature of the scenario, if it has one
 ============================  ====================================================================
 """
@@ -53,9 +53,9 @@ NO_UNIT = "1"
 class ControllerSignals(NamedTuple):
     """Internal signals of a controller, each (n,); None if the controller has no such signal.
 
-    speed: speed that the controller used. profile: profile that its loop tracked. fault: 1 while
-    the controller is in the fault state, else 0; None without commands of a supervisor, because the
-    measured positions then determine the fault.
+    speed: speed that the controller used. profile: profile that the controller's loop tracked.
+    fault: 1 while the controller is in the fault state, else 0. Without commands of a supervisor,
+    fault is None, and AxisChannels computes it from the measured positions.
     """
 
     speed: Vector | None = None
@@ -69,10 +69,10 @@ NO_SIGNALS = ControllerSignals()
 class AxisChannels:
     """Builder of the streams of all variants of one scenario.
 
-    `reference` (n,) is None without a controller; `conditions` are (n, 8) or (0, 8), see
-    engine/disturbances_and_faults.py. `senses_velocity` is True if the velocity is measured.
-    `hold_samples` is the number of successive invalid samples that the controller tolerates
-    (control/measurement_guard.py).
+    `reference` (n,) is None without a controller; `conditions` (n, 8), or (0, 8) for none, are
+    those of engine/disturbances_and_faults.py. `senses_velocity` is True if the velocity is
+    measured. `hold_samples` is the number of successive invalid samples that the controller
+    tolerates (control/measurement_guard.py).
     """
 
     def __init__(
@@ -106,9 +106,9 @@ class AxisChannels:
     ) -> Stream:
         """Return the stream of variant number `index` from its record (n, 7).
 
-        The noise of the drive is drawn from (seed, index). `values`: internal signals of the
-        controller. `judged`: True to leave out signals that no metric reads: effort, true drive,
-        true position of the motor, disturbance, drifts and temperature.
+        (seed, index) is the seed of the drive's noise. `values`: internal signals of the
+        controller. If `judged` is True, signals that no metric reads are left out: effort, true
+        drive, true position of the motor, disturbance, drifts and temperature.
         """
         drive = self.rig.drive
         noise = self.drive_noise(index)
@@ -169,9 +169,9 @@ class AxisChannels:
         return np.where(last >= 0, measured[last], before)
 
     def _invalid(self, measured: Vector) -> dict[str, tuple[Vector, str]]:
-        """Return the validity of the position and the controller's fault, each (n,).
+        """Return the channels `position_valid` and `controller_fault`, each (n,), with their units.
 
-        The result is empty if no sample was lost.
+        The result is empty if every sample is valid.
         """
         valid = np.isfinite(measured)
         if valid.all():

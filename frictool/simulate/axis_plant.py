@@ -1,4 +1,4 @@
-"""Single axis of a model as a simulated plant; its variants are vertices or random plants."""
+"""Single axis of a model as a simulated plant (simulate/simulated_plant.py)."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from frictool.verify.logged_plant import LoggedPlant
 
 
 class AxisPlant:
-    """Model of one axis as a `SimulatedPlant`, the protocol that documents the methods."""
+    """Model of one axis as a `SimulatedPlant`; this protocol documents the methods."""
 
     width = 1.0
 
@@ -51,7 +51,7 @@ class AxisPlant:
                 names.model,
                 "resonances",
                 f"found resonances of {links}, which a single axis cannot have; simulate the "
-                "mechanism, or the one that `frictool reduce --reduced` wrote",
+                "mechanism, or the result of `frictool reduce --reduced`",
             )
         for key in ("sources", "duration_s"):
             if getattr(scenario, key):
@@ -93,7 +93,7 @@ class AxisPlant:
 
     @cached_property
     def _levels(self) -> dict[str, float]:
-        """Nominal values of the parameters that `known` returns."""
+        """Return the nominal values of the parameters that `known` returns."""
         return nominal_levels(self.model)
 
     def play(

@@ -1,8 +1,8 @@
 """Closed loops of all variants of an axis.
 
-Runs with a simulated controller use all cores; batches limit the memory for records. With compiled
-controller code, engine/closed_loop.py simulates one sample at a time, and the variants run one
-after another. The same applies to runs with commands of a supervisor.
+The runs of the variants use all cores; batches limit the memory for records. With compiled
+controller code, or with commands of a supervisor, the variants run one after another, and
+engine/closed_loop.py simulates one sample at a time.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from frictool.simulate.scenario_conditions import command_samples
 from frictool.simulate.simulated_plant import SimulatedLoop
 from frictool.typing import Vector
 
-AT_ONCE, LEAST = 500_000, 4  # samples of all runs of a batch; least number of runs in a batch
+AT_ONCE, LEAST = 500_000, 4  # most samples in a batch of runs; least number of runs in a batch
 
 
 def play(
@@ -44,7 +44,7 @@ def play(
     """Yield each variant and its record (n, 7) in `loop`, under a load that depends on position.
 
     Each run starts at rest, in the middle of the backlash, with the prefilter at the measured
-    position. With compiled code or scheduled parameters, the variants run one after another. Raises
+    position. With scheduled parameters, too, the variants run one after another. Raises
     NoSolutionError if a variant cannot be simulated.
     """
     samples = loop.reference.size
@@ -90,7 +90,7 @@ def _run_program(
     def status(index: int) -> int:
         return _run_alone(variants[index], loop, load, records[index])
 
-    first = status(0)  # in this thread, which may compile
+    first = status(0)  # in this thread, since the first run may have to compile the kernels
     if len(variants) == 1:
         return [first]
     with ThreadPoolExecutor(os.cpu_count()) as threads:

@@ -1,11 +1,10 @@
 """Variants of a simulated axis: nominal, vertices of the ranges, random, or with provided values.
 
 The ranges of inertia, viscous friction, Coulomb friction and constant are the ranges that `synth`
-uses (`ranges` of adapters/parameter_intervals.py). A vertex has one end of each range. Each
-parameter of a random plant is drawn uniformly from its range, independently of the others. For a
-given seed, plant number i is the same for any number of plants. A vertex or a random plant consists
-of four numbers; adapters/friction_levels.py applies them to models with further friction
-parameters.
+uses (`ranges` of adapters/parameter_intervals.py). A vertex has one end of each range. In a random
+plant, each of the four parameters is drawn uniformly from its range, independently of the others.
+For one seed, plant number i is the same for any number of plants. adapters/friction_levels.py
+applies the four values to models with further friction parameters.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ class AxisVariant:
     """One plant of a simulation.
 
     `name` is empty for the nominal plant. `values`: parameters [SI] that differ from the nominal
-    plant. `dynamic`: law of the friction with presliding; None if the axis sticks and slips.
+    plant. `dynamic`: dynamic friction law; None if the axis sticks and slips.
     """
 
     name: str
@@ -70,7 +69,7 @@ class AxisVariant:
         return array if self.dynamic is None else with_dynamic_law(array, self.dynamic)
 
     def rest(self, start: float) -> NDArray[np.float64]:
-        """Return the state of the axis at rest at `start` [rad | m]; it has not moved before."""
+        """Return the state of the axis at rest at `start` [rad | m], before any motion."""
         state = rest(start)
         return state if self.dynamic is None else with_contact(state, self.dynamic)
 
@@ -95,9 +94,9 @@ def variants_of(
 ) -> list[AxisVariant]:
     """Return the nominal plant with vertices or random plants, or the plant with `given` values.
 
-    `owner` is the name of the model in messages. `parameters` is the result of `parameters_of`;
-    None computes it. Raises FrictoolError if a plant's parameters are out of range, or if there is
-    no range to draw from.
+    `owner` is the name of the model in messages. `parameters`: result of `parameters_of`, computed
+    if None. Raises FrictoolError if a plant's parameters are out of range, or if there is no range
+    to draw from.
     """
     if scenario.variants == GIVEN:
         values = given_values(scenario, parameters or parameters_of(model))
@@ -139,9 +138,9 @@ def nominal_levels(model: Model) -> dict[str, float]:
 def parameters_of(model: Model) -> dict[str, VariedParameter]:
     """Return the parameters of a model that a scenario can set or vary.
 
-    These are inertia, viscous friction, Coulomb friction and constant with their ranges, and
-    offset, backlash and breakaway without a range. The ratio of breakaway to Coulomb friction is
-    constant unless the scenario sets the breakaway.
+    Inertia, viscous friction, Coulomb friction, constant, offset and backlash have the model's
+    ranges; the breakaway has none. The ratio of breakaway to Coulomb friction is constant unless
+    the scenario sets the breakaway.
     """
     bench = model.bench
     nominal = nominal_levels(model)
@@ -162,9 +161,9 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
     breakaway = model.parameters.breakaway.value
     offset = model.parameters.offset
     backlash = bench.mechanics.backlash
-    level = nominal[
-        "coulomb"
-    ]  # mean level; the parameter is a share of it if the model has a map or backward friction
+    # mean Coulomb friction, which differs from the model's parameter if the friction depends on
+    # position or direction
+    level = nominal["coulomb"]
     least = ("coulomb", model.parameters.coulomb.value / level) if level > 0.0 else None
     parameters["breakaway"] = VariedParameter(
         breakaway, breakaway, breakaway, effort, LABELS["breakaway"], least

@@ -1,9 +1,8 @@
 """Simulation of a test of `frictool excite`; the log has the channels of a bench.
 
-    reference      the bench's position loop follows it (engine/bench_position_loop.py)
-    ramps          they end and reverse by the rules in the test (figure 4.6)
-
-Position is the encoder's reading; the drive is measured with noise. The encoder's zero has a random
+A test is either a reference for the bench's position loop (engine/bench_position_loop.py), or a
+sequence of drive ramps, which end and reverse by the rules in the test (figure 4.6). The logged
+position is the encoder's reading; the drive is measured with noise. The encoder's zero has a random
 offset of less than one count. This offset and the noise are drawn from PCG64 seeded with `seed`.
 """
 
@@ -37,7 +36,7 @@ SAME_PERIOD = 1e-6  # relative tolerance of the sample period
 
 
 class RampRows(NamedTuple):
-    """Rows of a ramp test, as arrays of engine/bench_experiment.py `play_ramps`."""
+    """Arguments of engine/bench_experiment.py `play_ramps` that describe the ramps of a test."""
 
     rows: Vector
     segment: Vector
@@ -80,15 +79,14 @@ class BenchPlant(Protocol):
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
     ) -> int:
-        """Follow a reference (n,) by the position loop `servo`, from rest at `start` [rad | m]."""
+        """Let the position loop `servo` follow a reference (n,), from rest at `start` [rad | m]."""
 
     def ramp(
         self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: IntVector
     ) -> int:
-        """Apply the rows of a ramp test from rest at `start` [rad | m].
+        """Apply the drive values of a ramp test from rest at `start` [rad | m].
 
-        Measured position and drive are written to `position` and `drive`, and the number of applied
-        rows to `played` (1,).
+        The number of applied values is written to `played` (1,).
         """
 
 
@@ -148,9 +146,9 @@ def bench_test(
     """Return the log of a test: position, drive, effort and, if there is one, the reference.
 
     `excitation` is the test, `servo` the bench's position loop. `noise` is the standard deviation
-    of the measured drive's noise [A | V]. `forward` (n,) is the feedforward [N m | N] that is added
-    to the effort of the bench's position loop. Raises LogError if the test does not belong to this
-    plant's bench, NoSolutionError if it cannot be simulated.
+    of the measured drive's noise [A | V]. `forward` (n,) is a feedforward effort [N m | N], which
+    is added to the effort of the position loop. Raises LogError if the test does not belong to this
+    plant's bench, NoSolutionError if the test cannot be simulated.
     """
     bench = AxisBenchPlant(plant) if isinstance(plant, Model) else plant
     rig = bench.rig
@@ -165,7 +163,7 @@ def bench_test(
     if stream.units[played] != si_unit(CHANNEL_DIMENSIONS[played], rig.axis):
         raise LogError(
             excitation.source,
-            f"has its {played} in {stream.units[played]!r}; the axis of the model is {rig.axis}",
+            f"has {played} in {stream.units[played]!r}; the axis of the model is {rig.axis}",
         )
     if abs(stream.period / rig.sample_period_s - 1.0) > SAME_PERIOD:
         problem = (
@@ -193,7 +191,7 @@ def bench_test(
 
 
 def _at_stops(rig: Rig, position: Vector) -> list[str]:
-    """Return a warning for each end stop within a count of the position (n,)."""
+    """Return a warning for each end stop to which the position (n,) comes within a count."""
     travel, step = rig.travel, rig.resolution
     if travel is None:
         return []
@@ -236,9 +234,8 @@ def _with_feedforward(
 ) -> Vector:
     """Return a changed reference (n,), for which the servo adds the effort `forward` (n,).
 
-    For the difference d of the changed reference and `reference`, the servo computes the effort
-    P d[k] + w D (d[k] - d[k-1])/period, which must equal forward[k]. P and D are the gains of the
-    servo, and w is its weight of the rate of the reference.
+    d is the change of the reference: P d[k] + w D (d[k] - d[k-1])/period = forward[k]. P and D are
+    gains of the servo, and w is its weight of the reference in the derivative term.
     """
     rate = servo.reference_rate * servo.derivative / period
     added = scipy.signal.lfilter([1.0], [servo.proportional + rate, -rate], forward)
@@ -248,7 +245,7 @@ def _with_feedforward(
 def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Vector]:
     """Return the measured position and drive (m,) of ramps, from rest at the lower turning point.
 
-    m is at most the number of rows.
+    m is at most the number of drive values.
     """
     about = excitation.metadata[EXCITATION]
     signals = excitation.main.signals
@@ -270,7 +267,7 @@ def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Ve
 
 
 def _next_change(values: Vector) -> NDArray[np.int64]:
-    """Return for each row (n,) the next row at which `values` (n,) changes; n if there is none."""
+    """Return for each index the next index at which `values` (n,) changes, or n, (n,)."""
     edges = np.append(np.flatnonzero(np.diff(values)) + 1, values.size)
     return edges[np.searchsorted(edges, np.arange(values.size), side="right")]
 

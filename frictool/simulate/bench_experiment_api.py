@@ -1,4 +1,4 @@
-"""Simulation of a test of `frictool.identify.excite`, for use from Python."""
+"""Python function that simulates a test of `frictool.identify.excite`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def play(
 ) -> Log:
     """Simulate a test on the bench of a model.
 
-    Ramps end and reverse by the rules in the test; the position loop `servo` follows a reference.
+    The test is a sequence of drive ramps, or a reference for the position loop `servo`.
 
     Parameters
     ----------

@@ -3,9 +3,9 @@
     scenario -> reference, conditions -> loop of each variant (simulate/simulated_plant.py)
     -> record -> sensors -> stream
 
-Position is the encoder's reading. The drive is measured with white noise of standard deviation
-`drive_noise`, drawn for each variant from PCG64 seeded with (seed, index of the variant). The log
-also contains the true signals, which a bench cannot measure (simulate/axis_channels.py).
+The logged position is the encoder's reading. The drive is measured with white noise of standard
+deviation `drive_noise`, drawn for each variant from PCG64 seeded with (seed, index of the variant).
+The log also contains true signals, which a bench cannot measure (simulate/axis_channels.py).
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ Progress = Callable[[int, int], None]
 
 
 def no_progress(done: int, total: int) -> None:
-    """Ignore the progress; the default of `progress`."""
+    """Do nothing; the default of `progress`."""
 
 
 @dataclass(frozen=True)
@@ -74,9 +74,9 @@ class SimulationRequest:
     recorded : Log or None
         Log that the scenario replays.
     number : ProgramNumber
-        Number format of the controller.
+        Number format of the controller's arithmetic; ignored with `target`.
     target : CompiledTarget or None
-        Compiled code that replaces the controller; its number format replaces `number`.
+        Compiled code that runs instead of the simulated controller.
     """
 
     recorded: Log | None = None
@@ -96,7 +96,7 @@ def simulate_closed_loop(
     progress: Progress = no_progress,
     request: SimulationRequest = PLAIN,
 ) -> Log:
-    """Return the log of a scenario, with a stream for each variant, further data and warnings.
+    """Return the log of a scenario, with a stream for each variant, metadata and warnings.
 
     `progress(done, total)` is called before the first variants and after each batch. `names` are
     the names of the documents in messages. Raises InputFileError if the documents do not fit
@@ -116,8 +116,7 @@ class PreparedScenario(NamedTuple, Generic[V]):
     """Variants of the plant and a scenario, prepared for the simulation.
 
     `sensors` builds the streams of the log; `loop` is common to all variants. `conditions` (n, 8):
-    one row per sample, with the columns that engine/disturbances_and_faults.py defines. They
-    include the sensor faults that affect only the log.
+    rows of engine/disturbances_and_faults.py, including sensor faults that affect only the log.
     """
 
     variants: Sequence[V]
@@ -137,8 +136,8 @@ class _KeptReference(NamedTuple):
 class SimulatedRun(NamedTuple, Generic[V]):
     """Run of variant `number` (from 0) of a scenario, without a log.
 
-    `record` (n, 7): engine/closed_loop.py. `plant`: linear plant for the stability margins, or
-    None.
+    `record` (n, 7): columns of engine/closed_loop.py. `plant`: linear plant for the stability
+    margins, or None.
     """
 
     prepared: PreparedScenario[V]
@@ -182,8 +181,7 @@ class StepTest(Generic[V]):
     ) -> Log:
         """Return the log of a scenario, as `simulate_closed_loop` does.
 
-        If `with_speed` is True, the controller's program runs again to record the speed that the
-        controller used.
+        If `with_speed` is False, the log has no `velocity_estimated`; this saves time.
         """
         plant = self.plant
         controller = self.controller
@@ -248,7 +246,7 @@ class StepTest(Generic[V]):
         return run.prepared.sensors.stream(topic, number, run.record, values, judged=True)
 
     def rig_records(self, scenario: Scenario) -> dict[str, dict[str, str]]:
-        """Return the metadata of the rig and of the known intervals of the plant's parameters."""
+        """Return the log's metadata: rig, and known intervals of the plant's parameters."""
         known = intervals_to_text(self.plant.intervals(scenario))
         return {INTERVALS: known, FACTS: facts_to_text(self.plant.rig.facts)}
 
@@ -292,7 +290,7 @@ class StepTest(Generic[V]):
         """
         self.plant.check(
             self.controller, replace(scenario, spread=None), self.names
-        )  # the spread belongs to a campaign and is not simulated
+        )  # only a campaign uses the spread
         check_agreement(self.plant.rig, self.controller, scenario, self.names)
         reference, start = self._checked_reference(scenario, recorded)
         period = self.plant.rig.sample_period_s
@@ -300,7 +298,7 @@ class StepTest(Generic[V]):
         return reference, start
 
     def _checked_reference(self, scenario: Scenario, recorded: Log | None) -> tuple[Vector, float]:
-        """Return the result of `_reference`; its reference is kept for the next scenario."""
+        """Return the result of `_reference`, and keep it for a next scenario with the same key."""
         first = scenario.steps[0] if scenario.steps else None
         begins = scenario.start if first is not None and first.reference is None else None
         runs = self.plant.count(self.controller, scenario)
@@ -326,7 +324,7 @@ class StepTest(Generic[V]):
         return {PLAYED: linear, **self.rig_records(prepared.loop.scenario)}
 
     def _outside(self, scenario: Scenario) -> list[str]:
-        """Warning if the controller was verified for another plant or rig, else an empty list."""
+        """Return a warning if the controller was verified for another plant or rig, else []."""
         known = self.plant.intervals(scenario)
         deviations = differences(self.controller, self.plant.rig.facts, known)
         return (
@@ -341,12 +339,12 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _scheduled(self) -> dict[str, int]:
-        """Index of the program's node for each scheduled parameter, by name."""
+        """Return the index of the program's node for each scheduled parameter, by name."""
         return scheduled(self.controller, self._program)
 
     @cached_property
     def _running(self) -> CompiledProgram:
-        """Controller program in its number format."""
+        """Return the controller's program in its number format."""
         try:
             return machine_in(self._program, self._number)
         except FixedPointOverflow as error:
@@ -357,13 +355,13 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _code(self) -> MachineCode | None:
-        """Machine code of `_running`; None for a format without one."""
+        """Return the machine code of `_running`; None if the number format has none."""
         return machine_code(self._running)
 
     def _signals(
         self, loop: SimulatedLoop, record: Vector, known: Mapping[int, float], with_speed: bool
     ) -> ControllerSignals:
-        """Return the internal signals of the controller that the log of a run contains."""
+        """Return the controller's internal signals for the log of a run."""
         controller, program = self.controller, self._program
         period = controller.sample_period_s
         run = RecordedRun(
@@ -386,9 +384,9 @@ class StepTest(Generic[V]):
 def _known_values(
     plant: SimulatedPlant[V], variants: Sequence[V], states: Mapping[str, int]
 ) -> list[dict[int, float]]:
-    """Return the scheduled parameters of each variant: state index -> value.
+    """Return the scheduled parameters of each variant: node index -> value.
 
-    The list is empty if no value is known. `states` maps names of parameters to state indices.
+    The list is empty if no value is known. `states` maps names of parameters to node indices.
     """
     known = [plant.known(variant) for variant in variants] if states else []
     values = [{index: of[name] for name, index in states.items() if name in of} for of in known]
@@ -442,7 +440,6 @@ def _start(scenario: Scenario, reference: Vector) -> float:
 
 
 def _of_log(scenario: Scenario, recorded: Log | None) -> list[str]:
-    """Return the warnings about the replayed log."""
     return (
         []
         if scenario.reference is None or recorded is None

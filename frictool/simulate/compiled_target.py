@@ -1,11 +1,11 @@
-"""Controller as on the target: exported C code, compiled and called by the simulation.
+"""Exported C code of a controller, compiled and called by the simulation.
 
     DIR/NAME.c, NAME.h  ──cc──▶ shared library ──ctypes──▶ step(reference, position,
                                                           velocity) -> drive
 
-A few lines of C convert numbers as the simulation does, so that a run with this code equals the
-simulated run bit by bit. The header of the sources contains the SHA-256 of the controller document
-from which they were exported; the simulated controller must have the same SHA-256.
+A few lines of C convert numbers as the simulation does, so that a run with this code equals a run
+without it bit by bit. The header of the C code contains the SHA-256 of the exported controller
+document; the simulated controller must have the same SHA-256.
 """
 
 from __future__ import annotations
@@ -96,8 +96,8 @@ void target_tell(int which, double value)
 class CompiledTarget:
     """Compiled code of one controller, for one axis at a time.
 
-    `number`: number format of the code. `sources`: compiled files. `scheduled`: present values of
-    the scheduled parameters.
+    `number`: number format of the code. `sources`: the C files. `scheduled`: present values of the
+    scheduled parameters.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class CompiledTarget:
         self._step.restype = ctypes.c_double
 
     def start(self, position: float) -> None:
-        """Start at rest at `position` [rad | m], with a settled prefilter."""
+        """Start at rest at `position` [rad | m], with the prefilter in steady state."""
         self._start(position)
         self._tell_scheduled()
 
@@ -127,7 +127,7 @@ class CompiledTarget:
             self._tell(which, value)
 
     def command(self, name: CommandName, position: float) -> None:
-        """Obey a command of a supervisor; `position` [rad | m] is the measured position."""
+        """Execute a command of a supervisor; `position` [rad | m] is the measured position."""
         self._command(get_args(CommandName).index(name), position)
         self._tell_scheduled()
 
@@ -226,4 +226,4 @@ def _compile(command: list[str], source: Path) -> None:
             (line for line in done.stderr.splitlines() if "error" in line),
             done.stderr.strip().partition("\n")[0],
         )
-        raise InputFileError(source, f"does not compile: {first}; export it again")
+        raise InputFileError(source, f"does not compile: {first}; export the controller again")

@@ -1,8 +1,8 @@
 """Internal signal of a controller at each sample of a run, from a second run of its program.
 
-The first run does not record internal signals, because this would slow down every loop. Since a
-program is deterministic, a second run with the same number format, references and positions has the
-same values bit by bit, also for exported code.
+The first run does not record internal signals, because this would slow down every loop. A second
+run of the program with the same number format, references and positions has the same values bit by
+bit; this is also true if the first run used exported code.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from frictool.typing import Vector
 class RecordedRun(NamedTuple):
     """Recorded run of a controller: program, reference (n,) and record (n, 7).
 
-    `running`: program in its number format. `step`: encoder step [rad | m]. `known`: index of a
-    state of the program -> value of the scheduled parameter in this state. `commands`: index of a
-    sample -> commands of a supervisor just before this sample.
+    `running`: program in its number format. `step`: encoder step [rad | m]. `known`: node index of
+    a scheduled parameter in the program -> value. `commands`: index of a sample -> commands of a
+    supervisor just before this sample.
     """
 
     program: Program
@@ -47,7 +47,7 @@ class RecordedRun(NamedTuple):
 def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
     """Return the value [SI] (n,) of a node of a controller's program at each sample of a run.
 
-    For a state, the result is its value before the update of the sample.
+    If the node is a state, its values are those before the update at each sample.
     """
     values = np.empty(run.reference.size)
     if not run.reference.size:
@@ -90,7 +90,7 @@ def _started(machine: CompiledProgram, position: float) -> CompiledProgram:
 
 
 def _supervised(run: RecordedRun, new: CompiledProgram) -> Iterator[tuple[int, SupervisedProgram]]:
-    """Yield each sample of a run with commands, and the controller after it."""
+    """Yield each sample (index) of a run with commands, and the controller after the sample."""
     supervised = SupervisedProgram(run.program, new)
     supervised.start(run.started_at)
     for k in range(run.reference.size):

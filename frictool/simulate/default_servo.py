@@ -5,8 +5,8 @@
 
 P and D are gains; inertia, viscous, coulomb and offset are values of the bench; v and a are the
 velocity and the acceleration of the reference. The speed loop has the bandwidth 0.5/delay, the
-position loop 0.3 times that bandwidth. One count per sample changes the drive by at most a quarter
-of its limit.
+position loop 0.3 times that bandwidth. The gains are lower if a change of the position by one
+encoder count would change the drive by more than a quarter of the drive's limit.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from frictool.logs.log import Log
 from frictool.typing import Vector
 
 SPEED_SHARE = 0.5  # bandwidth of the speed loop times the delay
-POSITION_SHARE = 0.3  # bandwidth of the position loop over that of the speed loop
-LARGEST_COUNT = 0.25  # drive of one count per sample relative to the drive's limit
+POSITION_SHARE = 0.3  # bandwidth of the position loop divided by that of the speed loop
+LARGEST_COUNT = 0.25  # largest change of the drive by one count, relative to the drive's limit
 
 
 def default_servo(bench: Bench) -> PositionServo:

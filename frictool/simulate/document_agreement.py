@@ -34,10 +34,7 @@ def refuse(name: str, key: str, message: str) -> NoReturn:
 def check_agreement(
     rig: Rig, controller: Controller, scenario: Scenario, names: DocumentNames
 ) -> None:
-    """Raise DocumentError for the first fact in which rig, controller and scenario differ.
-
-    The message contains both values and the remedy.
-    """
+    """Raise DocumentError for the first fact in which rig, controller and scenario differ."""
     owner = rig.owner.format(names.model)
     lag = controller.bench.actuator.loop_time_constant_s
     for key, ours, theirs in (
@@ -61,14 +58,13 @@ def check_agreement(
 
 
 def check_drive(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
-    """Raise DocumentError if the scenario has quantities of another kind of drive."""
+    """Raise DocumentError if quantities of the scenario belong to another kind of drive."""
     in_drive = any(fault.offset is not None for fault in scenario.sensor_faults)
     if scenario.drive != rig.drive and (in_drive or scenario.drive != "current"):
-        allowed = f"drive: {rig.drive}, as in {names.model}"
         refuse(
             names.scenario,
             "drive",
-            f"found {scenario.drive}; allowed: {allowed}, for quantities of the drive",
+            f"found {scenario.drive}; allowed: {rig.drive}, the drive of {names.model}",
         )
 
 
@@ -100,7 +96,7 @@ def check_temperature(
             names.scenario,
             "temperature",
             f"found {scenario.temperature.value:g} degC, but {names.model} has no "
-            "laws.temperature; identify a model from logs with a temperature, or write drifts",
+            "laws.temperature; identify a model from logs with a temperature, or use drifts",
         )
 
 

@@ -3,13 +3,12 @@
 Sample k is at the time from_s + k T after the log's first sample; the last sample is at or before
 `to_s` or the log's end.
 
-held     A value set by a controller or an operator is constant until the next one: sample k is
-         the latest logged value. Logged times may be late by up to T/2, so that jitter neither
-         doubles nor drops a sample.
-linear   All other values, such as a measured position, are interpolated between the logged values.
+held     reference, current and voltage: sample k is the latest logged value. A value may be logged
+         up to T/2 after the instant of sample k, so that jitter neither doubles nor drops a value.
+linear   other channels, such as a measured position: sample k is interpolated between the logged
+         values.
 
-The held channels are reference, current and voltage, as always when frictool resamples
-(logs/clocks/resampling.py).
+The held channels are those of logs/clocks/resampling.py.
 """
 
 from __future__ import annotations
@@ -24,15 +23,15 @@ from frictool.logs.log import Log
 from frictool.simulate.reference import samples_of
 from frictool.typing import Vector
 
-JITTER = 0.5  # share of the controller's period
-GAP = 1.5  # periods of the log
+JITTER = 0.5  # largest delay of a logged value, in periods of the controller
+GAP = 1.5  # shortest gap between logged samples, in periods of the log
 
 
 def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> Vector:
     """Return the reference (n,) [rad | m] at the controller's samples.
 
     Raises LogError if the log lacks the channel, if the channel is not a position or not finite, or
-    if the log ends before `from_s` or `to_s`.
+    if the log ends before `replay.from_s` or `replay.to_s`.
     """
     stream = log.main
     (values,) = log.require(stream, replay.channel)

@@ -28,10 +28,7 @@ from frictool.typing import IntVector, Vector
 
 
 class PreparedBenchRun(NamedTuple):
-    """Mechanism at rest at the beginning of a test, with the arrays of its record.
-
-    The fields are arguments of engine/mechanism/bench_experiment.py.
-    """
+    """Arguments of engine/mechanism/bench_experiment.py for a mechanism at rest."""
 
     machine: CompiledMechanism
     state: MechanismState
@@ -44,7 +41,7 @@ class PreparedBenchRun(NamedTuple):
 class MechanismBenchPlant:
     """Mechanism as a `BenchPlant`.
 
-    `follow` and `ramp` raise NoSolutionError if the mechanism cannot begin at `start`.
+    `follow` and `ramp` raise NoSolutionError if the mechanism cannot rest at `start`.
     """
 
     def __init__(self, plant: MechanismPlant) -> None:

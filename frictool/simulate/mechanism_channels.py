@@ -6,11 +6,12 @@ channel                         meaning at each sample; names of elements are in
 BLOCK_position, BLOCK_velocity  rad or m, rad/s or m/s
 BLOCK_stuck                     1 while friction keeps a block at rest; only for blocks that can
                                 stick
-LINK_contact                    link with backlash: -1 or 1 for the flank in contact, 0 between;
-                                end stop: -1 or 1 at the low or high end
-SOURCE_current, .. _effort      drive at the sample, after a jump at the sample
+LINK_contact                    link with backlash: -1 or 1 at a flank, 0 between the flanks; end
+                                stop: -1 at the low end, 1 at the high end, 0 between the ends
+SOURCE_current, .. _effort      drive at the sample; after the jump if the drive jumps there
 SENSOR_position, .. _velocity   output of each sensor, without the faults of a scenario
-BLOCK_disturbance               mean external effort over the sample, if a scenario names the block
+BLOCK_disturbance               mean external effort over the sample, if a scenario disturbs the
+                                block
 ==============================  ==================================================================
 """
 
@@ -152,7 +153,7 @@ class MechanismChannels:
 
 
 def held_blocks(variant: MechanismVariant) -> set[int]:
-    """Return the blocks that can stick, by friction on them or on a rigidly linked block."""
+    """Return the blocks (indices) that friction on them or on a rigidly linked block can hold."""
     packed = variant.assembled.packed
     dry = set(packed.frictions.block.tolist()) | set(packed.pressings.block.tolist())
     dry |= set(

@@ -11,8 +11,8 @@ HEAD = "time_s,plant,element,event,speed\n"
 class EventCsv:
     """Builder of the table of events of all runs.
 
-    Columns: time_s: time [s]; plant: name of the variant, empty for the nominal plant; speed: speed
-    before the event [rad/s | m/s], 0 if the event has no speed.
+    The column `plant` contains the name of the variant, empty for the nominal plant. `speed` is the
+    speed before the event [rad/s | m/s], 0 if the event has no speed.
     """
 
     def __init__(self) -> None:

@@ -3,10 +3,9 @@
     |- sample k ------------|- sample k+1 ---
     |-- part --|-- part ----|-- part --------
 
-A sample is divided into parts wherever a signal or its slope jumps, so that steps occur exactly at
-their times. In each part a signal is replaced by its mean, so that its impulse and the effect of a
-step are exact. For a sine or a ramp the error of the motion is of second order in the length of the
-part.
+A sample is divided into parts wherever a signal or its slope jumps. In each part a signal is
+replaced by its mean. A step and the impulse of any signal are therefore exact. For a sine or a
+ramp, the error of the motion is of second order in the length of the part.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from frictool.documents.conditions import Disturbance, Signal
 from frictool.engine.mechanism.closed_loop import MechanismInputs
 from frictool.typing import IntVector, Vector
 
-SAME_INSTANT = 1e-9  # share of a sample: instants that differ only by rounding
+SAME_INSTANT = 1e-9  # largest difference of two instants that are treated as one, in samples
 
 
 def inputs_of(
@@ -57,7 +56,7 @@ def inputs_of(
 def _cut(
     courses: Iterable[Signal | Disturbance], samples: int, period: float
 ) -> tuple[Vector, IntVector]:
-    """Return the edges of the m parts, in samples, and the index of each sample's first part."""
+    """Return the edges (m + 1,) of the parts, in samples, and each sample's first part (index)."""
     instants = {
         instant / period
         for course in courses

@@ -43,9 +43,9 @@ def _walk(one: Any, key: str) -> Iterator[tuple[str, Quantity]]:
 
 
 def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
-    """Yield (key, (key of the limit, factor)) of each friction parameter with a lower limit.
+    """Yield (key, (key of the limit, factor)) of each friction parameter limited by another one.
 
-    The factor converts the unit of the limit to that of the parameter.
+    The factor converts the unit of the lower limit to the unit of the parameter.
     """
     if isinstance(one, FrictionOf):
         for name, other in _pairs(one):
@@ -57,7 +57,7 @@ def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
 
 
 def _pairs(friction: FrictionOf) -> list[tuple[str, str]]:
-    """Return (parameter, lower limit) for each present parameter that another one limits."""
+    """Return the pairs (parameter, its lower limit) of parameters that are both present."""
     law = LAWS.get(friction.law)
     there = friction.parameters
     named = (
@@ -93,10 +93,9 @@ def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
 
 
 def _ordered(document: FrictionOf, made: FrictionOf, provided: set[str]) -> FrictionOf:
-    """Return `made` with consistent friction parameters.
+    """Return `made` with no friction parameter below the parameter that is its lower limit.
 
-    If `provided` contains the lower limit of a parameter but not the parameter, the parameter keeps
-    its ratio to the limit. Rounding does not put a parameter below its limit.
+    If `provided` contains the limit but not the parameter, the two keep their ratio in `document`.
     """
     parameters = dict(made.parameters)
     for name, other in _pairs(made):

@@ -1,4 +1,4 @@
-"""Mechanism as a simulated plant (simulate/simulated_plant.py), with checks of its scenarios."""
+"""Mechanism as a simulated plant (simulate/simulated_plant.py), with checks of scenarios."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from frictool.simulate.scenario_plant_values import check_given
 from frictool.simulate.simulated_plant import SimulatedLoop, VariantRun, VariedParameter
 from frictool.typing import Vector
 
-FASTEST = 1e4  # times the sampling rate: a faster link should be rigid
-# rad, limit of the fastest link's oscillation; each rad takes some microseconds for a few blocks
+FASTEST = 1e4  # largest rate of a link [rad/s] times the sample period
+# largest rate of a link [rad/s] times the duration [s]; a unit takes some microseconds to simulate
 MOST_TURNS = 1e8
 
 
 class MechanismPlant:
-    """Mechanism as a `SimulatedPlant`, the protocol that documents the methods.
+    """Mechanism as a `SimulatedPlant`; this protocol documents the methods.
 
-    `watch` is called with the outcome of each variant after its run. Raises ElementError if the
-    mechanism has no source or no sensor for a controller.
+    `watch` is called with the outcome of each variant. Raises ElementError if the mechanism has no
+    source or no sensor for a controller.
     """
 
     def __init__(
@@ -60,7 +60,8 @@ class MechanismPlant:
             refuse(
                 names.scenario,
                 "duration_s",
-                "belongs to a test without a controller; allowed with one: steps, or reference",
+                "belongs to a test without a controller; allowed with a controller: steps, or "
+                "reference",
             )
         check_mechanism_scenario(
             self.document,
@@ -92,7 +93,7 @@ class MechanismPlant:
         return ranges(self.document)
 
     def known(self, variant: MechanismVariant) -> Mapping[str, float]:
-        """Return no values, because only a single axis has scheduled parameters."""
+        """Return an empty mapping, because only a single axis has scheduled parameters."""
         return {}
 
     def play(
@@ -147,10 +148,7 @@ class MechanismPlant:
         """Return None, because margins are defined for a single axis only."""
 
     def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
-        """Return the interval of the drive's constant.
-
-        The other parameters of a synthesis exist for a single axis only.
-        """
+        """Return the interval of the drive's constant, the only one that a mechanism has."""
         constant = self.document.sources[self.assembled.sources[self.controlled.source]].constant
         return {} if constant is None else {"constant": constant.interval}
 
@@ -167,10 +165,7 @@ class MechanismPlant:
 
 
 def width_of(assembled: AssembledMechanism) -> float:
-    """Return the size of a mechanism's logged data divided by the size for one axis.
-
-    A block has three channels, an axis nine.
-    """
+    """Return the size of a mechanism's logged data divided by the size for one axis."""
     return 1.0 + len(assembled.blocks) / 3.0
 
 
@@ -179,7 +174,7 @@ def sight_of(
 ) -> ControlPorts:
     """Return the ports of a controller: the controlled source, and the blocks of sensor and load.
 
-    All blocks are initially at `start` (n,).
+    start (n,): initial positions of the blocks.
     """
     sensor, load = controlled.sensor_block, controlled.load
     return ControlPorts(
@@ -231,7 +226,6 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
     """Raise DocumentError if a link is too stiff for a simulation in reasonable time."""
     pace = fastest_link(assembled)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
-        problem = f"is too stiff or too damped for its load: its rate is {pace.rate:.3g} rad/s"
         allowed = (
             f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of "
             f"{seconds:g} s sampled at {period:g} s"
@@ -239,7 +233,8 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
         refuse(
             owner,
             f"links.{pace.link}",
-            f"{problem}; allowed: {allowed}; without compliance the link is rigid",
+            f"too stiff or too damped: found a rate of {pace.rate:.3g} rad/s; allowed: {allowed}; "
+            "make the link rigid: remove its compliance",
         )
 
 

@@ -3,7 +3,7 @@
     work of sources and external efforts = gain of kinetic and stored energy
                                            + losses in friction, links and impacts + residual
 
-The records `energy/TOPIC` [J] and `events/TOPIC` (counts) of a log contain energies and events.
+The log's metadata record `energy/TOPIC` has the energies [J], `events/TOPIC` the numbers of events.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def energy_of(moved: MechanismOutcome) -> dict[str, float]:
 
 
 def events_of(moved: MechanismOutcome) -> dict[str, int]:
-    """Return the number of events by `ELEMENT KIND`.
+    """Return the number of events of each element and kind; keys are `ELEMENT KIND`.
 
     `not kept` is the number of events beyond ROOM_FOR_EVENTS.
     """
@@ -72,7 +72,7 @@ def events_of(moved: MechanismOutcome) -> dict[str, int]:
 
 
 def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
-    """Yield the notes of the assembly, and a warning for each end stop that a block strikes."""
+    """Yield the assembly's warnings, and a warning for each end stop that a block strikes."""
     made = moved.variant.assembled
     if not moved.variant.name:
         yield from made.notes

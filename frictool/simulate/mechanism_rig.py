@@ -1,13 +1,14 @@
 """Rig of a mechanism for a controller, and the chain of links that starts at the sensor's block.
 
 If backlash and compliance of the links are neglected, the position of a block in the chain follows
-from the sensor's position and the product of the ratios:
+from the sensor's position:
 
     q_block - start_block = ratio (q_sensor - start_sensor)
 
-The load is the block that `control.load` names. Without that key it is the block separated by most
-links from the sensor; of several such blocks, the last one in the file. The load's position is
-converted to the sensor's coordinate, so that it can be compared with the reference.
+ratio is the product of the ratios of the links between them. The load is the block that
+`control.load` names; without that key, the block separated by most links from the sensor, or the
+last one of several such blocks in the file. The load's position is converted to the sensor's
+coordinate, so that it can be compared with the reference.
 """
 
 from __future__ import annotations
@@ -90,7 +91,7 @@ def rig_of_mechanism(
 
 
 def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, float]:
-    """Return the facts of verify/rig_facts.py, except the spring on the axis.
+    """Return the facts of verify/rig_facts.py without the spring on the axis.
 
     The springs of a mechanism are part of its model.
     """
@@ -107,7 +108,7 @@ def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, flo
 
 
 class ChainPosition(NamedTuple):
-    """Motion of a block relative to the root of the chain, and the number of links between them."""
+    """Speed ratio of a block to the root of the chain, and number of links between the two."""
 
     ratio: float
     links: int
@@ -116,9 +117,9 @@ class ChainPosition(NamedTuple):
 def chain_from(
     document: Mechanism, assembled: AssembledMechanism, root: int
 ) -> dict[int, ChainPosition]:
-    """Return `root` and every block connected to it by links, nearest first.
+    """Return block index -> position in the chain, for `root` and every block linked to it.
 
-    Springs are not links.
+    The nearest blocks are first. A spring is not a link.
     """
     joints, couplings = assembled.packed.joints, assembled.packed.couplings
     ties = list(zip(joints.a.tolist(), joints.b.tolist(), joints.ratio.tolist(), strict=True))
@@ -153,10 +154,10 @@ def chain_from(
 def block_positions(
     document: Mechanism, assembled: AssembledMechanism, root: int, position: float
 ) -> Vector:
-    """Return positions (n,) [rad | m] of all blocks with the block `root` at `position`.
+    """Return the positions (n,) [rad | m] of all blocks if the block `root` is at `position`.
 
-    Blocks that links connect to `root` move with it; all others stay at the start. Raises
-    ValueError if this moves a block beyond its end stop.
+    Blocks in the chain of `root` move with `root`; the others keep their start positions. Raises
+    ValueError if a block moves beyond its end stop.
     """
     placed = assembled.start.copy()
     for block, tied in chain_from(document, assembled, root).items():

@@ -47,9 +47,9 @@ from frictool.simulate.compiled_target import CompiledTarget
 from frictool.simulate.mechanism_variants import MechanismVariant
 from frictool.typing import Vector
 
-AT_ONCE = 500_000  # samples of all runs of a batch
-PIECE = 5000  # samples between two checks of the clock and the keyboard
-ROOM_FOR_EVENTS = 200_000  # stored events of one run; further ones are counted only
+AT_ONCE = 500_000  # most samples in a batch of runs
+PIECE = 5000  # samples between two checks for progress and an interrupt
+ROOM_FOR_EVENTS = 200_000  # most stored events of a run; further ones are only counted
 
 
 class MechanismOutcome(NamedTuple):
@@ -72,7 +72,7 @@ class MechanismTask(NamedTuple):
     `sight`: ports of the controller. `inputs`: signals of sources and efforts on blocks.
     `conditions`: drifts and sensor faults (engine/disturbances_and_faults.py). `reference`
     (samples,) is None without a controller. `controller` is None if the sources only follow their
-    signals, or if `target` replaces the controller.
+    signals, or if the compiled code `target` is the controller.
     """
 
     samples: int
@@ -159,7 +159,7 @@ def _by_kernel(
     out: MechanismRecord,
     progress: Callable[[int, int], None],
 ) -> int:
-    """Return the status after all samples, run piece by piece."""
+    """Simulate all samples, PIECE samples at a time; return the status."""
     shown = np.array([measure(state.y[task.sight.sensor], task.sight.step)])
     waiting = np.zeros(task.delay_samples + 1)
     program = None if task.controller is None else copy_program(task.controller)
@@ -189,7 +189,7 @@ def _by_target(
     out: MechanismRecord,
     progress: Callable[[int, int], None],
 ) -> int:
-    """Return the status after all samples with compiled code as the controller."""
+    """Simulate all samples with compiled code as the controller; return the status."""
     target, reference, sight = task.target, task.reference, task.sight
     assert target is not None
     assert reference is not None
@@ -217,8 +217,7 @@ def _drifting(
 ) -> DriftedNumbers:
     """Return the numbers of the compiled mechanism that the scenario's drifts scale.
 
-    If the scenario has conditions, the loop applies the drive's limit, and the limit in the
-    mechanism becomes infinite.
+    If the scenario has conditions, the loop instead of the mechanism limits the drive.
     """
     whole, numbers = machine.whole, machine.numbers
     indices: list[int] = []
@@ -259,7 +258,7 @@ def _failure_message(outcome: MechanismOutcome, status: int) -> str:
             f"; last event at {last[0]:.6g} s: {element_of(outcome.variant, last)} "
             f"{NAMES[int(last[1])]}"
         )
-    return text + "; check the elements that take part"
+    return text + "; check the parameters of the mechanism"
 
 
 def element_of(variant: MechanismVariant, event: Vector) -> str:

@@ -1,8 +1,8 @@
 """Random mechanisms: every quantity with `low` and `high` is drawn uniformly and independently.
 
-For a given seed, mechanism number i is the same for any number of plants. A breakaway is never
-below its Coulomb friction: it is drawn from the part of its range above the drawn Coulomb friction.
-Without a range, the ratio of breakaway to Coulomb friction is constant.
+For one seed, mechanism number i is the same for any number of mechanisms. A breakaway is drawn from
+the part of its range above the drawn Coulomb friction. Without a range of the breakaway, the ratio
+of breakaway to Coulomb friction is constant.
 """
 
 from __future__ import annotations
@@ -114,9 +114,8 @@ def _values(
 ) -> Vector:
     """Return the values of d parameters of n variants, (n, d).
 
-    parts (n, d): position of each value in its range, 0 (low) to 1 (high).
-
-    A range with a lower limit begins at that limit.
+    parts (n, d): position of each value in its range, 0 (low) to 1 (high). If another parameter is
+    a lower limit, the range begins at that parameter's value.
     """
     lows, highs = (
         np.array([one.low for one in ranged.values()]),
@@ -139,7 +138,7 @@ def _variant(
     """Return the mechanism with these values; raise FrictoolError if it cannot be assembled."""
     try:
         made = with_quantities(document, values)
-    except ValueError as error:  # two values contradict each other
+    except ValueError as error:
         raise FrictoolError(f"{owner}{error}; {remedy}") from None
     if any(value <= 0.0 for value in values.values()):
         _check_signs(made, owner, remedy)

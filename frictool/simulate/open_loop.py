@@ -1,7 +1,7 @@
-"""Simulation of a mechanism without a controller: its sources follow the scenario for `duration_s`.
+"""Simulation of a mechanism without a controller: the sources follow the scenario's signals.
 
-The log contains all blocks. If the mechanism has one source and one sensor, or `control` names
-them, the log also contains `/axis`, like the log of a bench.
+The log contains all blocks. If the mechanism has one source and one sensor, or its `control` names
+a source and a sensor, the log also contains `/axis`, like the log of a bench.
 """
 
 from __future__ import annotations
@@ -59,10 +59,9 @@ def simulate_open_loop(
 ) -> Log:
     """Return the log of the scenario, with streams for each variant, and warnings.
 
-    `progress(done, total)` is called during the runs. `watch(outcome)` is called after the run of
-    each variant with its outcome (final state, initial energy balance, record). `names` are the
-    names of the documents in messages. Raises DocumentError if the scenario does not fit
-    the mechanism, NoSolutionError if a variant cannot be simulated.
+    `progress(done, total)` is called during the runs, and `watch(outcome)` after the run of each
+    variant. `names` are the names of the documents in messages. Raises DocumentError if the
+    scenario does not fit the mechanism, NoSolutionError if a variant cannot be simulated.
     """
     seen = _controlled(document, assembled)
     _check(document, assembled, scenario, names, seen)
@@ -116,7 +115,7 @@ def simulate_open_loop(
 def _controlled(
     document: Mechanism, assembled: AssembledMechanism
 ) -> tuple[Rig, ControlledAxis] | None:
-    """Return rig and axis of a controller; None if its source or sensor is not determined."""
+    """Return the rig and the controlled axis; None if source or sensor are not determined."""
     try:
         return rig_of_mechanism(document, assembled)
     except ElementError:

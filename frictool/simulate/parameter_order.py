@@ -1,7 +1,7 @@
 """Check that a parameter is not below the parameter that is its lower limit.
 
 An example is the breakaway, which must be at least the Coulomb friction. The check passes if the
-ranges allow this in every plant.
+highest breakaway is at least the highest Coulomb friction.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def check_least(
     """Raise DocumentError if a parameter is below the parameter that is its lower limit.
 
     `spans` and `provided` replace ranges of the document, in compatible units. `drawn`: True if
-    plants are drawn from the ranges, False if the provided or nominal values are simulated.
+    plants are drawn from the ranges, False if provided or nominal values are simulated.
     """
     for name, parameter in ranges.items():
         if parameter.least is None:
@@ -47,7 +47,7 @@ def check_least(
         if (
             ends.low == ends.high == parameter.nominal and ends.document == names.model
         ) or ends.high >= factor * below.high * (1.0 - ROUNDING):
-            continue  # it keeps its ratio to the other one, or part of its range is always above
+            continue  # the ratio is constant, or part of the range is always above the limit
         label = ranges[other].label
         unit = parameter.unit
         most = f"{factor * below.high:g} {unit}"

@@ -1,11 +1,13 @@
 """Reference of a scenario's steps at each sample k of the controller's period T.
 
-reference  r                               constant; a part of duration d has round(d/T) samples
-ramp_to    r0 + (r1 - r0)(j + 1)/n         j = 0 .. n - 1: reaches r1 at its last sample
+reference  r                               constant
+ramp_to    r0 + (r1 - r0)(j + 1)/n         reaches r1 at the last sample, j = n - 1
 sine       centre + A sin(2 pi f j T + phase)
-hold_s     r0                              r0: last sample of the previous part, or `start`
+hold_s     r0
 
-A is the amplitude and f the frequency of the sine; a part begins at j = 0.
+Sample j of a step is counted from the step's start. A step of duration d has n = round(d/T)
+samples. r0 is the last value of the step before, or the scenario's `start`. A is the amplitude and
+f the frequency of the sine.
 """
 
 from __future__ import annotations
@@ -19,12 +21,12 @@ from frictool.typing import Vector
 
 
 def samples_of(seconds: float, period: float) -> int:
-    """Return the number of samples of a part of `seconds` [s]."""
+    """Return the number of samples in `seconds` [s]."""
     return round(seconds / period)
 
 
 def parts_of(scenario: Scenario, period: float) -> list[Vector]:
-    """Return the reference of each step [rad | m], one array per step; the scenario has steps."""
+    """Return one array per step of the scenario: the reference at the step's samples [rad | m]."""
     assert scenario.start is not None
     last = scenario.start.value
     parts = []

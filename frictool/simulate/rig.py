@@ -17,12 +17,12 @@ from frictool.verify.rig_facts import facts_of
 class Rig:
     """Rig of an axis, or of the controlled axis of a mechanism: actuator and encoder in SI units.
 
-    `owner`: text for the document in messages, with {} for its name. `constant`: effort per unit of
-    the drive. `effort_axis`: kind of axis on which the drive acts. `facts`: numbers in SI by the
-    names in verify/rig_facts.py. `examples`: keys of example values in the bench.
-    `bench_values_only`: reason why no parameter of the model was identified, or empty.
-    `presliding`: name of the model's presliding law, or empty. `temperature`: change of friction
-    with the temperature; None if the model states none.
+    `owner`: words for the document in messages, with {} for its name. `constant`: effort per unit
+    of the drive. `effort_axis`: kind of axis (rotary or linear) on which the drive acts. `facts`:
+    numbers in SI by the names in verify/rig_facts.py. `examples`: keys of example values in the
+    bench. `bench_values_only`: reason why no parameter of the model was identified, or empty.
+    `presliding`: name of the model's presliding law, or empty. `temperature`: dependence of the
+    friction on the temperature; None if the model states none.
     """
 
     owner: str

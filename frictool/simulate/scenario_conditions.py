@@ -1,13 +1,12 @@
 """Disturbances, drifts and sensor faults of a scenario as one row per sample.
 
-engine/disturbances_and_faults.py defines the columns.
+engine/disturbances_and_faults.py defines the columns. Sample k begins at k T and lasts for the
+sample period T.
 
-Sample k begins at k T and lasts for T.
-
-temperature   factors of the friction over the whole run, times the factors of a drift
-disturbance   mean effort over the sample, so that the impulse of a pulse is exact
-drift         factor in the middle of the sample
-sensor        a fault lasts from the first sample at or after `at_s` to the last before `until_s`
+temperature    constant factor of the friction
+disturbance    mean effort over the sample, so that the impulse is exact
+drift          factor in the middle of the sample
+sensor fault   from the first sample at or after `at_s` to the last sample before `until_s`
 """
 
 from __future__ import annotations
@@ -45,13 +44,13 @@ from frictool.engine.disturbances_and_faults import (
 from frictool.simulate.rig import Rig
 from frictool.typing import Vector
 
-SAME_INSTANT = 9  # decimals of a sample to which instants are rounded
+SAME_INSTANT = 9  # decimals to which instants are rounded, in samples
 
 
 def conditions_of(
     scenario: Scenario, samples: int, period: float, factors: Mapping[str, float] = UNCHANGED
 ) -> Vector:
-    """Return the conditions (samples, 8) of a scenario, (0, 8) if it has none.
+    """Return the conditions (samples, 8) of a scenario, or (0, 8) for a scenario without any.
 
     factors: factors of `viscous` and `coulomb` friction at the temperature of the scenario.
     """
@@ -75,7 +74,7 @@ def conditions_of(
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
     """Return the conditions that act on the loop.
 
-    A voltage is not fed back, so that a fault of its sensor affects only the log.
+    A fault of a voltage sensor affects only the log, because a voltage is not fed back.
     """
     if rig.drive == "current" or not conditions.size:
         return conditions
@@ -97,7 +96,7 @@ def _effort(disturbance: Disturbance, rows: Vector, period: float) -> None:
     if begin >= until:
         return
     edges = np.arange(begin, until, dtype=np.float64)
-    first, last = (  # begin and end of the overlap in each sample, as shares in [0, 1]
+    first, last = (  # begin and end of the overlap with each sample, 0 to 1 within the sample
         np.minimum(np.maximum((instant / period - edges).round(SAME_INSTANT), 0.0), 1.0)
         for instant in (disturbance.at_s, end)
     )
@@ -136,7 +135,7 @@ def _constant_row(drifts: Drifts, factors: Mapping[str, float]) -> Vector:
 def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
     """Write the sensor faults into `rows`.
 
-    Simultaneous faults of one kind add up; gains multiply.
+    Offsets of simultaneous faults are added, gains multiplied.
     """
     for fault in faults:
         begin = _sample(fault.at_s / period)

@@ -1,4 +1,4 @@
-"""Checks of a scenario: its length, its travel, and the times of all events."""
+"""Checks of a scenario: number of samples, travel, and times of all events."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from frictool.documents.scenario import Scenario
 from frictool.simulate.document_agreement import refuse
 from frictool.typing import Vector
 
-MAX_SAMPLES = 20_000_000  # samples of all variants together: about 2 GB in memory, 0.6 GB as a log
-SAME_INSTANT = 1e-9  # relative to the whole duration
+MAX_SAMPLES = 20_000_000  # most samples of all variants: about 2 GB in memory, 0.6 GB as a log
+SAME_INSTANT = 1e-9  # tolerance of an instant, relative to the duration
 
 
 def check_steps(
@@ -37,8 +37,8 @@ def check_steps(
 def check_length(samples: float, runs: int, key: str, name: str, width: float = 1.0) -> None:
     """Raise DocumentError if the samples of all runs do not fit into memory.
 
-    samples: number of samples of a run. key: key of the document `name` that determines this
-    number. width: size of a logged sample divided by the size of a sample of one axis.
+    samples: number of samples of a run. key: key of the document `name` that determines `samples`.
+    width: size of a logged sample divided by the size for one axis.
     """
     if samples * runs * width > MAX_SAMPLES:
         problem = f"requests {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
@@ -76,7 +76,7 @@ def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> N
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
-    """Raise DocumentError for an event outside `seconds`, a too short fault, or a too fast sine."""
+    """Raise DocumentError for an event after `seconds`, a too short fault, or a too fast sine."""
     limit = seconds * (1.0 + SAME_INSTANT)
     for key, begin, end in _spans(scenario):
         if begin[1] >= seconds:
@@ -118,7 +118,7 @@ Instant = tuple[str, float]  # key, s
 def _spans(scenario: Scenario) -> Iterator[tuple[str, Instant, Instant | None]]:
     """Yield (key, begin, end) of every event; the begin of a drift is its first point.
 
-    The end is None for an event without one and for a drift, which may outlast the scenario.
+    The end is None for an event that lasts to the end of the scenario, and for every drift.
     """
     for index, disturbance in enumerate(scenario.disturbances):
         lasts = disturbance.duration_s

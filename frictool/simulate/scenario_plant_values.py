@@ -1,7 +1,6 @@
 """Parameter values under `given` of a scenario: check against the plant, conversion to SI.
 
 A scenario with `variants: given` simulates one plant, whose parameters have these values.
-`SimulatedPlant.ranges` gives names and units of the parameters.
 """
 
 from __future__ import annotations
@@ -23,8 +22,8 @@ def check_given(
 ) -> None:
     """Raise DocumentError if the scenario's values under `given` do not fit the plant.
 
-    They do not fit if the name or unit of a parameter is wrong, or if a breakaway is below the
-    Coulomb friction. `ranges` contains the plant's parameters by name.
+    The name or the unit of a parameter may be wrong, or a breakaway below the Coulomb friction.
+    `ranges` contains the plant's parameters by name.
     """
     for name, quantity in scenario.given.items():
         if name not in ranges:
@@ -44,7 +43,7 @@ def check_given(
 
 
 def given_values(scenario: Scenario, ranges: Mapping[str, VariedParameter]) -> dict[str, float]:
-    """Return the values [SI] under `given`, by parameter name, after `check_given` has passed."""
+    """Return the values [SI] under `given` by parameter name; `check_given` must have passed."""
     return {
         name: factor_between(quantity.unit, ranges[name].unit) * quantity.value
         for name, quantity in scenario.given.items()

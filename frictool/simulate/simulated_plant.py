@@ -47,7 +47,7 @@ class VariedParameter(NamedTuple):
     """Range and nominal value of a plant's parameter in SI; low == high if it is known exactly.
 
     `label`: name of the parameter in messages. `least`: (name of another parameter that is the
-    lower limit of this one, factor between their units); for a breakaway, this is its Coulomb
+    lower limit of this one, factor between their units). For a breakaway, the limit is the Coulomb
     friction. A parameter with a range is drawn from the part of its range above the limit. A
     parameter without a range keeps its ratio to the limit in the document.
     """
@@ -64,7 +64,7 @@ class VariantRun(NamedTuple):
     """Result of the run of one variant.
 
     `record` (n, 7): record of the controlled axis (engine/closed_loop.py). `streams`, `metadata`:
-    further data of the plant.
+    further data for the log.
     """
 
     record: Vector
@@ -76,12 +76,12 @@ class VariantRun(NamedTuple):
 class SimulatedLoop(NamedTuple):
     """Controller, reference and conditions, common to the runs of all plants.
 
-    `running` is `program` in the number format of the simulation; `code` is its machine code, None
-    for a format without one. If `target` is not None, this compiled code runs instead. `start` and
-    `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
-    (engine/disturbances_and_faults.py). `scheduled` has a mapping for each variant: index
-    of the node of a scheduled parameter in `program` -> value. `progress(done, total)` is called
-    before the first variants and after each batch.
+    `running` is `program` in the number format of the simulation; `code` is its machine code, or
+    None for a format without machine code. If `target` is not None, this compiled code runs
+    instead. `start` and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
+    (engine/disturbances_and_faults.py). `scheduled` has a mapping for each variant: node index of a
+    scheduled parameter in `program` -> value. `progress(done, total)` is called before the first
+    variants and after each batch.
     """
 
     controller: Controller
@@ -102,11 +102,11 @@ class SimulatedPlant(Protocol[V]):
 
     @property
     def name(self) -> str:
-        """Name of the plant's document."""
+        """Return the name of the plant's document."""
 
     @property
     def rig(self) -> Rig:
-        """Drive, encoder, timing and travel."""
+        """Return drive, encoder, timing and travel."""
 
     @property
     def width(self) -> float:
@@ -118,7 +118,7 @@ class SimulatedPlant(Protocol[V]):
         """Raise DocumentError if the scenario uses a feature that this kind of plant lacks."""
 
     def count(self, controller: Controller, scenario: Scenario) -> int:
-        """Return the number of variants, the nominal one included."""
+        """Return the number of variants, including the nominal plant."""
 
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[V]:
         """Return the nominal plant and the scenario's variants, or the plant with `given` values.
@@ -128,10 +128,10 @@ class SimulatedPlant(Protocol[V]):
         """
 
     def ranges(self) -> Mapping[str, VariedParameter]:
-        """Return the parameters that may occur under `given` of a scenario, by name."""
+        """Return the parameters allowed under `given` of a scenario, by name."""
 
     def known(self, variant: V) -> Mapping[str, float]:
-        """Return the parameters for a scheduled controller, by name [SI]."""
+        """Return the values [SI] of the parameters that may schedule a controller, by name."""
 
     def play(self, variants: Sequence[V], loop: SimulatedLoop) -> Iterator[tuple[V, VariantRun]]:
         """Yield each variant and its run; raise NoSolutionError if one cannot be simulated."""
@@ -140,10 +140,10 @@ class SimulatedPlant(Protocol[V]):
         """Return the linear plant of a variant under conditions (n, 8); None if it has none."""
 
     def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
-        """Return the known intervals [SI] of the parameters for which `synth` designs controllers.
+        """Return the intervals [SI] of the parameters for which a controller must be verified.
 
-        The friction is computed for the temperature of the scenario. For a mechanism only the
-        interval of the drive's constant is known.
+        Friction is that at the temperature of the scenario. For a mechanism, only the interval of
+        the drive's constant is known.
         """
 
     def described(self, variant: V) -> str:

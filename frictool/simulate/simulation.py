@@ -1,4 +1,4 @@
-"""Simulation of a scenario from documents in memory: the function of `frictool simulate`."""
+"""Python function that does the same as `frictool simulate`, with documents in memory."""
 
 from __future__ import annotations
 
@@ -29,8 +29,7 @@ def simulate(
 ) -> Log:
     """Simulate a scenario and return its log.
 
-    The log has one stream per variant of the plant, with the channels of a bench and with channels
-    that only a simulation knows.
+    The log has one stream per variant of the plant, with the channels of a bench and true signals.
 
     Parameters
     ----------
@@ -43,7 +42,7 @@ def simulate(
     request : SimulationRequest
         Log to replay, number format of the controller, compiled code; only with a controller.
     provenance : Provenance, optional
-        Origin to store; the record of this call if left out.
+        Origin to store; by default this call.
     names : DocumentNames
         Names of the documents in messages.
     progress : callable
@@ -90,7 +89,7 @@ def _simulate_mechanism(
     names: DocumentNames,
     progress: Callable[[int, int], None],
 ) -> Log:
-    # imported late: an axis does not need the engine of mechanisms
+    # imported here, because an axis does not need the engine of mechanisms
     from frictool.adapters.mechanism.assembly import assemble
     from frictool.plant.mechanism.element_error import ElementError
     from frictool.simulate.mechanism_plant import MechanismPlant

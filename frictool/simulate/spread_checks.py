@@ -1,8 +1,8 @@
 """Check that every draw of a scenario's `spread` can be simulated.
 
-The parameters of `spread` must exist and have suitable units. Its events must be within the travel
-and the duration. The plants at both ends of each parameter range must be possible; otherwise draws
-near an end would fail.
+The parameters of `spread` must exist and have suitable units. The start position must be within the
+travel, and the events within the duration. The plants at both ends of each parameter range must be
+possible; otherwise draws near an end would fail.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def _check_ends(
     for parameter, span in spread.parameters.items():
         least = plant.ranges()[parameter].least
         for end, value in (("low", span.low), ("high", span.high)):
-            if least is not None and value < 0.0:  # a mechanism would raise it to its lower limit
+            if least is not None and value < 0.0:  # a mechanism would replace it by its limit
                 problem = f"found {value:g} {span.unit}, below 0"
                 refuse(
                     names.scenario,

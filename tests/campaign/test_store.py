@@ -130,7 +130,7 @@ def test_damage_in_the_middle_is_told_by_its_line(path: Path) -> None:
 def test_one_campaign_at_a_time_writes_it(path: Path) -> None:
     with (
         TrialStore(path, HEADER),
-        pytest.raises(OutputError, match="another campaign writes it now"),
+        pytest.raises(OutputError, match="another campaign is writing to this file"),
     ):
         TrialStore(path, HEADER)
     TrialStore(path, HEADER).remove()

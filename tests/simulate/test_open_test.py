@@ -249,7 +249,7 @@ def test_a_link_that_would_take_steps_without_end_is_refused() -> None:
     )
     with pytest.raises(
         InputFileError,
-        match=r"mechanism.yaml: links.spring: is too stiff.*2.24e\+07 rad/s; allowed: at most "
+        match=r"mechanism.yaml: links.spring: too stiff.*2.24e\+07 rad/s; allowed: at most "
         r"1e\+07 rad/s",
     ):
         played(text, {"push": (signal("step", 1.0),)})

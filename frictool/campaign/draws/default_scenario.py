@@ -1,10 +1,8 @@
 """Default scenario that tests a controller: four steps, from the bench and the specification.
 
-start  8 % of the travel, then steps to 88, 8, 56 and 24 %
-parts  5 response times each
-hold   the last part is longer by `rest.after_s`, or by 30 s if `limit_cycle` is specified
-
-The positions correspond to thesis 5.4.1: 5, 55, 5, 35 and 15 rad of 63 rad.
+The axis starts at 8 % of the travel and steps to 88, 8, 56 and 24 %, as in thesis 5.4.1 (5, 55, 5,
+35 and 15 rad of 63 rad). Each step lasts 5 response times. The last step lasts longer, by
+`rest.after_s` or, if `limit_cycle` is specified, by 30 s.
 """
 
 from __future__ import annotations
@@ -16,12 +14,12 @@ from frictool.documents.quantity import Quantity, si_unit
 from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
 
-START, TARGETS = 0.08, (0.88, 0.08, 0.56, 0.24)  # shares of the travel
-LONGEST = max(TARGETS) - START  # longest step, as a share of the travel
-PART = 5.0  # duration of each part, in response times
+START, TARGETS = 0.08, (0.88, 0.08, 0.56, 0.24)  # positions, relative to the travel
+LONGEST = max(TARGETS) - START  # longest step, relative to the travel
+PART = 5.0  # duration of each step, in response times
 WITHOUT_TRAVEL = 1000.0  # longest step on a bench without travel, in encoder steps
 WITHOUT_RESPONSE = 1000.0  # response time without response_time_95_s, in samples
-CYCLE_S = 30.0  # s, hold for a requirement on limit cycles
+CYCLE_S = 30.0  # s, additional duration of the last step for a requirement on limit cycles
 
 
 def longest_step(model: Model) -> float:
@@ -31,15 +29,15 @@ def longest_step(model: Model) -> float:
 
 
 def response_time(model: Model, spec: Spec) -> float:
-    """Return the specified response time [s]; without one, the duration of 1000 samples."""
+    """Return the specified response time [s], or the duration of WITHOUT_RESPONSE samples."""
     specified: float | None = spec.response_time_95_s
     return specified or WITHOUT_RESPONSE * model.bench.sample_period_s
 
 
 def default_scenario(model: Model, spec: Spec) -> Scenario:
-    """Return a scenario with four steps within the travel of the model's bench, and a final hold.
+    """Return a scenario with four steps within the travel of the model's bench.
 
-    The hold is long enough to decide `rest` and `limit_cycle`, if the specification has them.
+    The last step is long enough to decide `rest` and `limit_cycle`, if they are specified.
     """
     travel, unit = model.bench.mechanics.travel, si_unit("position", model.axis)
     low = 0.0 if travel is None else travel.low

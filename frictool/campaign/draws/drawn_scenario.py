@@ -32,7 +32,7 @@ def scenario_of(
     """Return the scenario of one draw with the factor values `values` (d,) in SI.
 
     `base`: scenario of the campaign.
-    `noise`: seed, and index of the draw, from which the noise follows.
+    `noise`: seed of the campaign, and index of the draw; they determine the noise.
     `step`: encoder step [rad | m].
     """
     spread = base.spread or Spread()
@@ -67,7 +67,7 @@ def nominal_of(base: Scenario) -> Scenario:
 
 
 def _start(base: Scenario, spread: Spread, at: Values, step: float) -> Quantity | None:
-    """Return the initial position; None if the reference determines the initial position."""
+    """Return the drawn initial position; None if the reference determines it."""
     start = base.start
     if spread.start is not None:
         start = Quantity(value=at.get(START, spread.start.low), unit=spread.start.unit)

@@ -16,7 +16,7 @@ from frictool.documents.quantity import Quantity, Span, factor_between
 from frictool.simulate.simulated_plant import VariedParameter
 from frictool.typing import IntVector, Vector
 
-# `plant`: parameters of the model or mechanism; other kinds: from the scenario's `spread`
+# `plant`: parameter of the model or mechanism; the other kinds are keys of the scenario's `spread`
 Kind = Literal["plant", "wear", "temperature", "drive", "start", "sensor", "load"]
 
 
@@ -29,9 +29,8 @@ class Factor:
     `nominal`: value if the quantity does not vary.
     `kind`: `plant` for a parameter of the plant, else the kind of a key of `spread`.
     `whole`: True if the values are whole numbers, all equally likely.
-    `least`: (other factor, scale); the lower limit of this factor is scale times the value of the
-        other factor. The factor is drawn from the part of its range above this limit, so that the
-        two factors are independent in the unit cube, but not in SI. None if there is no such limit.
+    `least`: (name of another factor, scale). The factor is drawn from the part of its range above
+        scale times the other factor's value. None if there is no such lower limit.
     """
 
     name: str
@@ -72,7 +71,7 @@ class FactorSpace:
 
     @cached_property
     def _ends(self) -> tuple[Vector, Vector, IntVector]:
-        """Return lowest and highest values (d,), and the indices of factors with whole numbers."""
+        """Return the low ends and high ends (d,), and the indices of factors with whole numbers."""
         return (
             np.array([factor.low for factor in self.factors]),
             np.array([factor.high for factor in self.factors]),
@@ -93,8 +92,8 @@ def plant_factors(
     """Yield the factors of a plant's parameters.
 
     `ranges`: parameter -> range in the plant document.
-    `instead`: parameter -> range that replaces this range.
-    `fixed`: parameter -> fixed value, in any suitable unit, instead of a range.
+    `instead`: parameter -> range that replaces the range of the document.
+    `fixed`: parameter -> value that replaces a range, in any suitable unit.
     """
     ends = {
         name: _ends(entry, instead.get(name), fixed.get(name)) for name, entry in ranges.items()

@@ -3,7 +3,7 @@
 - random: independent and uniform; draw i of a seed does not depend on the number of draws
 - latin: Latin hypercube (McKay, Beckman and Conover 1979); the range of each factor is divided
   into n equal intervals, and each interval contains one draw at a random position
-- vertices: all vertices, or above MOST_VERTICES a random subset without repetition
+- vertices: all vertices, or a random subset of them
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class UnitDraws(NamedTuple):
     """Draws of a campaign.
 
     `units` (n, d): the draws.
-    `corners`: number of all vertices for the method `vertices`, else 0.
+    `corners`: number of all vertices of the cube for the method `vertices`, else 0.
     """
 
     units: Vector
@@ -36,7 +36,7 @@ class UnitDraws(NamedTuple):
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
     """Return `count` draws of the factors.
 
-    For the method `vertices`, `count` None stands for all vertices, at most MOST_VERTICES.
+    For the method `vertices`, `count` may be None: all vertices, at most MOST_VERTICES.
     """
     if method == "vertices":
         corners = 2**factors
@@ -52,7 +52,7 @@ def draws_of(method: Method, count: int | None, factors: int, seed: int) -> Unit
 
 
 def noise_seed(seed: int, draw: int) -> int:
-    """Return the seed of the noise in the trial of a draw; each draw has another seed."""
+    """Return the seed of the noise in the trial of a draw."""
     high, low = np.random.SeedSequence([seed, NOISE_STREAM, draw]).generate_state(2)
     return (int(high) >> 1 << 32) | int(low)
 
@@ -73,7 +73,7 @@ def _latin(count: int, factors: int, seed: int) -> Vector:
 
 
 def _vertices(count: int, factors: int, seed: int) -> Vector:
-    """Return all vertices in binary order, or `count` random vertices."""
+    """Return `count` different random vertices, or all vertices in binary order."""
     if count >= 2**factors:
         numbers = np.arange(2**factors)[:, None]
         return np.array((numbers >> np.arange(factors)[::-1]) & 1, dtype=np.float64)

@@ -1,14 +1,13 @@
 """Exact Clopper-Pearson bounds of a pass rate (Biometrika 26, 1934).
 
-The lower bound is the rate for which the observed count or a larger count has the probability 1 -
-confidence. This bound is exact for every rate and number of draws, if the draws are independent.
+The count is the number of draws that pass. The lower bound is the rate for which the observed count
+or a larger one has the probability 1 - confidence. The bound is exact for independent draws.
 
 The count for a Latin hypercube is not binomial. The mean of a function over n draws of a hypercube
 has at most the variance of the mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),
 1997). The bounds for a hypercube are therefore the Clopper-Pearson bounds for n - 1 draws with the
-same rate. For the lower bound, the count is first reduced by 0.5; for the upper bound, it is
-increased by 0.5, because the count may change in steps of two if factors act only jointly. If
-factors act separately, the bounds are wider than necessary.
+same rate. If factors act only jointly, the count may change in steps of two. The count is therefore
+first reduced by 0.5 for the lower bound, and increased by 0.5 for the upper bound.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ import scipy
 from frictool.campaign.draws.sampling import Method
 
 CONFIDENCE = 0.95
-STEP = 0.5  # counts, correction for a Latin hypercube (see above)
+STEP = 0.5  # correction of the count for a Latin hypercube
 
 
 def lower(
@@ -42,7 +41,7 @@ def upper(
 def interval(
     count: int, draws: int, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> tuple[float, float]:
-    """Return the two-sided interval of the pass rate; each side has half the error probability."""
+    """Return the two-sided interval of the pass rate, with equal error probability on each side."""
     side = 0.5 * (1.0 + confidence)
     return lower(count, draws, side, method), upper(count, draws, side, method)
 
@@ -50,11 +49,10 @@ def interval(
 def draws_to_show(
     required: float, share: float, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> int | None:
-    """Return the least number of draws that shows a pass rate of at least `required`.
+    """Return the least number of draws whose lower bound of the pass rate is `required` or more.
 
-    The lower bound of the pass rate is then at least `required`, if the share `share` of the draws
-    passes. Return None if `share` is not above `required`, or if more than 2^40 draws would be
-    needed.
+    The share `share` of the draws is assumed to pass. Return None if `share` is not above
+    `required`, or if more than 2^40 draws would be needed.
     """
     if not share > required:
         return None

@@ -1,7 +1,7 @@
 """Distribution of a metric in the trials: quantiles with intervals, tolerance bound, histogram.
 
-All statistics are order statistics, which assume no form of the distribution. With confidence
-gamma, the r-th of n sorted values is an upper bound for at least the share beta of all plants if
+All statistics are order statistics, which assume no form of the distribution. The r-th of n sorted
+values is an upper bound for at least the share beta of all plants, with confidence gamma, if
 P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941). The
 largest such beta is the Clopper-Pearson lower bound for the count r (clopper_pearson.py).
 """
@@ -21,10 +21,10 @@ from frictool.presentation.tie_rule import largest, smallest
 from frictool.typing import IntVector, Vector
 
 QUANTILES = (0.05, 0.5, 0.95)
-COVERED = 0.95  # share of all plants within the bound
+COVERED = 0.95  # share of all plants within the tolerance bound
 BINS = 40  # number of histogram bins
-# smallest number of values for which the histogram omits outliers; largest distance of its bins
-# from the middle 90 % of the values, in widths of this middle part
+# smallest number of values for which the histogram omits outliers; distance from the middle 90 % of
+# the values above which a value is an outlier, relative to the range of these 90 %
 MANY = 100
 FAR = 1.5
 
@@ -32,8 +32,6 @@ FAR = 1.5
 @dataclass(frozen=True)
 class Quantile:
     """Quantile of a metric: the share `level` of all plants has at most the value `value`.
-
-    The value may be infinite.
 
     `low`, `high`: confidence interval of the quantile; infinite if there are too few draws, None if
         the trials are not random.
@@ -51,7 +49,7 @@ class Histogram:
 
     If the limit of the metric is within the range of the values, the limit is an edge.
 
-    `outside`: number of finite values that are too far from the other values to be in a bin.
+    `outside`: number of finite outliers, which are in no bin.
     """
 
     edges: Vector
@@ -66,8 +64,8 @@ class Distribution:
     `met`, `broken`, `undecided`: numbers of trials with this outcome of the requirement.
     `beyond`: number of trials with an infinite value.
     `missing`: number of trials without a value, including trials that could not be simulated.
-    `bound`: tolerance bound: with the requested confidence, at least the share COVERED of all
-        plants keeps this bound. None if there are too few trials or no finite bound.
+    `bound`: tolerance bound, which at least the share COVERED of all plants keeps with the
+        requested confidence. None if there are too few trials or no finite bound.
     `trials_for_bound`: smallest number of trials for which a bound exists.
     `worst`: worst value, infinite if any value is infinite.
     `worst_trial`: first draw with the worst value.
@@ -134,7 +132,7 @@ def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
 
 
 def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
-    """Return the rank of the sorted value that is an upper bound for the share `level` of plants.
+    """Return the rank of a value that is an upper bound for the share `level` of all plants.
 
     The smallest value has rank 1. Returns None if there are too few draws.
     """
@@ -152,7 +150,7 @@ def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
 
 
 def _bound(values: Vector, upward: bool, method: Method, confidence: float) -> float | None:
-    """Return the tolerance bound; a trial without a value counts as infinitely bad."""
+    """Return the tolerance bound; a trial without a value is treated as an infinite value."""
     worst_last = np.sort(np.where(np.isnan(values), np.inf, values if upward else -values))
     order = rank(values.size, COVERED, confidence, method)
     if order is None or not np.isfinite(worst_last[order - 1]):
@@ -161,7 +159,7 @@ def _bound(values: Vector, upward: bool, method: Method, confidence: float) -> f
 
 
 def _quantiles(ordered: Vector, method: Method | None, confidence: float) -> tuple[Quantile, ...]:
-    """Return the quantiles of sorted values (n,), without intervals if `method` is None."""
+    """Return the quantiles of sorted values (n,); without intervals if `method` is None."""
     return (
         tuple(_quantile(ordered, level, method, confidence) for level in QUANTILES)
         if ordered.size
@@ -184,8 +182,8 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
 def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
     """Return a histogram with equal bins.
 
-    If the limit is near the values, the limit is an edge, and values equal to the limit are counted
-    in the bin that meets the requirement.
+    If the limit is within the range of the values, it is an edge. Values equal to the limit are
+    then in the bin that meets the requirement.
     """
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))
@@ -211,13 +209,14 @@ def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
 def _reach(values: Vector, limit: float) -> tuple[float, float]:
     """Return the range of the histogram.
 
-    The range does not include far outliers, which would compress all other values into one bar. The
-    range includes the limit if the limit is among the values.
+    Outliers are outside, since they would compress all other values into one bin. The range
+    includes the limit if the limit is among the values.
     """
     low, high = float(values.min()), float(values.max())
     fifth, last = (float(q) for q in np.quantile(values, (0.05, 0.95)))
     body = last - fifth
-    if values.size < MANY or not body > 1e-6 * (high - low):  # nearly all values are equal
+    # second condition: nearly all values are equal
+    if values.size < MANY or not body > 1e-6 * (high - low):
         return low, high
     near = fifth - FAR * body
     far = last + FAR * body

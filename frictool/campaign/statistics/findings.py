@@ -39,7 +39,7 @@ class Findings:
 
     @property
     def reached(self) -> bool:
-        """Return True if all trials pass or, with a required pass rate, if this rate is shown."""
+        """Return True if all trials pass, or if the trials show the required pass rate."""
         if self.required is None:
             return 0 < self.rate.count == self.rate.passed
         return self.rate.count > 0 and self.rate.reaches(self.required)
@@ -48,8 +48,8 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        UNDECIDED: a requirement is undecided in all trials, or no trial fails and some trials are
-            undecided.
+        UNDECIDED: a requirement is undecided in all trials, or some trials are undecided and none
+            fails.
         NOT SHOWN: the trials do not show the required pass rate, but more draws may show it.
         """
         if self.reached:
@@ -71,7 +71,7 @@ class Findings:
     def passed(self) -> bool:
         """Return True if the campaign passes.
 
-        Every requirement must be decided, and either all trials pass or the required rate is shown.
+        Every requirement is decided, and all trials pass or the required rate is shown.
         """
         return self.outcome == "PASS"
 
@@ -98,7 +98,7 @@ class Findings:
     def draws_needed(self) -> int | None:
         """Return the number of draws that would show the required rate at the present pass rate.
 
-        Returns None if the outcome is another one than NOT SHOWN.
+        Returns None if the outcome is not NOT SHOWN.
         """
         if self.outcome != "NOT SHOWN" or self.required is None:
             return None

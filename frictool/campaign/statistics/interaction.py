@@ -5,9 +5,9 @@
 S_ij is the second-order Sobol index of Y and the factors X_i, X_j (Sobol 1993). The range of each
 factor is divided into slices; a cell is the intersection of a slice of X_i with a slice of X_j.
 First, the mean in each slice is subtracted, so that no first-order effect remains. Then the mean of
-the residual is computed in each cell. The expected random variation of these means is subtracted
-cell by cell, because it is largest in cells with both passing and failing trials. The standard
-deviation of S_ij is computed as if the two factors had no interaction.
+the residual is computed in each cell. The expected random variation of the cell's mean is
+subtracted; it is largest in cells with both passing and failing trials. The standard deviation of
+S_ij is that of two factors without interaction.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from frictool.typing import Vector
 class JointShare(NamedTuple):
     """Share of the variance that two factors explain together.
 
-    `joint`: share that the means in the cells explain.
-    `beyond`: share that neither factor explains alone, the index S_ij.
+    `joint`: share that the two factors explain, alone or together.
+    `beyond`: share that they explain only together, the index S_ij.
     `error`: standard deviation of `beyond` for factors without an interaction.
     """
 

@@ -1,7 +1,7 @@
 """Pass rate of the trials with its confidence interval.
 
 If all vertices were simulated, the pass rate is exact and has no interval. An undecided trial
-counts as failed for the lower bound, and as passed for the upper bound. A trial that could not be
+counts as failed for the lower bound and as passed for the upper bound. A trial that could not be
 simulated counts as failed.
 """
 
@@ -27,8 +27,8 @@ class PassRate:
     `at_least`: one-sided lower bound of the pass rate with `confidence`.
 
     `low`, `high` and `at_least` are None if all vertices were simulated, because the vertices are
-    not random draws. For a random subset of the vertices, these numbers are bounds of the share of
-    all vertices that pass.
+    not random draws. For a random subset of the vertices, they are bounds of the pass rate of all
+    vertices.
     """
 
     count: int
@@ -68,8 +68,7 @@ class PassRate:
 def pass_rate(trials: Trials, method: Method, confidence: float = CONFIDENCE) -> PassRate:
     """Return the pass rate of the trials.
 
-    For the method `vertices` and d factors, fewer than 2^d trials are a random subset of the
-    vertices.
+    With the method `vertices` and d factors, fewer than 2^d trials are a random subset.
     """
     n = trials.count
     passed, failed, undecided = (

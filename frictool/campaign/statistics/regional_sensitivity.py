@@ -3,8 +3,7 @@
 The method of Hornberger and Spear (Journal of Environmental Management 12, 1981) computes the
 Kolmogorov-Smirnov distance between the distributions of a factor in the failing and in the passing
 trials, and the p-value of this distance. The test is valid for random draws and for a Latin
-hypercube, because for a factor without influence every assignment of the failures to the draws is
-equally likely.
+hypercube: for a factor without influence, failures are equally likely at all draws.
 """
 
 from __future__ import annotations
@@ -18,7 +17,8 @@ from numpy.typing import NDArray
 from frictool.campaign.statistics.slices import Slices
 from frictool.typing import BoolVector, Vector
 
-# largest product of failing and passing trials for the exact p-value; the asymptotic one above
+# largest (number of failing trials)(number of passing trials) for which the exact p-value is
+# computed; above, the asymptotic p-value
 EXACT = 4_000_000
 
 
@@ -29,9 +29,9 @@ class FailureRegion:
     `distance`: Kolmogorov-Smirnov distance of the factor's distributions in failing and passing
         trials, 0 to 1.
     `chance`: p-value of the distance; None if the trials are not random.
-    `leans`: Pr(f > p) - Pr(f < p), -1 to 1. f is the factor's value in a failing trial, p the
-        factor's value in a passing trial.
-    `spread`: the same for the distances of f and p from the middle of the range.
+    `leans`: Pr(f > p) - Pr(f < p), -1 to 1, for the factor's value f in a failing trial and p in a
+        passing trial.
+    `spread`: Pr(|f - c| > |p - c|) - Pr(|f - c| < |p - c|) for the middle c of the range.
     `noise`: standard deviation of `leans` and `spread` for a factor without influence.
     `failing` (k,): share of failing trials in each of k slices of the range.
     `sizes` (k,): number of trials in each slice.
@@ -49,7 +49,7 @@ class FailureRegion:
 
     @property
     def direction(self) -> str:
-        """Return a text on the part of the factor's range in which the failures lie."""
+        """Return words for the part of the factor's range in which the failures lie."""
         least = 2.0 * self.noise
         if abs(self.leans) > least and abs(self.leans) >= 0.5 * abs(self.spread):
             return "high" if self.leans > 0.0 else "low"
@@ -90,8 +90,8 @@ def region(
 def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
     """Return the Kolmogorov-Smirnov distance and its p-value.
 
-    The p-value is exact for few trials. For n failing and m passing trials, both numbers large, it
-    is the p-value of one sample of n m/(n + m) draws.
+    The p-value is exact for few trials. For many (n failing and m passing) trials, it is the
+    p-value of one sample of n m/(n + m) draws.
     """
     method = "exact" if bad.size * good.size <= EXACT else "asymp"
     if method == "exact":
@@ -104,7 +104,7 @@ def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
 
 
 def _leaning(bad: Vector, good: Vector) -> float:
-    """Return the probability of bad > good minus that of bad < good (Mann-Whitney statistic)."""
+    """Return Pr(bad > good) - Pr(bad < good), the scaled Mann-Whitney statistic."""
     ordered = np.sort(good)
     below = np.searchsorted(ordered, bad, side="left").sum()
     above = good.size - np.searchsorted(ordered, bad, side="right")

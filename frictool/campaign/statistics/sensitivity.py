@@ -30,13 +30,14 @@ from frictool.campaign.trials.trials import BROKEN, MET, Trials
 from frictool.presentation.tie_rule import largest
 from frictool.typing import BoolVector
 
-LEVEL = 0.05  # level of a table: probability of naming any factor without influence
+LEVEL = 0.05  # probability that a table names any factor without influence
 LEAST_DISTANCE, LEAST_SHARE = (
     0.1,
     0.01,
-)  # limits of a factor's influence if all vertices were played
+)  # limits of a factor's influence if all vertices were simulated
 FEWEST = 20  # smallest number of trials with a value for an estimate of influence
-# smallest excess of a share of the ranks' variance over that of the values to be reported
+# the share of the ranks' variance is reported if it exceeds the share of the values' variance by
+# this number
 HIDDEN = 0.1
 FINEST = 12  # largest number of slices per factor of a plane
 
@@ -45,7 +46,7 @@ FINEST = 12  # largest number of slices per factor of a plane
 class FailureComparison:
     """Comparison of failing with passing trials, factor by factor.
 
-    `name`: requirement that the failing trials do not meet; "" for any requirement; "not simulated"
+    `name`: requirement that the failing trials do not meet; "" for any requirement, "not simulated"
         for trials that could not be simulated.
     `failing`, `passing`: numbers of trials.
     `regions` (d,): comparison for each factor; the p-values are corrected for all comparisons.
@@ -68,7 +69,7 @@ class FailureComparison:
 
     @property
     def named(self) -> tuple[int, ...]:
-        """Return the indices of the factors with a significant influence, by rising p-value."""
+        """Return the indices of the factors with a significant influence; lowest p-value first."""
         return tuple(
             i
             for i in self.order
@@ -112,7 +113,7 @@ class MetricInfluence:
 
     @property
     def by_rank(self) -> bool:
-        """Return True if ranks show an influence that a few very large or infinite values hide."""
+        """Return True if a few very large values hide an influence that the ranks show."""
         return any(self.shares[i].of_ranks - self.shares[i].share > HIDDEN for i in self.named)
 
     @property
@@ -135,8 +136,8 @@ class FactorPair:
     """The two factors that together explain the failures best.
 
     `first`, `second`: indices of the factors.
-    `joint`: share of the variance of pass or fail that both factors together explain.
-    `beyond`: share of this variance that neither factor explains alone.
+    `joint`: share of the variance of pass or fail that the factors explain, alone or together.
+    `beyond`: share of this variance that they explain only together.
     `error`: standard deviation of `beyond` for factors without an interaction.
     """
 
@@ -176,8 +177,9 @@ def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
 def masks(trials: Trials) -> list[tuple[str, BoolVector, BoolVector]]:
     """Return (name, mask of failing trials, mask of passing trials) for each requirement.
 
-    The name is empty for all requirements together, and "not simulated" for trials without a run.
-    An entry is left out if no trial fails, if no trial passes, or if its masks occur before.
+    The name is empty for all requirements together, and "not simulated" for trials without a run. A
+    requirement is left out if no trial fails, if no trial passes, or if the masks of an earlier one
+    are the same.
     """
     questions = [("", trials.passed == BROKEN, trials.passed == MET)]
     questions += [
@@ -252,7 +254,7 @@ def _influences(trials: Trials, draws: SortedDraws, drawn: bool) -> tuple[Metric
 
 
 def _adding_up(one: MetricInfluence) -> MetricInfluence:
-    """Return the influence; the shares of its named factors are changed to add up to at most 1."""
+    """Return the influence with shares of the named factors that add up to at most 1."""
     named, shares = list(one.named), list(one.shares)
     values = within_whole(
         np.array([shares[i].share for i in named]), np.array([shares[i].error for i in named])

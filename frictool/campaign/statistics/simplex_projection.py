@@ -1,14 +1,12 @@
 """Projection of estimated variance shares onto shares that add up to at most 1.
 
 The factors are independent, so that their first-order shares are nonnegative and add up to at most
-1. Estimates S_i with standard deviations e_i can violate this. The projection s is the nearest
-point to the estimates, in units of e_i, that satisfies both conditions:
+1. Estimates S_i with standard deviations e_i can violate this. The projection s is the solution of
 
     min sum (s_i - S_i)^2 / e_i^2,    s_i >= 0, sum s_i <= 1
 
-The projection changes the least certain shares most. In this norm, the true shares are at least as
-near to the projection as to the estimates, because the points that satisfy both conditions form a
-convex set.
+The least certain shares change most. In this norm, the projection is at least as near to the true
+shares as the estimates are, because the admissible points form a convex set.
 """
 
 from __future__ import annotations
@@ -30,7 +28,7 @@ def within_whole(shares: Vector, errors: Vector) -> Vector:
     if projected[left].sum() <= 1.0:
         return projected
     weights = np.maximum(errors, 1e-9) ** 2
-    # s_i = S_i - m e_i^2; a share that would become negative is 0, and the others decrease more
+    # s_i = max(0, S_i - m e_i^2) with the multiplier m
 
     while True:
         excess = projected[left].sum() - 1.0

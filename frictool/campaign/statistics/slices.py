@@ -37,8 +37,7 @@ class Slices:
 def slices_for(draws: int) -> int:
     """Return the number of slices for the estimate of a variance share: 3 n^(1/3) for n `draws`.
 
-    With this number, the variation within a slice and the noise of its mean decrease together as n
-    grows.
+    As n grows, the variation within a slice and the noise of the slice's mean then both decrease.
     """
     return int(np.clip(round(3.0 * draws ** (1.0 / 3.0)), FEWEST, MOST))
 
@@ -46,8 +45,8 @@ def slices_for(draws: int) -> int:
 def few_slices_for(draws: int) -> int:
     """Return the number of slices for a test of influence.
 
-    Each slice has at least 12 draws if possible. The number is small, because an effect is hard to
-    detect if it is spread over many slices.
+    Each slice has at least 12 draws if possible. The number is small, because many slices make an
+    effect hard to detect.
     """
     return int(np.clip(draws // 12, FEWEST, TENTHS))
 
@@ -85,7 +84,7 @@ class SortedDraws:
 
 
 def cross_slices(first: Slices, second: Slices) -> Slices:
-    """Return the non-empty intersections of two factors' slices as slices."""
+    """Return the non-empty intersections of the slices of two factors."""
     cell = first.of * second.count + second.of
     filled = np.bincount(cell, minlength=first.count * second.count) > 0
     return Slices((np.cumsum(filled) - 1)[cell], int(filled.sum()))

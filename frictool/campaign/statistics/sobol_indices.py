@@ -4,20 +4,20 @@
 
 Y is the metric and X_i the factor. E[Y | X_i] is estimated by the mean of Y in slices of X_i with
 equal numbers of draws (Plischke, Borgonovo, Smith, European Journal of Operational Research 226,
-2013). The expected random variation of the means of k slices with n draws in total is (k - 1)/(n -
-k) times the variance within the slices. This variation is subtracted, so that the estimate for a
-factor without influence is 0 on average (Kelley's epsilon squared, PNAS 21, 1935).
+2013). The random variation of the means of k slices with n draws in total is expected to be (k -
+1)/(n - k) times the variance within the slices. It is subtracted, so that the estimate for a factor
+without influence is 0 on average (Kelley's epsilon squared, PNAS 21, 1935).
 
 The error is the standard deviation of the efficient estimator, which has the influence function 2 Y
 m - m^2 - S_i Y^2 with m = E[Y | X_i] and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric
 Statistics 25, 2013). The random error of the means for a factor without influence, sqrt(2 (k -
 1))/n, is added in quadrature.
 
-The test of influence uses ranks, so that very large or infinite values are allowed (a step that
-never settles has the worst rank). The test combines two differences between the slices, as Lepage's
-test does for two samples (Biometrika 58, 1971): the difference of the mean ranks (Kruskal and
-Wallis, JASA 47, 1952), and the difference of the spread about the middle rank. The spread also
-reveals a factor that acts only jointly with others and therefore has no first-order share.
+The test of influence uses ranks, so that infinite values are allowed (a step that never settles has
+the worst rank). As Lepage's test for two samples (Biometrika 58, 1971), it combines two differences
+between the slices: of the mean ranks (Kruskal and Wallis, JASA 47, 1952), and of the spread about
+the middle rank. The spread also reveals a factor that acts only jointly with others and therefore
+has no first-order share.
 """
 
 from __future__ import annotations
@@ -37,10 +37,8 @@ SLOPE = 0.1  # smallest rank correlation that is treated as rising or falling
 class VarianceShare:
     """Share of one factor in the variance of a metric.
 
-    `share`: first-order Sobol index S_i of the factor.
-    `error`: standard deviation of S_i.
-    `of_ranks`, `error_of_ranks`: S_i and its standard deviation for the ranks of the values,
-        including infinite values.
+    `share`, `error`: first-order Sobol index S_i of the factor, and the standard deviation of S_i.
+    `of_ranks`, `error_of_ranks`: the same for the ranks of the values, which may be infinite.
     `chance`: p-value of the rank test; None if the trials are not random.
     `rises`: rank correlation of metric and factor, -1 to 1.
     """
@@ -54,7 +52,7 @@ class VarianceShare:
 
     @property
     def direction(self) -> str:
-        """Return a text that says how the metric changes if the factor rises."""
+        """Return words for the change of the metric if the factor rises."""
         return "rises" if self.rises > SLOPE else "falls" if self.rises < -SLOPE else "up and down"
 
 
@@ -69,7 +67,7 @@ def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, 
     largest = float(np.abs(values).max())
     centred = (
         values / largest if largest > 0.0 else values
-    )  # the share has no unit, and squares of enormous values overflow
+    )  # scaled, because squares of very large values overflow
     centred = centred - centred.mean()
     total = float(centred @ centred)
     if not total > n * 1e-24:
@@ -87,15 +85,15 @@ def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, 
 def scores_of(values: Vector) -> tuple[Vector, ...]:
     """Return the rank scores (location, spread) of `values` (n,), finite or infinite.
 
-    The two scores, each (n,), have zero mean and are orthogonal. Equal values have the same rank.
-    If too many values are equal, fewer scores are returned.
+    The scores, each (n,), have zero mean and are orthogonal. Equal values have the same rank. If
+    too many values are equal, there is only one score, or none.
     """
     n = values.size
     score_of_rank = (scipy.stats.rankdata(values) - 0.5 * (n + 1.0)) / n
     scores: list[Vector] = []
     for score in (score_of_rank, score_of_rank**2):
         score = score - score.mean()
-        for other in scores:  # with tied values the two are not orthogonal by themselves
+        for other in scores:  # if values are equal, the scores are not orthogonal yet
             score = score - (score @ other) / (other @ other) * other
         if float(score @ score) > 1e-9 * n:
             scores.append(score)

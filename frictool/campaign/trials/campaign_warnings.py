@@ -33,7 +33,7 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     There are warnings for
 
     - plants outside the intervals for which the controller was verified,
-    - a controller with blocks that were changed after the verification,
+    - a controller with blocks that were changed after its verification,
     - a model without identified parameters, or with presliding,
     - a scenario with a temperature,
     - documents with example values.
@@ -58,7 +58,7 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
 
 
 def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
-    """Return a warning if plant or draws lie outside the intervals of the verification."""
+    """Return a warning if plants are outside the intervals of the controller's verification."""
     plant = plant_of(setting.plant)
     controller = setting.controller
     if deviations := differences(controller, plant.rig.facts, plant.intervals(setting.scenario)):

@@ -1,11 +1,11 @@
 """Judge of controllers: it simulates fixed plants in one scenario, and checks the requirements.
 
-    model, scenario, spec, plants ──ControllerJudge──▶ prepared once
-    controller ──────────────────────▶ called ───────▶ PlayedVerdict: values and reserves per plant
+    judge = ControllerJudge(plant, scenario, spec, plants)      prepared once
+    verdict = judge(controller)                                 values and reserves of each plant
 
 To play a plant means to simulate the plant with a controller. A search for a controller calls the
 judge once per candidate. Plants, reference, disturbances and noise are the same for all candidates,
-so that their results can be compared.
+so that the results of candidates can be compared.
 """
 
 from __future__ import annotations
@@ -38,20 +38,20 @@ from frictool.simulate.axis_variants import variants_of
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.typing import Vector
 
-PlantValues = Mapping[str, float]  # parameter, as under `given` of a scenario -> value [SI]
+PlantValues = Mapping[str, float]  # parameter (a key of `given` in a scenario) -> value [SI]
 
 
 @dataclass(frozen=True)
 class PlayedRequirement:
-    """Requirement with the worst value of its metric on the played plants.
+    """Requirement, and the worst value of its metric on the played plants.
 
     Attributes
     ----------
     metric : MetricLimit
         Name, key, unit and limit of the requirement.
     value : float
-        Worst value in SI (a ratio in %); infinite if a plant fails without a number, NaN if no
-        plant has a value.
+        Worst value in SI (a ratio in %). The value is infinite if a plant fails without a number,
+        such as an axis that never settles, and NaN if no plant has a value.
     reserve : float
         Relative distance of the worst value to the limit (`relative_reserve`), negative for a
         violation.
@@ -79,7 +79,8 @@ class PlayedVerdict(ResultView):
     plants : tuple of int
         Indices of the played plants.
     values, reserves : ndarray, shape (p, r)
-        Worst value in each run in SI, and its relative distance to the limit; NaN if undecided.
+        Worst value in each run in SI, and relative distance of this value to the limit; NaN if
+        undecided.
     met : ndarray, shape (p, r)
         MET 1, BROKEN 0 or UNDECIDED -1.
     failed : mapping
@@ -100,7 +101,7 @@ class PlayedVerdict(ResultView):
 
     @property
     def reserve(self) -> float:
-        """Return the smallest reserve; it is not negative if every decided requirement is met.
+        """Return the smallest reserve of all requirements.
 
         The reserve is -inf if a plant could not be simulated, NaN if no requirement is decided.
         """
@@ -212,7 +213,7 @@ class ControllerJudge:
             self.plant, controller, self.scenarios[0], self.spec, None, DocumentNames(), self.number
         )
         judge = ScenarioJudge(setting)
-        judge.test.reference(self.scenarios[0])  # raises the errors that every plant would have
+        judge.test.reference(self.scenarios[0])  # raises the errors that do not depend on the plant
         return self._verdict(chosen, [self._played(judge, plant) for plant in chosen])
 
     def _played(self, judge: ScenarioJudge, plant: int) -> TrialResult:

@@ -1,15 +1,16 @@
 """Search for the worst case of one metric in the space of factors.
 
-worst draws ──▶ vertices: one factor after another to an end, as long as the metric gets worse ──▶
-differential evolution ──▶ worst point
+The search starts from the worst draws and has two stages:
+
+1. One factor after another is moved to an end of its range, as long as the metric gets worse.
+2. Differential evolution continues from the points of stage 1.
 
 The metric can jump where a change of the factors adds or removes a stop or a breakaway. Therefore
 the search uses no gradients. The metric is usually worst at the ends of some factors and between
-the ends of others. The algorithm is JADE (Zhang and Sanderson 2009): it mutates points towards one
-of the best points, and adapts step and crossover to values that succeeded. Points outside the unit
-cube are moved to its faces. The search starts from the worst draws, so that its result is at least
-as bad as these draws. The result is the worst evaluated point, not necessarily the worst point of
-the space.
+the ends of others. The algorithm of stage 2 is JADE (Zhang and Sanderson 2009): it mutates points
+towards one of the worst points, and adapts step and crossover to values that succeeded. Points
+outside the unit cube are moved to its faces. The result is the worst evaluated point, not
+necessarily the worst point of the space.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from frictool.typing import Vector
 
 Badness = Callable[
     [Vector], float
-]  # badness of a point of the cube: larger is worse, -inf without a value
+]  # point of the unit cube -> badness: larger is worse, -inf without a value
 WORST_STREAM = (1 << 33) + 5
 LEAST_POPULATION, MOST_POPULATION = 8, 40
-CORNERS = 0.4  # largest share of the evaluations for the search on vertices
-BEST, LEARNING = 0.2, 0.1  # p and c of the paper
+CORNERS = 0.4  # largest share of the evaluations for stage 1
+BEST, LEARNING = 0.2, 0.1  # p and c of JADE
 
 
 class SearchResult(NamedTuple):
@@ -53,7 +54,7 @@ class SearchResult(NamedTuple):
 
 
 class SearchState:
-    """State of a search: number of evaluations, and worst point so far."""
+    """Number of evaluations of a search, and worst point so far."""
 
     def __init__(self, badness: Badness, evaluations: int) -> None:
         self._badness = badness
@@ -68,10 +69,7 @@ class SearchState:
         return self.left <= 0 or self.worst == math.inf
 
     def at_point(self, unit: Vector) -> float:
-        """Return the badness at the point `unit` (d,); store the point if it is the worst.
-
-        A worse value of the metric has a larger badness.
-        """
+        """Return the badness at the point `unit` (d,); store the point if it is the worst."""
         self.left = self.left - 1
         self.tried = self.tried + 1
         badness = self._badness(unit)
@@ -97,7 +95,7 @@ def search_worst(badness: Badness, starts: Vector, evaluations: int, seed: int) 
 def _to_corners(
     state: SearchState, generator: np.random.Generator, most: int
 ) -> list[tuple[Vector, float]]:
-    """Move each factor of the worst point to its worse end, until a round changes nothing."""
+    """Move each factor of the worst point to the worse end, until a round changes nothing."""
     known = list[tuple[Vector, float]]()
     end = state.tried + most
     while not state.ended and state.tried < end:
@@ -148,7 +146,7 @@ def _evolve(
 
 
 def _cauchy(generator: np.random.Generator, centre: float) -> float:
-    """Return a step in (0, 1] from a Cauchy distribution, drawn until it is positive."""
+    """Return a step in (0, 1] from a truncated Cauchy distribution."""
     while True:
         value = centre + 0.1 * math.tan(math.pi * (generator.random() - 0.5))
         if value > 0.0:
@@ -160,8 +158,7 @@ def _child(
 ) -> Vector:
     """Return a current-to-pbest/1 child with binomial crossover, clipped to the cube.
 
-    `f` is the step factor, `cr` the crossover rate. The clipping places points on the faces, which
-    often contain the worst point.
+    `f` is the step factor, `cr` the crossover rate.
     """
     size, factors = units.shape
     leaders = np.argsort(-values, kind="stable")[: max(2, round(BEST * size))]

@@ -9,11 +9,11 @@ import numpy as np
 from frictool.campaign.trials.trials import UNDECIDED, Marks, TrialResult
 from frictool.typing import BoolVector, Vector
 
-MOST_DRAWS = 10_000_000  # a damaged file may name any index
+MOST_DRAWS = 10_000_000  # a damaged file may contain any index
 
 
 class StoredTrials(MutableMapping[int, TrialResult]):
-    """Mapping from the index of a draw to the TrialResult; all results have the same metrics."""
+    """Mapping from the index of a draw to its TrialResult; all results have the same metrics."""
 
     def __init__(self) -> None:
         self._values: Vector = np.empty((0, 0))
@@ -60,7 +60,7 @@ class StoredTrials(MutableMapping[int, TrialResult]):
         return self._count
 
     def _reserve(self, draws: int, metrics: int) -> None:
-        """Enlarge the arrays to at least `draws` rows; empty arrays get `metrics` columns."""
+        """Enlarge the arrays to at least `draws` rows; the first call sets `metrics` columns."""
         rows, columns = self._values.shape[0], self._values.shape[1] or metrics
         if draws <= rows and columns == self._values.shape[1]:
             return

@@ -31,7 +31,7 @@ from frictool.typing import Vector
 
 
 class CampaignSetting(NamedTuple):
-    """Data that all trials share; every worker process receives them once.
+    """Data that all trials share; every worker process receives these once.
 
     `recorded`: log that the scenario replays; None if the scenario replays no log.
     """
@@ -73,7 +73,7 @@ class ScenarioJudge:
         return self._judge(scenario.name, self.test.stream(run), run.plant)
 
     def trial(self, index: int, scenario: Scenario) -> TrialResult:
-        """Return the trial number `index`: the values and outcomes of `judged`."""
+        """Return the values and outcomes of `judged` as trial number `index`."""
         (run,) = self.test.runs(scenario, self.setting.recorded)
         sensors = run.prepared.sensors
         outcomes = None
@@ -96,7 +96,7 @@ class ScenarioJudge:
 
     @cached_property
     def _is_plain(self) -> bool:
-        """Return True if the specification describes the plant's kind of axis and drive."""
+        """Return True if specification and plant have the same kind of axis and drive."""
         rig, spec = self.test.plant.rig, self.setting.spec
         return rig.axis == spec.axis and rig.drive == spec.drive
 
@@ -113,7 +113,7 @@ class TrialPlayer(ScenarioJudge):
             "setting": self.setting,
             "space": self.space,
             "seed": self.seed,
-        }  # the cached objects are built again in each process
+        }  # each process builds the cached objects again
 
     def __call__(self, job: tuple[int, tuple[float, ...]]) -> TrialResult:
         """Return the judged trial of a draw; `job` is (index, point (d,) in the unit cube)."""
@@ -132,7 +132,7 @@ class TrialPlayer(ScenarioJudge):
         )
 
     def played(self, unit: Vector, draw: int) -> TrialResult:
-        """Return the result at the point `unit` (d,), with `failed` if the simulation fails.
+        """Return the result at the point `unit` (d,); errors are written to its `failed`.
 
         Unexpected errors are caught, too, so that one trial does not stop the other trials.
         """
@@ -183,8 +183,7 @@ def _mark(met: bool | None) -> int:
 def _value(one: Requirement) -> float:
     """Return the value of a requirement; NaN if there is no value.
 
-    If the requirement failed although its value is absent or within the limit, +inf is returned
-    (-inf for a lower limit).
+    A failed requirement without a value beyond the limit gets +inf (-inf for a lower limit).
     """
     within = one.value is None or (
         one.value <= one.limit if one.relation == "<=" else one.value >= one.limit
@@ -199,8 +198,7 @@ def check_nominal(
 ) -> tuple[Requirement, ...]:
     """Return the requirements of the nominal run unchanged.
 
-    Raises NoSolutionError if the nominal run decides no requirement, because the trials would
-    decide none either.
+    Raises NoSolutionError if the nominal run decides none: the trials would decide none, too.
     """
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")

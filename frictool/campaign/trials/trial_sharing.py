@@ -24,7 +24,7 @@ MOST_TOGETHER = 500
 
 
 class JobSharing(Protocol):
-    """Function `share` of workers/job_sharing.py; processes or a cluster are already chosen."""
+    """Function `share` of workers/job_sharing.py, for chosen processes or a chosen cluster."""
 
     def __call__(
         self, function: Callable[[Any], Any], jobs: Sequence[Any], batch: int, instead: Any
@@ -33,9 +33,9 @@ class JobSharing(Protocol):
 
 
 class DrawJobs(Sequence[Job]):
-    """Jobs for those draws `units` (n, d) that have no result yet, created on demand.
+    """Jobs of the draws `units` (n, d) that have no result yet, created on demand.
 
-    `left`: indices of these draws in `units`.
+    `left`: indices in `units` of the draws without a result.
     """
 
     def __init__(self, units: Vector, left: IntVector) -> None:

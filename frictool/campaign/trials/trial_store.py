@@ -1,8 +1,9 @@
-"""File of completed trials. A killed campaign is continued from it; one batch may be lost.
+"""File of completed trials, from which an interrupted campaign is continued.
 
 The file has one JSON value per line. The first value is the header, which identifies the campaign.
 A trial is [draw, metric values, met], or [draw, reason] if it could not be simulated. A completed
-search is an object with the key "worst". A trial with an incomplete line is simulated again.
+search is an object with the key "worst". Trials that were not written completely are simulated
+again.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ NO_TRIALS = "contains no stored trials; choose another file, or remove this one"
 Header = Mapping[str, Any]
 SearchKey = tuple[
     str, int, int
-]  # key of a search: metric, number of plants to try, number of draws
+]  # key of a search: metric, largest number of plants to try, number of draws
 
 
 class TrialStore:
@@ -37,7 +38,7 @@ class TrialStore:
     `worst`: key of a search -> result.
 
     Raises InputFileError if the file belongs to another campaign or is damaged, and OutputError if
-    it cannot be written.
+    the file cannot be written.
     """
 
     def __init__(self, path: Path | None, header: Header) -> None:
@@ -48,10 +49,10 @@ class TrialStore:
         if path is None:
             return
         if path.is_dir():
-            raise InputFileError(path, "is a directory; name a file in which trials are kept")
+            raise InputFileError(path, "is a directory; name a file for the trials")
         try:
             self._file = path.open("a", encoding="utf-8")
-            _lock(self._file, path)  # lock before reading: another campaign may be writing a line
+            _lock(self._file, path)  # before reading, because another campaign may be writing
             self._read(path, header)
         except OSError as error:
             self.close()
@@ -104,7 +105,7 @@ class TrialStore:
     ) -> None:
         if (
             error is not None and not self.trials and not self.worst
-        ):  # the file is empty: delete it, so that it does not block another campaign
+        ):  # an empty file is deleted, so that it does not block another campaign
             self.remove()
         self.close()
 
@@ -216,7 +217,7 @@ def _lock(file: TextIO, path: Path) -> None:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise OutputError(
-                f"{path}: another campaign writes it now; wait for it, or name another file"
+                f"{path}: another campaign is writing to this file; wait, or name another file"
             ) from None
         except OSError:  # a file system without locks
             return

@@ -47,9 +47,9 @@ class Trials:
 
     `units` (n, d): draws in the unit cube.
     `values` (n, d): the same draws in SI (factor_space.py).
-    `metric_values` (n, m): worst value of each metric in the run of a trial; infinite for a failure
-        without a number (an axis that never settles), NaN if the metric is undefined or the trial
-        could not be simulated.
+    `metric_values` (n, m): worst value of each metric in a trial; infinite for a failure without a
+        number (an axis that never settles), NaN if the metric is undefined or the trial could not
+        be simulated.
     `met` (n, m): outcome of each requirement, decided as in `report`: MET 1, BROKEN 0 or UNDECIDED
         -1.
     `passed` (n,): outcome of the whole trial (`trial_outcomes`).
@@ -75,7 +75,7 @@ class Trials:
 def collect_trials(
     space: FactorSpace, metrics: Sequence[MetricLimit], units: Vector, trials: Iterable[TrialResult]
 ) -> Trials:
-    """Return the trials of the draws `units` (n, d) from `trials`, results in any order.
+    """Return the trials of the draws `units` (n, d) from their results in any order.
 
     Raises ValueError if the result of a draw is missing.
     """
@@ -110,8 +110,7 @@ def trial_outcomes(met: Marks, failed: Sequence[int] = ()) -> Marks:
     """Return the outcomes (n,) of the trials from the outcomes `met` (n, m) of the requirements.
 
     A trial is BROKEN if it violates a requirement or could not be simulated, else UNDECIDED if a
-    requirement is undecided, else MET. A requirement that no trial decides is left out, because the
-    scenario cannot decide this requirement for any plant.
+    requirement is undecided, else MET. Requirements that no trial decides are ignored.
     """
     decidable = met[:, (met != UNDECIDED).any(axis=0)]
     passed = np.where((decidable == UNDECIDED).any(axis=1), UNDECIDED, MET).astype(np.int8)

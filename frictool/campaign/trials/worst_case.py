@@ -18,7 +18,7 @@ from frictool.documents.writing import to_yaml
 
 Commands = Callable[
     [str], tuple[str, str]
-]  # scenario's base name -> `command` and `typed` of a WorstCase
+]  # file name of a scenario -> `command` and `typed` of a WorstCase
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class WorstCase:
     `values`: name of a factor -> value in SI.
     `scenario`: name of the scenario file, without folder.
     `command`: command that simulates the scenario, with file names without folders.
-    `typed`: the same command with the paths of the command line, for the terminal only.
-    `played`: scenario of the worst case.
+    `typed`: the same command with the paths of the user's command line, for the terminal only.
+    `played`: content of the scenario file.
     """
 
     requirement: str
@@ -54,7 +54,7 @@ def file_name(metric: MetricLimit) -> str:
 
 
 def commands_of(number: ProgramNumber) -> Commands:
-    """Return a function that returns the commands for the base name of a scenario file."""
+    """Return a function: name of a scenario file without folder -> the two commands."""
 
     def of(scenario: str) -> tuple[str, str]:
         words = replay_command(
@@ -86,14 +86,14 @@ def replay_command(
 
 
 def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
-    """Return the text of the scenario file in `folder`; the text begins with a comment.
+    """Return the text of the scenario file, which begins with a comment on the worst case.
 
-    `origin`: path of the campaign's scenario.
+    `folder`: folder of the file. `origin`: path of the campaign's scenario.
     """
     searched, played = case.searched, case.played
     name = f"worst {case.requirement.replace('_', ' ')}"
     replay = played.reference
-    if replay is not None:  # its path is relative to the scenario's folder
+    if replay is not None:  # the log's path is relative to the scenario's folder
         replay = msgspec.structs.replace(
             replay, log=Path(os.path.relpath(origin.parent / replay.log, folder)).as_posix()
         )

@@ -56,7 +56,7 @@ class WorstSearch:
         self.trial = trial
 
     def __call__(self, task: SearchTask) -> SearchResult:
-        """Return the worst case found; every plant has the noise of the worst draw."""
+        """Return the result of the search; every plant has the noise of the worst draw."""
         sign = 1.0 if task.relation == "<=" else -1.0
         unplayed = 0
 
@@ -87,7 +87,7 @@ def worst_cases(
 
     `evaluations`: largest number of plants to try for each requirement.
     `commands`: function that returns the commands that simulate a scenario.
-    `progress`: function of a label. It returns a context manager that yields a callback for the
+    `progress`: `progress(label)` returns a context manager that yields a callback taking the
         completed fraction, 0 to 1.
     """
     jobs = [

@@ -1,6 +1,6 @@
 """Figures of a campaign: pass rates, metrics with limits, and failing shares by factor.
 
-Many trials are grouped into bins, so that a figure has a few hundred elements at most.
+If there are many trials, a figure shows bins instead of single trials, so that it stays small.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ ROW = 0.3  # inches, height of a row of rates
 
 
 def rates(findings: Findings) -> PageFigure:
-    """Return the figure of the pass rates, with intervals: campaign and each requirement."""
+    """Return the figure of the pass rates, with intervals, of the campaign and each requirement."""
     rate = findings.rate
     rows = [("all requirements", rate.passed, rate.undecided)]
     rows += [
@@ -144,10 +144,7 @@ def causes(findings: Findings) -> list[PageFigure]:
 
 
 def failing_plane(findings: Findings) -> PageFigure | None:
-    """Return the figure of failures in the plane of the pair of factors that explains them best.
-
-    Returns None if nothing fails or if there is only one factor.
-    """
+    """Return the figure of failures in the plane of `Sensitivity.pair`; None without a pair."""
     pair = findings.sensitivity.pair
     if pair is None:
         return None

@@ -33,7 +33,7 @@ def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
             axis.set_ticks(np.unique(trials.values[:, factor]))
     few = (
         trials.count <= MOST_POINTS and min(x.size, y.size) > CELLS
-    )  # if a factor has few values, points would hide one another
+    )  # points would hide one another if a factor has few values
     return (
         _points(axes, trials, first, second) if few else _cells(axes, trials, first, second, x, y)
     )
@@ -65,11 +65,11 @@ def _points(axes: Axes, trials: Trials, first: int, second: int) -> str:
 
 
 def _dots(axes: Axes, x: Vector, y: Vector, colour: str, size: float, opacity: float) -> None:
-    """Draw points as round ends of one path, which takes a fifth of the bytes of markers."""
+    """Draw points as the round ends of one path; markers would take five times the bytes."""
     corners = np.repeat(np.stack([x, y], axis=1), 2, axis=0)
     codes = np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=Path.code_type), x.size)
     path = Path(corners, codes)
-    path.should_simplify = False  # simplification would remove segments without length
+    path.should_simplify = False  # otherwise segments without length are removed
     axes.add_patch(
         PathPatch(
             path, fill=False, edgecolor=colour, linewidth=size, capstyle="round", alpha=opacity

@@ -38,10 +38,9 @@ def new_figure(
 
 
 def axis_label(name: str, unit: str, number: int) -> str:
-    """Return an axis label with the factor's name, or with its number.
+    """Return an axis label with the factor's name, or with its number if the name does not fit.
 
-    The number replaces a long name, or a name with letters that the font of the figures may lack.
-    The headings of the page show the full name.
+    A name does not fit if it is long, or has letters that the font of the figures may lack.
     """
     shown = (
         name

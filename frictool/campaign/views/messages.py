@@ -30,9 +30,9 @@ def quantity(value: float | None, unit: str) -> str:
 
 
 def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
-    """Return a share in % with one decimal, or with more decimals near 0 and 100 %.
+    """Return a share in % with one decimal.
 
-    The difference of a share from 0 or 100 % has two significant digits if it is below 1 %.
+    Within 1 % of 0 or 100 %, the difference from 0 or 100 % has two significant digits.
 
     `toward`: direction of rounding; a lower bound must be rounded down, an upper bound up.
     """
@@ -49,7 +49,7 @@ def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") 
 
 
 def percent_text(share: float) -> str:
-    """Return a share in % with all its digits, for a share that the user has chosen."""
+    """Return a share that the user has chosen, in % with all digits."""
     return f"{100.0 * share:.12g} %"
 
 

@@ -1,4 +1,4 @@
-"""Campaign report as one HTML file that needs no other file."""
+"""Campaign report as one HTML file that works without other files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from frictool.documents.provenance import Provenance
 from frictool.presentation.page import render_page
 
 TONES = {"PASS": "met", "FAIL": "broken", "UNDECIDED": "open", "NOT SHOWN": "open"}
-# number of columns of the table of shares; number of rows of tables of factors or reasons
+# most columns of the table of shares; most rows of tables of factors or reasons
 FACTORS, MORE = 12, 40
 
 
@@ -118,7 +118,7 @@ def _columns(findings: Findings) -> list[int]:
 def _table(findings: Findings) -> list[tuple[str, str, list[ShareCell], float | None]]:
     """Return a row (name, reason if there are no shares, shares, rest) for each metric.
 
-    A second row shows the shares of the ranks if they reveal an influence that the values hide.
+    A second row shows the shares of the ranks if the values hide an influence (`by_rank`).
     """
     rows = []
     for one, influence in zip(findings.distributions, findings.sensitivity.influences, strict=True):

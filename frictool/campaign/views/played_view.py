@@ -40,7 +40,7 @@ def played_lines(
     ]
 
 
-AT_REST = ("rest", "limit_cycle")  # requirements that decide whether the axis stays at rest
+AT_REST = ("rest", "limit_cycle")  # requirements on an axis at rest
 
 
 def rest_line(verdict: PlayedVerdict) -> str:

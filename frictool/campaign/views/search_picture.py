@@ -31,7 +31,7 @@ def search_picture(found: AutomaticDesign, name: str) -> str:
 
 
 def figure(played: list[Candidate]) -> Figure:
-    """Return a panel for each pair of the first three requirements that are traded off."""
+    """Return a figure with a panel for each pair of the first three compared requirements."""
     drawn = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     metrics = played[0].metrics if played else ()
     traded = [one for key in TRADED for one in metrics if one.key == key]

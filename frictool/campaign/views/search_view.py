@@ -21,8 +21,7 @@ class ReachedValue(NamedTuple):
     simulated with few plants.
 
     `alone`: best value of all candidates.
-    `together`: best value of the candidates that meet all other requirements; None if there is
-        none.
+    `together`: best value of the candidates that meet all other requirements, or None.
     """
 
     key: str
@@ -62,8 +61,8 @@ def refusal(found: AutomaticDesign) -> str:
 def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """Return lines with the details if no design was found.
 
-    The lines contain the numbers of candidates, the bound of the drive, and requirements with
-    relaxed values. It suffices to relax one of these requirements.
+    The lines contain the numbers of candidates, the bound of the drive, and the requirements of
+    which it suffices to relax one, with their relaxed limits.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
@@ -150,7 +149,7 @@ def _missed(best: Candidate) -> str:
 
 
 def _told_apart(value: float, limit: float, unit: str) -> tuple[str, str]:
-    """Return value and limit with four digits, or with more if needed to tell them apart."""
+    """Return value and limit as text with four digits, or with more if the texts are equal."""
     for digits in range(4, 17):
         texts = _number(value, unit, digits), _number(limit, unit, digits)
         if texts[0] != texts[1]:

@@ -66,7 +66,7 @@ def fails_where(findings: Findings, factor: int, region: FailureRegion) -> str:
 def influence_lines(findings: Findings, influence: MetricInfluence) -> list[str]:
     """Return a line with the significant factors and their shares of the variance.
 
-    A second line shows the shares of the ranks if they reveal an influence that the values hide.
+    A second line shows the shares of the ranks if the values hide an influence (`by_rank`).
     """
     if influence.reason:
         return [influence.reason]
@@ -88,7 +88,7 @@ def _shares_text(
     shares: Sequence[tuple[float, float]],
     rest: float | None,
 ) -> str:
-    """Return the shares with standard deviations, the largest first, small ones grouped."""
+    """Return the shares with standard deviations, largest first; small shares are grouped."""
     order = sorted(influence.named, key=lambda i: -shares[i][0])
     factors = findings.trials.space.factors
     alone = [
@@ -184,7 +184,7 @@ def _failures(findings: Findings) -> list[str]:
 
 
 def pair_lines(findings: Findings) -> list[str]:
-    """Return a line on the interaction of the pair of factors; no line if it is noise."""
+    """Return [line] on the interaction of the pair of factors; [] if it is not significant."""
     pair = findings.sensitivity.pair
     if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
         return []

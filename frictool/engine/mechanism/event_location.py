@@ -197,7 +197,7 @@ def _first(
     lead: int,
     weights: tuple[float, float],
 ) -> tuple[float, int]:
-    """Return the index of the guard that first reaches its target, and before it an estimated time.
+    """Return (time, index): guard `index` reaches its target first, at the estimated `time`.
 
     Only guards passed at `high` are candidates. weights: Illinois weights of the guard `lead`.
     """

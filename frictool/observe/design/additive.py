@@ -4,9 +4,9 @@
     alpha^+ = alpha + L_alpha (y - C X^)            s: direction of motion
 
 X is position and speed, y the measured position, u the effort, and f^ the friction map. ^ marks an
-estimate, and + its value at the next sample; L_X and L_alpha are the gains. `mode_matrices` defines
-A_i, B_i and C. alpha adds to the friction in both directions, as in thesis (6.25); thesis (6.22)
-has another sign.
+estimate, + the value at the next sample; L_X and L_alpha are the gains. mode_matrices.py defines
+A_i, B_i and C. A positive alpha increases friction in both directions, as in thesis (6.25); thesis
+(6.22) has another sign.
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@ from frictool.documents.observer import Observer, Switched
 from frictool.documents.quantity import si_unit
 from frictool.observe.design.friction_map import KNEES, left_out
 
-DEAR = 1.5  # ratio of gamma to that without a decay, above which a note is due
+DEAR = 1.5  # gamma divided by the gamma without a decay, above which a note is due
 SLOW_S = 10.0  # s, time constant of alpha above which a note is due
-# deviation relative to the friction that is assumed if no mode has one; it scales gamma only
+# relative deviation of the friction that is assumed if friction is constant; scales only gamma
 UNIT_DEVIATION = 0.01
 KNOWN_BY_TRACKING = (KNEES,)
 # speed of one count per sample, relative to the switch speed, above which the encoder is coarse
@@ -59,7 +59,7 @@ def _encoder(observer: Observer, switched: Switched) -> str:
 
 
 def _constant(switched: Switched) -> str:
-    """Return a note if gamma refers to an assumed deviation, since friction is constant."""
+    """Return a note if friction is constant, so that gamma refers to an assumed deviation."""
     chosen = [
         mode
         for mode in switched.modes
@@ -74,7 +74,7 @@ def _constant(switched: Switched) -> str:
 
 
 def _intervals(observer: Observer, switched: Switched) -> str:
-    """Return a note if the axis may pass an interval within one sample."""
+    """Return a note if the axis may pass a whole position interval within one sample."""
     widths = [mode.over[1] - mode.over[0] for mode in switched.modes if mode.over is not None]
     top = observer.bench.mechanics.top_speed
     if (
@@ -97,7 +97,7 @@ def _any_interval(switched: Switched) -> bool:
 
 
 def _turning(observer: Observer, switched: Switched) -> str:
-    """Return a note if a motion may turn without passing mode 0."""
+    """Return a note if a motion may reverse without passing mode 0."""
     actuator = observer.bench.actuator
     change = (
         actuator.constant.value
@@ -158,5 +158,5 @@ def _left_out(model: Model, known: tuple[str, ...]) -> str:
 
 
 def time_constant(radius: float, period: float) -> float:
-    """Return the time constant [s] of a mode's slowest error, from its spectral radius."""
+    """Return the time constant [s] of a mode's slowest error; `radius`: spectral radius."""
     return -period / math.log(radius) if 0.0 < radius < 1.0 else 0.0

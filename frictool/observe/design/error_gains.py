@@ -1,13 +1,12 @@
 """Velocity error of a tracking observer under white noise.
 
-    error     e = (x, v, d/J), before the correction:   e+ = F ((1 - L C) e - L n) + B a
-    in slip   F is the model x'' = a + d/J over one period
-    n         white error of the measured position
-    a         white error of the acceleration; B is its effect on e in one period
+    e+ = F ((1 - L C) e - L n) + B a        e: error before the correction, + at the next sample
 
-e contains the errors of position, speed and d/J (d: disturbance effort, J: inertia). L are the
-gains, and C = [1 0 0]. Smith's doubling method computes the steady covariance of e. The unit of
-time is one period, so that the matrices depend on the gains only.
+e contains the errors of position x, speed v and d/J (d: disturbance effort, J: inertia). n is a
+white error of the measured position, a a white error of the acceleration. F and B follow from the
+model x'' = a + d/J over one period. L are the gains, and C = [1 0 0]. Smith's doubling method
+computes the steady covariance of e. With the period as the unit of time, the matrices depend on the
+gains only.
 """
 
 from __future__ import annotations
@@ -19,15 +18,15 @@ import numpy as np
 from frictool.errors import NoSolutionError
 from frictool.typing import Matrix
 
-DOUBLINGS = 60  # steps of Smith's method at most
+DOUBLINGS = 60  # most steps of Smith's method
 CONVERGED = 1e-12  # relative size of the last step
 
 
 class ErrorGains(NamedTuple):
-    """Ratio of two standard deviations: velocity error divided by position error [1/s].
+    """Standard deviation of the velocity error divided by that of a position error [1/s].
 
-    rounding: the position error is a white error of the measurement. misfit: the position error is
-    an error of the prediction, which a white error of the acceleration causes.
+    rounding: for a white error of the measured position. misfit: for the error of the predicted
+    position that a white error of the acceleration causes.
     """
 
     rounding: float

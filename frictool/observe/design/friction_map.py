@@ -16,9 +16,9 @@ KNEES = "viscous friction above a knee of the speed"
 def friction_map(model: Model) -> FrictionMap:
     """Return the friction in slip by direction and position (thesis 4.41, 4.44).
 
-    In each direction, the Coulomb level multiplies the normalised position polynomial. The viscous
-    coefficient is the mean of both directions at low speeds. The map does not include the Stribeck
-    curve, knees of the viscous friction, the time at rest, and loads (`left_out`).
+    In each direction, the Coulomb friction is multiplied by the normalised position polynomial. The
+    viscous coefficient is the mean of both directions at low speeds. The map does not include the
+    Stribeck curve, knees of the viscous friction, the time at rest, and loads (`left_out`).
     """
     today, laws = model.parameters, model.laws
     opposite = laws.backward if laws is not None else None
@@ -45,7 +45,7 @@ def friction_map(model: Model) -> FrictionMap:
 
 
 def left_out(model: Model) -> list[str]:
-    """Return the names of the model's effects that the observer does not include."""
+    """Return the names of the model's effects that the friction map does not include."""
     laws = model.laws
     if laws is None:
         return ["the Stribeck curve"] if model.parameters.stribeck_velocity is not None else []

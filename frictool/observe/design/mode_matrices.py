@@ -63,8 +63,8 @@ def subsystem(
 ) -> ObserverMode:
     """Return the matrices A (3, 3), C (1 or 2, 3), Q (3, 1) and C-bar (3, 3) of a mode.
 
-    direction: s, 0 for the stuck mode. friction, deviation: mean f_m and deviation Delta_f of the
-    friction in the mode's interval.
+    direction: s; 0 for the stuck mode. friction, deviation: f_m(i) and Delta_f(i) of the mode's
+    interval [N m | N].
     """
     gain = facts.period / facts.inertia
     a = np.array([[1.0, facts.period, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

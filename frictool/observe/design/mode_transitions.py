@@ -1,10 +1,9 @@
 """Allowed switches of modes from one sample to the next (thesis, figure 6.3).
 
-Modes 1 to n are for forward motion in the position intervals 1 to n. Modes -1 to -n are for
-backward motion in the intervals of that direction. Mode 0 is for a stuck axis. In forward motion,
-mode i may stay, or switch to i + 1 or 0. In backward motion, mode -i may stay, or switch to the
-next lower interval or 0. From mode 0 every mode is allowed. A motion that reverses therefore passes
-mode 0.
+Mode i > 0 is forward motion in position interval i, mode -i backward motion in interval i of the
+backward direction, and mode 0 a stuck axis. A moving mode may stay, switch to the next interval in
+the direction of motion, or switch to mode 0. From mode 0 every mode is allowed. A motion that
+reverses therefore passes mode 0.
 
 If repeated reversals without mode 0 were allowed, the inequalities of the design would have no
 solution (docs/theory/observers.md).
@@ -22,9 +21,9 @@ Switch = tuple[int, int]
 def switches(forward: int, backward: int, allowed: Transitions) -> tuple[Switch, ...]:
     """Return the sorted pairs (mode, mode at the next sample).
 
-    forward, backward: number of intervals of each direction. allowed: `neighbours`: from an
-    interval, the axis may switch to the next interval in the direction of motion; `direction`: to
-    any interval of the same direction.
+    forward, backward: number of intervals of each direction. allowed: with `neighbours`, a moving
+    mode may switch to the next interval in the direction of motion; with `direction`, to any
+    interval of the same direction.
     """
     modes = [*range(-backward, 0), 0, *range(1, forward + 1)]
     pairs = {(i, i) for i in modes} | {(i, 0) for i in modes} | {(0, i) for i in modes}

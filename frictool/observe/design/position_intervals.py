@@ -1,9 +1,9 @@
 """Position intervals with nearly constant friction (thesis 6.15 to 6.17).
 
 In each interval the friction must be monotone, so that it stays between the values at the ends.
-Each extremum is therefore an edge between two intervals. A monotone section is divided into parts
-with equal change of friction. Delta_f is half the range of the friction in an interval. The
-intervals are distributed such that the largest Delta_f of all intervals is as small as possible.
+Each extremum is therefore an edge between two intervals. A monotone section is divided into
+intervals with equal change of friction. Delta_f is half the range of the friction in an interval.
+The sections get numbers of intervals that make the largest Delta_f as small as possible.
 """
 
 from __future__ import annotations
@@ -19,15 +19,12 @@ from frictool.errors import NoSolutionError
 from frictool.friction.polynomial_minimum import sign_changes
 from frictool.observe.design.friction_map import friction_at
 
-FLAT = 1e-9  # spread of the friction relative to its mean, below which it is constant
+FLAT = 1e-9  # friction is constant if its range, relative to its mean, is below FLAT
 
 
 @dataclass(frozen=True)
 class FrictionInterval:
-    """Interval [low, high] [rad | m] with mean friction f_m and deviation Delta_f [N m | N].
-
-    deviation: half the difference of the friction at the two ends.
-    """
+    """Interval [low, high] [rad | m] with mean friction f_m and deviation Delta_f [N m | N]."""
 
     low: float
     high: float
@@ -38,8 +35,8 @@ class FrictionInterval:
 def intervals(friction: FrictionMap, direction: int, count: int) -> list[FrictionInterval]:
     """Return the intervals of one direction in the order of position, at most `count`.
 
-    A constant friction has one interval. Raises NoSolutionError if `count` is less than the number
-    of monotone sections.
+    If friction is constant, there is one interval. Raises NoSolutionError if `count` is less than
+    the number of monotone sections.
     """
     edges = turning_points(friction, direction)
     levels = friction_at(friction, direction, np.array(edges))
@@ -70,7 +67,7 @@ def turning_points(friction: FrictionMap, direction: int) -> list[float]:
     powers = friction.forward if direction > 0 else friction.backward
     low, high = friction.over.low, friction.over.high
     slope = [power * value for power, value in enumerate(powers)][1:]
-    # a zero at which the slope keeps its sign is dropped below
+    # a zero at which the slope keeps its sign is removed below
     edges = [low, *(root for root in sign_changes(slope, low, high) if low < root < high), high]
     levels = friction_at(friction, direction, np.array(edges))
     steps = np.diff(levels)

@@ -63,7 +63,7 @@ def design_switched(
     }
     solution, noise_gain = _synthesised(posed, allowed, decay_of(model, settings), settings.quiet)
     gains = {index: _rounded(each) for index, each in solution.gains.items()}
-    # in mode 0 alpha's estimate is itself the measurement, so that nothing corrects it
+    # in mode 0 the estimate of alpha is constant, so that the position must not correct it
     gains[0][2, 0] = 0.0
     proved = verify(posed, allowed, gains, solution)
     stored = tuple(
@@ -107,15 +107,17 @@ def design_switched(
 def _synthesised(
     posed: dict[int, ObserverMode], allowed: tuple[Switch, ...], decay: float, quiet: float | None
 ) -> tuple[SwitchedGains, float | None]:
-    """Return the gains and, if `quiet` is not None, their noise gain.
+    """Return the gains, and their noise gain or None.
 
-    If `quiet` is None, the gains follow from thesis (6.6); else they pass less noise.
+    If `quiet` is None, the gains follow from thesis (6.6). Otherwise they pass less noise, and the
+    noise gain is known.
     """
     if quiet is None:
         return switched_gains(posed, allowed, decay), None
-    # noise of the position; alpha's estimate has none
+    # only the measured position has noise; in mode 0, the second measurement is the estimate of
+    # alpha
     noise = {index: np.eye(len(mode.c))[0] for index, mode in posed.items()}
-    # in mode 0 alpha's estimate is itself the measurement, so that nothing corrects it
+    # in mode 0 the estimate of alpha is constant, so that the position must not correct it
     stuck = np.array([[True, False], [True, False], [False, True]])
     solution = quiet_gains(posed, allowed, noise, decay, quiet, {0: stuck})
     return solution.gains, solution.noise_gain

@@ -12,8 +12,8 @@ from frictool.errors import NoSolutionError
 
 Transitions = Literal["neighbours", "direction"]
 
-# decay factor of the error in a sample of DECAY_PERIOD [s] or longer; shorter samples keep its time
-# constant of 0.333 s
+# decay factor of the error in a sample of DECAY_PERIOD [s] or longer; for shorter samples, the time
+# constant of the error stays 0.333 s
 DECAY, DECAY_PERIOD = 0.997, 1e-3
 SLOW = 1.0 / 40.0  # default of Sigma relative to the top speed: 10 rad/s of the clutch's 400 rad/s
 
@@ -27,11 +27,11 @@ class SwitchedObserverSettings:
     - weights: weights of the errors of position, speed and wear alpha
     - decay: lambda; each sample multiplies the error by at most this factor
     - inertia: inertia that replaces the model's [kg m2 | kg]
-    - transitions: `neighbours`: from an interval, a switch leads to the next interval in the
-      direction of motion; `direction`: to any interval of the same direction
+    - transitions: allowed switches of a moving axis: `neighbours`, to the next interval in the
+      direction of motion; `direction`, to any interval of the same direction
     - stuck_speed: factor of the estimated speed in each sample of mode 0: 1 or 0 (thesis 6.18)
-    - quiet: the bound gamma of the error may be this many times its smallest value; the gains then
-      pass less encoder noise (lmi/quiet_observer_gains.py). None: the smallest gamma
+    - quiet: largest bound gamma of the error, relative to the smallest possible gamma; the gains
+      then pass less encoder noise (lmi/quiet_observer_gains.py). None: the smallest gamma
     """
 
     intervals: int = 10
@@ -55,15 +55,14 @@ class SwitchedObserverSettings:
 
 
 class UnsuitableSetting(NoSolutionError):
-    """Error: a setting (for example an option of a command) is impossible with this model."""
+    """Error: a setting, such as an option of a command, is impossible with this model."""
 
 
 def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
     """Return the decay factor lambda per sample.
 
-    Without a setting, lambda follows from a fixed time constant for periods up to DECAY_PERIOD. For
-    longer periods lambda is fixed, because a smaller lambda makes the bound gamma of the error
-    larger.
+    Without a setting, the time constant is fixed for periods up to DECAY_PERIOD. For longer periods
+    lambda is fixed, because a smaller lambda makes the bound gamma of the error larger.
     """
     return (
         settings.decay

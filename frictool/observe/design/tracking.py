@@ -1,17 +1,17 @@
 """Design of the tracking observer (control/tracking_observer.py) by its bandwidth.
 
-    gains       three poles of the error in slip at p = exp(-w T), with the model
-                x'' = (effort + d)/J, d' = 0:
-                L1 = 1 - p^3      L2 = 3/2 (1 - p)^2 (1 + p)/T      L3 = J (1 - p)^3/T^2
-    bandwidth   w = RATE sqrt(delta_a/step), at most 1/T
-                delta_a = ((spread of inertia) (largest effort) + spread of friction + noise)/J
+    L1 = 1 - p^3      L2 = 3/2 (1 - p)^2 (1 + p)/T      L3 = J (1 - p)^3/T^2      p = exp(-w T)
+    w = RATE sqrt(delta_a/step), at most 1/T
+    delta_a = ((uncertainty of inertia) (largest effort) + uncertainty of friction + noise)/J
 
-w is the bandwidth, T the period, J the inertia, x the position, and d the disturbance effort.
+w is the bandwidth, T the period, J the inertia, `step` the encoder step, and delta_a the possible
+error of the acceleration. With the gains L1 to L3, the error in slip has three poles at p; the
+model is x'' = (effort + d)/J, d' = 0 with the position x and the disturbance effort d.
 
-The observer is for coarse encoders. An error delta_a of the acceleration causes a speed error of
-about delta_a/w, until the disturbance estimate compensates it. An innovation of one encoder step
-causes a speed error of about step w. Both errors are equal at w = sqrt(delta_a/step), and their sum
-has a flat minimum there. RATE and CELL are from a sweep (docs/theory/velocity.md).
+An error delta_a causes a speed error of about delta_a/w, until the estimate of d compensates
+delta_a. An innovation of one encoder step causes a speed error of about step w. The sum of the two
+errors has a flat minimum at w = sqrt(delta_a/step), where they are equal. RATE and CELL are from a
+sweep (docs/theory/velocity.md).
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def gains(bandwidth: float, period: float, inertia: float) -> tuple[float, float
 
 
 def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None = None) -> float:
-    """Return the default bandwidth w [rad/s] by the module's formula; drive_noise: A | V."""
+    """Return the default bandwidth w [rad/s] of this module; drive_noise: A | V."""
     bench = model.bench
     period = model.bench.sample_period_s
     believed = model.parameters.inertia.value if inertia is None else inertia
@@ -103,8 +103,8 @@ def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None =
 def spread(model: Model) -> tuple[float, float]:
     """Return the relative uncertainty of the inertia and the uncertainty of dry friction [N m | N].
 
-    Both uncertainties are half widths of the model's intervals. A parameter without an interval has
-    the half width of the bench's range over the product's life.
+    An uncertainty is half the width of the model's interval; without an interval, half the width of
+    the bench's range over the product's life.
     """
     known = model.bench.mechanics
     today = model.parameters
@@ -126,7 +126,7 @@ def _breakaway(model: Model) -> float:
 
 
 def _knees(model: Model) -> tuple[Knee, ...]:
-    """Return the increase of the viscous slope at each knee, the mean of both directions."""
+    """Return speed and increase of the viscous coefficient (mean of directions) of each knee."""
     laws, today = model.laws, model.parameters
     if laws is None:
         return ()
@@ -147,7 +147,7 @@ def _knees(model: Model) -> tuple[Knee, ...]:
 
 
 def _backlash(model: Model) -> ObserverBacklash | None:
-    """Return the backlash; without `backlash_coulomb`, all Coulomb friction acts inside it."""
+    """Return the backlash; the friction inside is `backlash_coulomb` or all Coulomb friction."""
     known = model.bench.mechanics
     if known.backlash is None or known.backlash.value == 0.0:
         return None

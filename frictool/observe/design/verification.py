@@ -1,21 +1,20 @@
 """Verification of a switched observer from its stored gains, before the document is written.
 
-The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (thesis 6.5):
-Delta is the model error, and z the weighted error (lmi/switched_observer_gains.py). P_i is the
-Lyapunov matrix of mode i, lambda the decay factor. For every sequence of allowed switches, the
+The estimation error e follows e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (thesis
+6.5). Delta is the model error, and z the weighted error (lmi/switched_observer_gains.py). P_i is
+the Lyapunov matrix of mode i, lambda the decay factor. For every sequence of allowed switches, the
 inequalities guarantee two properties. With Delta = 0, each sample multiplies e' P_i e by at most
 lambda^2. From zero error, |z| <= gamma |Delta|.
 
 The verification simulates the recursion, independently of the inequalities, with every allowed
-switch, every pair of modes that may alternate, and random allowed sequences. The disturbances are
-white noise, a constant, and the worst disturbance, which follows from iterations of the recursion
-and the adjoint recursion.
+switch, every pair of modes that may alternate, and random allowed sequences. Delta is white noise,
+a constant, and the worst Delta, which iterations of the recursion and the adjoint recursion find.
 
 A rest needs a separate bound, because the error of the wear alpha stays constant at rest
 (eigenvalue 1). The verification computes the largest growth of e' P e in two cases: from the start
 of a rest of any length to the first sample after the rest, and at a switch between two moving modes
-that is not allowed. The report states how long a motion must last until e' P e has decayed by the
-same factor.
+that is not allowed. The report states how long the axis must then move until e' P e has decayed by
+the same factor.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ SAMPLES = 600  # samples of a simulated sequence
 WORST_ROUNDS = 6  # iterations of the search for the worst disturbance
 RANDOM_SEQUENCES = 64
 SEED = 8
-LONGEST_REST = 4096  # samples; the speed has settled long before
+LONGEST_REST = 4096  # samples; the errors of position and speed decay in a much shorter time
 ROUNDING = 1e-6  # relative tolerance of gain and decay in the simulation
 
 
@@ -45,13 +44,12 @@ ROUNDING = 1e-6  # relative tolerance of gain and decay in the simulation
 class ObserverVerification:
     """Results of the verification.
 
-    gamma: bound of |z|/|Delta| with the model error Delta and the weighted error z of the observer,
-    proved for the stored gains. radii: spectral radius of the error's matrix A_i - L_i C_i by mode.
-    switching_radius: largest spectral radius of the product of these matrices of two modes that may
-    alternate. simulated_gain: largest |z|/|Delta| in simulation. rest: largest growth factor of the
-    Lyapunov function e' P e of the error e from the start of a rest of any length to the first
-    sample after the rest. turn: largest growth factor of this function at a switch between moving
-    modes that is not allowed.
+    The module defines the symbols. gamma: proved bound of |z|/|Delta|. radii: spectral radius of
+    A_i - L_i C_i by mode. switching_radius: largest spectral radius of the product of these
+    matrices of two modes that may alternate. simulated_gain: largest |z|/|Delta| in simulation.
+    rest: largest growth factor of e' P e from the start of a rest of any length to the first sample
+    after the rest. turn: largest growth factor of e' P e at a switch between moving modes that is
+    not allowed.
     """
 
     gamma: float
@@ -63,9 +61,9 @@ class ObserverVerification:
 
 
 def motion_samples(growth: float, decay: float) -> float | None:
-    """Return the number of samples in which the error's Lyapunov function falls by `growth`.
+    """Return the number of samples in which e' P e falls by the factor `growth`.
 
-    decay: factor of the error per sample. None if there is no decay.
+    decay: lambda. The result is None if lambda is 1.
     """
     return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 
@@ -78,7 +76,7 @@ def verify(
 ) -> ObserverVerification:
     """Verify the stored `gains` (n, m) of each mode with the matrices P of `solution`.
 
-    Raises NoSolutionError; the message states the condition that fails.
+    Raises NoSolutionError if a condition fails.
     """
     gamma = proved_gamma(modes, switches, gains, solution.p, solution.t, solution.decay)
     if not math.isfinite(gamma):
@@ -183,7 +181,7 @@ def _simulated(
 
 
 def _norm(signal: Matrix) -> Matrix:
-    """Return the norms (k,) of k signals (samples, k, m): roots of the sums of squares."""
+    """Return the norms (k,) of k signals (samples, k, m)."""
     return np.asarray(np.sqrt(np.sum(signal**2, axis=(0, 2))))
 
 
@@ -192,7 +190,8 @@ def _forward(
 ) -> Matrix:
     """Return the weighted errors z (samples, k, p) of k sequences of modes, from zero error.
 
-    delta: disturbances (samples, k, w). a, q, weight: matrices of each mode. index: sequences.
+    delta: model errors (samples, k, w). a, q, weight: A - L C, Q and C-bar of each mode. index:
+    sequences.
     """
     e = np.zeros((index.shape[1], a.shape[1]))
     out = []
@@ -234,7 +233,7 @@ def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) 
 def _over_rest(
     mode: ObserverMode, gains: Matrix, switches: Sequence[Switch], solution: SwitchedGains
 ) -> float:
-    """Return the largest growth of e' P e from the first sample of a rest to the first of a motion.
+    """Return the largest growth of e' P e from the start of a rest to the first sample after it.
 
     The estimate of the wear alpha is constant during the rest. Raises NoSolutionError if the errors
     of position and speed do not decay in a rest.

@@ -4,13 +4,13 @@
     in gap   direction wear q F_gap                                backlash (4.45)
     rest     effort - offset - load(x)                             at most breakaway times wear
 
-g and q are the factors of viscous and dry friction at the temperature of the sample, `added` is
-additive wear, and F_gap the friction inside the gap (backlash); the numbers are equations of the
-thesis. In slip, the friction is the model's law times the wear; at rest, the friction balances the
-effort. The axis is treated as at rest if the interval of its velocity contains 0. Because the axis
-may still move then, the interval of the friction includes the effort that stops a motion within one
-count. The position inside the backlash follows from the measured position by a play operator, for
-three widths of the backlash: nominal, least and largest.
+v is the velocity, x the position, g and q the factors of viscous and dry friction at the
+temperature of the sample, `added` additive wear, and F_gap the friction inside the gap (backlash);
+the numbers are equations of the thesis. In slip, the friction is the model's law times the wear. At
+rest, friction balances the effort. The axis is treated as at rest if the interval of its velocity
+contains 0. Because the axis may still move then, the interval of the friction includes the effort
+that stops a motion within one count. A play operator computes the position inside the backlash from
+the measured position, for three widths of the backlash: nominal, least and largest.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
 from frictool.typing import Matrix, Vector
 
-# state from sample to sample: position, effort, 1 if both are known, mean square of the effort's
-# noise, its weight (0 to 1), play for the backlash's value, low and high width
+# state from sample to sample: last position, last effort, 1 if the two are known, mean square of
+# the effort's noise, weight of this mean (0 to 1), position inside the nominal, least and largest
+# backlash
 LAST_X, LAST_EFFORT, KNOWN, NOISE, WEIGHT, GAPS = 0, 1, 2, 3, 4, 5
 STATE_SIZE = GAPS + 3
 FORGET = 1.0 / 256.0  # weight of a new sample at rest in the mean square of the noise
@@ -69,10 +70,7 @@ def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[f
 
 @kernel
 def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Matrix) -> float:
-    """Return the largest static friction [N m | N] at position x, with the largest wear.
-
-    It is at least the friction inside a gap.
-    """
+    """Return the largest static friction [N m | N] at position x, with the largest wear."""
     worn = (
         breakaway_at(p, direction, x, math.inf) * _worn(factors, zones, x, direction)[HIGH]
         + factors[2, HIGH]
@@ -94,8 +92,8 @@ def _in_slip(
 ) -> tuple[float, float, float]:
     """Return value, low, high of the friction in slip at the position x and the velocity v.
 
-    loose: fraction of the three backlash widths for which the axis is inside its gap. The
-    factors of viscous and dry friction are those at the temperature of the sample.
+    loose: result of `_play`. The factors of viscous and dry friction are those at the temperature
+    of the sample.
     """
     direction = 1.0 if v > 0.0 else -1.0
     speed = abs(v)
@@ -126,9 +124,9 @@ def _in_slip(
 
 @kernel
 def _play(state: Vector, x: float, direction: float, widths: Vector) -> float:
-    """Update the play operators of three backlash widths to the position x.
+    """Update the positions inside the backlash of three widths to the position x.
 
-    Return the fraction of the widths for which the axis is inside the backlash.
+    Return the fraction of the three widths (0 to 1) for which the flanks do not touch.
     """
     loose = 0
     for which in range(3):
@@ -161,11 +159,11 @@ def friction_along(
     friction. load: array of plant/position_load.py. gap: (2, 3), with the rows width of the
     backlash [rad | m] and friction inside the backlash [N m | N]. swing: inertia divided by two
     counts; swing v^2 is the effort that stops the axis within one count. factors: (3, 3), with the
-    rows wear forward, wear backward and added friction. zones: (k, 5), with the columns start, end
-    [rad | m], then value, low and high of the wear. quantile: quantile of the normal distribution.
-    x [rad | m], effort [N m | N]: (n,). v: (3, n). warm: (2, n), factors of viscous and dry
-    friction. state: (STATE_SIZE,), updated in place. The three columns of gap and factors, and the
-    three rows of v, are value, low and high.
+    rows wear forward, wear backward and added friction. The columns of gap and factors are value,
+    low and high. zones: (k, 5), with the columns start, end [rad | m], then value, low and high of
+    the wear. quantile: quantile of the normal distribution. x [rad | m], effort [N m | N]: (n,). v:
+    (3, n), value, low and high of the velocity. warm: (2, n), factors of viscous and dry friction.
+    state: (STATE_SIZE,), updated in place.
     """
     p = axes[0]
     # at rest: position, largest static friction forward and backward, load

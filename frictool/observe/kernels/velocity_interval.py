@@ -11,9 +11,9 @@
                acceleration a (unsure, friction: VelocityIntervalConstants). The disturbance
                estimate compensates a constant delta_a; a change of delta_a acts for about 1/w
     s          observed misfit: rms of (measured - predicted position) beyond the error of
-               rounding, over about MEMORY samples in motion. s includes noise of the drive
-    r          peak of the observed misfit, which decays with the observer's error. Impacts
-               and friction with a delayed onset cause such peaks
+               rounding, over about MEMORY samples in motion
+    r          peak of the observed misfit, for example after an impact; r decays as fast as the
+               observer's error
 
 The predicted and the observed misfit estimate the same error; the larger one is used. ROUNDED and
 the factor 1.2 are explained in docs/theory/velocity.md.
@@ -30,20 +30,20 @@ from frictool.typing import Vector
 QUANTILE = 1.959964  # of the normal distribution, for 95 %
 ROUNDED = 0.75  # part of a count's rounding that passes the observer's dead zone
 MODEL_PART = 1.2  # weight of the predicted misfit
-PASSED = 2.0  # counts, bound of the distance moved since the last count
+PASSED = 2.0  # largest distance moved since the last count, in counts
 MEMORY = 100.0  # samples, time constant of the observed misfit's mean square
-# indices of `state`: low-pass of the model's error, predicted misfit [rad/s | m/s], time since the
-# last count [s], last position, mean square and peak of the unexplained miss
+# indices of `state`: low-pass of delta_a, predicted misfit [rad/s | m/s], time since the last count
+# [s], last position, mean square and peak of the observed misfit
 LOW_PASS, LEFT, SINCE, SHOWN, MEAN_SQUARE, PEAK, STATE_SIZE = 0, 1, 2, 3, 4, 5, 6
 
 
 class VelocityIntervalConstants(NamedTuple):
     """Constants of the interval.
 
-    unsure: relative uncertainty of the inertia. friction: uncertainty of the dry friction divided
-    by the inertia [rad/s2 | m/s2]. step: encoder step [rad | m]. cell: dead zone of the observer
-    [rad | m]. bandwidth: observer's bandwidth [rad/s]. period: sample period [s]. rounding, misfit:
-    fields of `ErrorGains` [1/s].
+    unsure: relative uncertainty of the inertia. friction: (uncertainty of the dry friction)/inertia
+    [rad/s2 | m/s2]. step: encoder step [rad | m]. cell: dead zone of the observer [rad | m].
+    bandwidth: observer's bandwidth [rad/s]. period: sample period [s]. rounding, misfit: fields of
+    `ErrorGains` [1/s].
     """
 
     unsure: float
@@ -69,8 +69,8 @@ def velocity_interval(
     """Fill `half` (n,) with the half widths of the velocity's interval [rad/s | m/s].
 
     velocity: (n,), estimated. position: (n,), measured. acceleration: (n,), from the model. miss:
-    (n,), part of (measured minus predicted position) beyond the dead zone. state: (6,), kept
-    between blocks.
+    (n,), part of (measured - predicted position) beyond the observer's dead zone. state: (6,),
+    updated.
     """
     step, period = sizes.step, sizes.period
     pole = math.exp(-sizes.bandwidth * period)

@@ -3,15 +3,15 @@
     effort = C theta + errors           prior theta ~ N(mean, P), errors ~ N(0, 1)
 
 C is the matrix of the data rows. Let G = C' C, b = C' effort, M = (P^-1 + G)^-1 = (I + P G)^-1 P,
-and let `best` be the least-squares fit, G best = b. P is singular if parameters are tied together.
-Then
+and let `best` be the least-squares fit, G best = b. P may be singular, because it may tie
+parameters together. Then
 
     theta given the rows ~ N(mean + M (b - G mean), M)
     ln p(effort) = -1/2 ln det(I + G P)
                  - 1/2 (best - mean)' (I + G P)^-1 G (best - mean) + const
 
-where const depends on the rows only. This form avoids the subtraction of large numbers, because it
-contains only the distance of the prior mean from the best fit.
+where const depends on the rows only. This form contains no difference of large numbers, but only
+the distance of the prior mean from the best fit.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ import scipy
 
 from frictool.typing import Vector
 
-RANK = 1e-13  # relative to the largest eigenvalue: smaller ones carry no information
-NEGLIGIBLE = 1e-3  # least weight of a component of a mixture
+RANK = 1e-13  # smallest eigenvalue that is used, relative to the largest
+NEGLIGIBLE = 1e-3  # smallest weight of a component of a mixture that is used
 
 
 def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tuple[Vector, Vector]:

@@ -1,11 +1,11 @@
 """Detection of a step in one parameter, from the innovations of one or several moves.
 
-Let e be the part of a move that the filter (A, P and r of filter_bank.py) did not predict, with
-covariance S = r A + A P A. Let h = A[:, w] be the effect of a unit step of parameter w on e. The
-maximum-likelihood step is delta = h'S^-1 e / h'S^-1 h, with the standard deviation (h'S^-1 h)^-1/2.
-To detect a drift that no single move shows, numerators and denominators of successive moves are
-summed. A move that is j moves old has the weight m^j, for each m in MEMORIES. Without a change,
-delta is normal with this standard deviation, because the innovations are white.
+Let e be the innovation b - A m of a move, with covariance S = r A + A P A (A, b, m, P and r:
+filter_bank.py). Let h = A[:, w] be the effect of a unit step of parameter w on e. The
+maximum-likelihood step is delta = h'S^-1 e / h'S^-1 h. Without a change, delta is normal with the
+standard deviation (h'S^-1 h)^-1/2, because the innovations are white. To detect a drift that no
+single move shows, numerators and denominators of successive moves are summed: for each m in
+MEMORIES, a move that is j moves old has the weight m^j.
 
 A change of one parameter resembles changes of others. Therefore only the most likely change is
 reported. The log prior of a change of the wear exceeds the log prior of other changes by FAVOUR.
@@ -17,16 +17,16 @@ import numpy as np
 
 from frictool.typing import Vector
 
-MEMORIES = np.array([0.0, 0.8, 0.95])  # weight of a move relative to the next
+MEMORIES = np.array([0.0, 0.8, 0.95])  # weight of a move relative to the next move
 SURPRISE = 4.0  # standard deviations, threshold of a change
 FAVOUR = 6.0  # log prior ratio of a change of the wear to one of another parameter
-EXPLAINED = 2.0  # standard deviations of a change after the walk has been enlarged to explain it
+EXPLAINED = 2.0  # size of a change, in standard deviations of the random step that explains it
 
 
 class ChangeDetector:
     """Detector of changes of the parameters of several filters.
 
-    shape: (k, n), the numbers of filters and of parameters. favoured: index of the wear among the n
+    shape: (k, n), the numbers of filters and parameters. favoured: index of the wear among the
     parameters.
     """
 
@@ -37,11 +37,10 @@ class ChangeDetector:
         )
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
-        """Return the standard deviations (k, n) of a step that explains a detected change, else 0.
+        """Return the standard deviations (k, n) of random steps that explain a change; 0: none.
 
-        step, weight: (k, n), numerator and denominator of the maximum-likelihood step, h'S^-1 e and
-        h'S^-1 h in the module docstring. The sums of a filter restart when the filter reports a
-        change.
+        step, weight: (k, n), numerator h'S^-1 e and denominator h'S^-1 h of the maximum-likelihood
+        step. A filter that reports a change restarts its sums.
         """
         self._steps = MEMORIES * self._steps + step[..., None]
         self._weights = MEMORIES * self._weights + weight[..., None]

@@ -6,8 +6,8 @@ estimates by the same factor:
     estimate = (true value) (constant of the bench)/(constant of the unit)
 
 The formula applies to wear, inertia, viscous friction and added friction. The error is not visible
-in a log of the actuator; the bench's range bounds it. The error cancels in a ratio to the wear of
-the same unit at commissioning.
+in a log, but bounded by the bench's range of the constant. The error cancels in a ratio to the wear
+of the same unit at commissioning.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from __future__ import annotations
 from frictool.documents.model import Model
 from frictool.observe.interval_estimate import EstimateRange
 
-QUANTILE = 1.96  # of a normal distribution: the bench's interval is taken as a 95 % interval
+QUANTILE = 1.96  # of the normal distribution; the bench's range is treated as a 95 % interval
 
 
 def scale_of(model: Model) -> EstimateRange | None:
     """Return the common factor of all estimates: 1, with an interval from the bench's range.
 
-    None if the bench has no range of the actuator's constant.
+    The result is None if the bench has no range of the actuator's constant.
     """
     known = model.bench.actuator.constant
     low, high = known.interval

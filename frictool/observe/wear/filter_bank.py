@@ -1,19 +1,19 @@
 """Bank of filters, updated by moves; the filters allow different slopes of friction against speed.
 
-    prior N(m, P)  ──move: information A/r, b/r──▶  P' = (P^-1 + A/r)^-1,  m' = m + P' (b - A m)/r
-                   ──random walk──▶  the next move
-    UNMODELLED     ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
+    each move         P' = (P^-1 + A/r)^-1      m' = m + P' (b - A m)/r
+    then              a random step of the wear, which increases P'
+    over all filters  evidence of the moves ──▶ weights ──▶ mean and deviation of the mixture
 
-If all moves are alike, a slope of friction against speed that the model does not include looks much
-like wear. A filter without the slope is biased on a plant that has it; a filter with the slope is
+m and P are mean and covariance of a filter's parameters, in units of their prior standard
+deviations. A = C'C and b = C' effort with the rows C of the move. The rows overlap, so that their
+errors are correlated. r is the variance of a row's residual, estimated from the moves, times
+`inflation`, the number of overlapping rows that are as precise as one independent row.
+
+If all moves are alike, a slope of friction against speed that the model does not include looks like
+wear. A filter without the slope is biased on a plant with the slope; a filter with the slope is
 less precise. The evidence of the moves decides between the filters (docs/theory/wear.md). Similar
 moves repeat the rounding errors of the encoder; the evidence of a move is therefore multiplied by
 EVIDENCE and decays within MEMORY moves.
-
-A and b are the Gram matrix C'C and C' effort of the move's rows C. The rows overlap, so that their
-errors are correlated. r is the variance of a row's residual, estimated from the moves, times
-`inflation`, the number of overlapping rows that count as one independent row. Parameters are in
-units of their prior standard deviations.
 """
 
 from __future__ import annotations
@@ -33,21 +33,22 @@ BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # log prior probability of each slop
 UNMODELLED = tuple(UnmodelledFriction(slope, 0.5 * slope, 0.3 * slope) for slope in SLOPES)
 EVIDENCE = 0.5  # weight of a move's log evidence
 MEMORY = 50.0  # moves, time constant of forgetting the evidence
-RESTLESS = 0.5  # size of the walk at the next move, relative to that of this move
-PRIOR_ROWS = 20.0  # rows that the prior variance counts for
-NOISIER = 5.0  # standard deviations by which a move's variance must exceed the known one to be used
+RESTLESS = 0.5  # size of an enlarged random step at the next move, relative to that of this move
+PRIOR_ROWS = 20.0  # number of rows that has the same weight as the prior variance
+# a move's variance is used if it exceeds the known variance by this number of standard deviations
+NOISIER = 5.0
 PASSES = 3  # iterations for a move's noise
-UNSPENT = 0.25  # least fraction of its rows that count after the parameters have used theirs up
-MEMORY_ROWS = 5000.0  # rows, memory of the variance
+UNSPENT = 0.25  # least degrees of freedom of a move's residual, relative to the number of rows
+MEMORY_ROWS = 5000.0  # number of rows that determine the variance; older rows fade
 
 
 class FilterBank:
     """Bank of k filters for the same n parameters.
 
-    With each move, the parameter `name` makes a random step with the standard deviation `walk`
-    [SI]; the other parameters step only after a detected change. restrictions: one for each slope
-    in UNMODELLED; they differ only in the prior. variance: prior variance of a row's residual [(N
-    m)^2 | N^2]. states (k, n), spreads (k, n, n): means and covariances, relative to the prior
+    After each move, the parameter `name` makes a random step with the standard deviation `walk`
+    [SI]. The other parameters make a step only after a detected change. restrictions: one for each
+    slope in UNMODELLED; they differ only in the prior. variance: prior variance of a row's residual
+    [(N m)^2 | N^2]. states (k, n), spreads (k, n, n): means and covariances, relative to the prior
     mean, in units of the prior standard deviations.
     """
 
@@ -79,14 +80,14 @@ class FilterBank:
 
     @property
     def weights(self) -> Vector:
-        """Weights of the filters, with sum 1."""
+        """Return the weights of the filters (k,), with sum 1."""
         likely = np.array(BEFOREHAND) + self._evidence
         over = np.exp(likely - np.max(likely))
         return np.asarray(over / np.sum(over))
 
     @property
     def noise(self) -> float:
-        """Noise variance r of the filter with the smallest residual [(N m)^2 | N^2]."""
+        """Return the noise variance r of the filter with the smallest residual [(N m)^2 | N^2]."""
         return self.inflation * float(np.min(self._squares)) / self._rows
 
     def take(self, move: Move) -> bool:
@@ -139,13 +140,13 @@ class FilterBank:
         return mean, math.sqrt(float(weights @ (variances + (values - mean) ** 2)))
 
     def _loosen(self, walked: Vector) -> None:
-        """Add steps of the parameters with standard deviations `walked` (k, n)."""
+        """Add random steps of the parameters with the standard deviations `walked` (k, n)."""
         self.spreads += walked[:, :, None] ** 2 * np.eye(walked.shape[1])
 
     def _information(self, move: Move) -> tuple[Vector, Vector, Vector]:
-        """Return A (k, n, n), b (k, n) and sum of squares (k,) of a move.
+        """Return A (k, n, n), b (k, n) and the sum of the squared efforts (k,) of a move.
 
-        All are relative to the prior mean and in units of the prior standard deviations.
+        All are relative to the prior mean; A and b are in units of the prior standard deviations.
         """
         size = move.gram.shape[0] - 1
         columns = move.gram[:size, :size]
@@ -165,12 +166,12 @@ class FilterBank:
     def _noise_of(self, information: Vector, missed: Vector, left: Vector, rows: int) -> float:
         """Return the noise variance r of a move [(N m)^2 | N^2].
 
-        r is the variance learned so far, unless the residual of the move is significantly larger; r
-        then includes this residual. Otherwise a noisy first move would be weighted by the prior
-        variance, and its weight would stay too large. left: (k,), residuals of the present filters.
+        r is the variance learned so far. If the residual of the move is significantly larger, r
+        includes this residual: a noisy first move must not have the weight that follows from the
+        prior variance. left: (k,), squared residuals of the present filters.
         """
         known = noise = self.noise
-        # free of earlier moves, because a changed parameter is not noise
+        # fitted without earlier moves, because a changed parameter is not noise
         free = np.broadcast_to(np.eye(missed.shape[1]), information.shape)
         for _ in range(PASSES):
             spreads = _gain(free, information, noise)
@@ -180,7 +181,7 @@ class FilterBank:
                 - 2.0 * np.einsum("ki,ki->k", moved, missed)
                 + np.einsum("ki,kij,kj->k", moved, information, moved)
             )
-            # rows that the parameters have used up
+            # degrees of freedom that the parameters take, in rows
             spent = self.inflation * np.einsum("kij,kji->k", spreads, information) / noise
             left_over = np.maximum(rows - spent, UNSPENT * rows)
             fair = np.maximum(squares, 0.0) * rows / left_over
@@ -195,7 +196,7 @@ class FilterBank:
         return noise
 
     def _learn(self, left: Vector, rows: int) -> None:
-        """Add a move's residual squares `left` and its number of rows to the variance estimate."""
+        """Update the variance with a move's sums of squared residuals `left` (k,)."""
         self._squares = self._squares + np.maximum(left, 0.0)
         self._rows = self._rows + rows
         if self._rows > MEMORY_ROWS:
@@ -204,15 +205,12 @@ class FilterBank:
 
 
 def _times(matrices: Vector, vectors: Vector) -> Vector:
-    """Return the products (k, n) of matrices (k, n, n) and vectors (k, n)."""
     return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
 
 
 def _gain(spreads: Vector, information: Vector, noise: float) -> Vector:
-    """Return the inverses (k, n, n) of 1 + P A/r; r is the noise variance `noise`.
+    """Return K = (1 + P A/r)^-1 (k, n, n) with P `spreads`, A `information` and r `noise`.
 
-    P is the covariance `spreads` and A the matrix `information` of a move. The result times P is
-    the new covariance. The result's transpose, divided by r and times the innovation e, is A S^-1 e
-    with the covariance S of e.
+    K P is the new covariance. K' e/r = A S^-1 e for an innovation e with the covariance S.
     """
     return np.asarray(np.linalg.inv(np.eye(spreads.shape[1]) + spreads @ information / noise))

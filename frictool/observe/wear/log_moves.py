@@ -17,11 +17,11 @@ from frictool.typing import Matrix, Vector
 class Move:
     """Motion from one rest or reversal to the next.
 
-    gram: (p + 1, p + 1), sum of row' row over the weak-form rows of the move; the columns are
-    listed in `WeakFormLayout.names`; the last one is the effort [N m | N]. rows: number of rows.
+    gram: (p + 1, p + 1), sum of row' row over the weak-form rows of the move. The first p columns
+    of a row are `WeakFormLayout.names`, the last one is the effort [N m | N]. rows: number of rows.
     time: time [s] of the last sample of the last row. direction: 1 or -1. speed: mean speed over
-    the rows [rad/s | m/s]. excess: temperature minus the reference of the model, at that time [K];
-    0 if unknown.
+    the rows [rad/s | m/s]. excess: temperature at `time` minus the reference of the model [K]; 0 if
+    unknown.
     """
 
     gram: Vector
@@ -33,7 +33,7 @@ class Move:
 
 
 class MoveCollector:
-    """Collector of moves along a log; memory holds a few windows of samples and one Gram matrix."""
+    """Collector of moves along a log, with a few windows of samples and a Gram matrix in memory."""
 
     def __init__(self, layout: WeakFormLayout) -> None:
         self.layout = layout
@@ -47,7 +47,7 @@ class MoveCollector:
                 *layout.stops,
                 *layout.mapped,
                 layout.offset,
-                0.5 * layout.count,  # an encoder reports the lower edge of a count
+                0.5 * layout.count,  # an encoder reports the lower limit of the true position
             ]
         )
         self._state = np.zeros(weak_form_rows.STATE_SIZE)
@@ -124,7 +124,7 @@ class MoveCollector:
 
     @property
     def sample_count(self) -> int:
-        """Number of samples in memory."""
+        """Return the number of samples in memory."""
         return self._position.size
 
     def end(self) -> list[Move]:

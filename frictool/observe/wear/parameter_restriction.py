@@ -8,8 +8,9 @@ parameter.
     directional      dry_d,z = wear_d          zones      dry_d,z = wear_z
 
 Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
-the zone z. Every kind also has these parameters: the inertia, the viscous friction with its bends,
-and an offset with level_d = d offset. A current sensor may cause such an offset.
+the zone z; wear, wear_d, wear_z and added are parameters. Every kind also has these parameters: the
+inertia, the viscous friction with its bends (changes of the slope over speed), and an offset of the
+effort, for example of a current sensor, with level_d = d offset.
 
 The prior is wide for parameters that differ between units or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds speed-dependent friction that the model does not
@@ -29,12 +30,12 @@ from frictool.observe.wear.weak_form_layout import WeakFormLayout
 from frictool.typing import Vector
 
 INERTIA_SPREAD = 0.3  # relative standard deviation, in addition to the model's interval
-VISCOUS_SPREAD = 0.5  # the same of the viscous friction
+VISCOUS_SPREAD = 0.5  # relative standard deviation of the viscous friction
 # standard deviation of the difference between directions, relative to the viscous friction
 ASYMMETRY = 0.25
 OFFSET_SPREAD = 0.02  # standard deviation relative to the dry friction
 WEAR_SPREAD = 0.5  # standard deviation of the wear
-QUANTILE = 1.96  # standard deviations in half the width of an interval
+QUANTILE = 1.96  # half the width of an interval, in standard deviations
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def restriction(
     Parameters
     ----------
     model
-        Axis whose parameters are the prior mean of the common parameters.
+        Axis; its parameters are the prior means of the common parameters.
     layout
         Names of the p columns of a row.
     wear
@@ -140,9 +141,9 @@ def offset_of(
 ) -> tuple[Vector, float, float]:
     """Return coefficients (p,) per unit, prior mean and deviation [N m | N] of the drive's offset.
 
-    The offset is relative to the model's; a positive one opposes a positive effort. The deviation
-    is the root sum of squares of `share` times the dry friction and the wider of the model's and
-    the bench's ranges.
+    The offset is relative to the model's; a positive offset opposes a positive effort. The
+    deviation combines, in quadrature, `share` times the dry friction with the wider of the model's
+    and the bench's ranges.
     """
     known = max(
         _half(quantity)
@@ -174,7 +175,7 @@ def _known(
     """Return the prior (mean, deviation) of inertia, viscous friction, its asymmetry and bends.
 
     The bench's range of the viscous friction applies to the steepest slope
-    (adapters/friction_levels.py), thus to the last bend if the model has bends.
+    (adapters/friction_levels.py). If the model has bends, this is the slope above the last bend.
     """
     today = model.parameters
     bench = model.bench.mechanics
@@ -230,8 +231,5 @@ def _half(quantity: Quantity) -> float:
 
 
 def _spread(viscous: Quantity) -> float:
-    """Return the prior deviation of a viscous friction [N m s/rad | N s/m].
-
-    It is wide because viscous friction depends on temperature.
-    """
+    """Return the prior deviation of a viscous friction [N m s/rad | N s/m]."""
     return float(np.hypot(VISCOUS_SPREAD * viscous.value, _half(viscous) / QUANTILE))

@@ -1,8 +1,8 @@
 """Count of moves that repeat each other.
 
-Similar moves have the same model errors, so that together they are treated as one move. Two moves
-are similar if their normalised friction columns differ by less than ALIKE, that is, if the moves
-pass the same zones.
+Similar moves have the same model errors, so that a group of similar moves is treated as one move.
+Two moves are similar if they pass the same zones: their normalised friction columns then differ by
+less than ALIKE.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class MoveRepeats:
         self._counts: list[int] = []
 
     def take(self, gram: Vector) -> None:
-        """Add a move; gram: (k, k), of its friction columns by direction and zone."""
+        """Add a move; gram: (k, k), Gram matrix of the friction columns by direction and zone."""
         sizes = np.sqrt(np.diag(gram))
         sizes = sizes / max(float(np.sqrt(sizes @ sizes)), np.finfo(float).tiny)
         if self._different is None:
@@ -40,5 +40,5 @@ class MoveRepeats:
 
     @property
     def each(self) -> float:
-        """Mean number of moves in a group of similar moves; 1 if no two moves are similar."""
+        """Return the mean number of moves in a group of similar moves; 1 if none are similar."""
         return sum(self._counts) / len(self._counts) if self._counts else 1.0

@@ -4,16 +4,15 @@
                                 + g sum_j bend_j (|v| - knee_j)+ s
                                 + sum_d,z dry_d,z f(x, s) + sum_d level_d s
 
-x, v and a are position, velocity and acceleration. s is the direction of the motion, f the model's
-dry friction at the position x, and (...)+ the positive part. If the model's friction depends on the
-temperature and the log contains the temperature, g is the factor of viscous friction at that
-temperature, and f contains the factor of dry friction. Otherwise g is 1. If the plant equals the
-model, dry_d,z is 1 in every direction d and zone z, and level_d is 0. The same row is used for all
-kinds of wear: uniform, by direction, by zone, or additive (parameter_restriction.py).
+A row is this equation, averaged over a window of samples. x, v and a are position, velocity and
+acceleration, s the direction of the motion, f the model's dry friction at x, and (...)+ the
+positive part. g is the factor of viscous friction at the logged temperature, and f contains the
+factor of dry friction; if the model or the log has no temperature, both factors are 1. If the plant
+equals the model, dry_d,z is 1 in every direction d and zone z, and level_d is 0. The same row is
+used for all kinds of wear: uniform, by direction, by zone, or additive (parameter_restriction.py).
 
 The window is so long that the rounding of the encoder disturbs a row by at most NOISE_SHARE of the
-dry friction. The window is at most a third of the time for the travel at top speed, so that it fits
-into a move.
+dry friction. To fit into a move, it is at most a third of the time for the travel at top speed.
 """
 
 from __future__ import annotations
@@ -45,18 +44,18 @@ from frictool.typing import Vector
 SHORTEST = 21  # samples, shortest window
 SHORTEST_S = 0.02  # s, shortest window
 MOVE_SHARE = 1.0 / 3.0  # longest window relative to the time for the travel at top speed
-# standard deviation of the encoder's counts in a row, relative to the mean dry friction
+# standard deviation of a row's error from the encoder's rounding, relative to the mean dry friction
 NOISE_SHARE = 0.007
 PER_WINDOW = 8  # rows that begin within one window
-# fraction of the window, before and after a sample, over which its speed is taken
+# time on each side of a sample from which its speed is computed, relative to the window
 SLOPE_SHARE = 0.2
-COUNTS = 2.0 - 1e-6  # counts that must pass in that time, reduced for rounding
+COUNTS = 2.0 - 1e-6  # counts that must pass in that time; a little below 2 for rounding
 SLOWEST = 0.02  # speed relative to the top speed, below which a sample is not used
 KNEES = (0.6, 0.8, 1.0, 1.2)  # possible bends of the friction, relative to the model's first knee
-# the same relative to the top speed, for a model without a knee
+# possible bends relative to the top speed, for a model without a knee
 FREE_KNEES = (0.4, 0.55, 0.7, 0.85)
 GAP_SPREAD = 1.3  # widest backlash relative to the bench's value, if the bench has no range
-ZONES = 6  # zones of the travel, if the bench or the friction map has one
+ZONES = 6  # zones of the travel, if the bench or the friction map has a travel
 LEAST_FRICTION = 1e-9  # least dry friction relative to the effort at the drive's limit
 
 
@@ -67,17 +66,17 @@ class WeakFormLayout:
     period: sample period [s]. window: samples in a window. every: samples between two rows. reach:
     number of samples on each side of a sample from which the speed at the sample is computed. phi:
     (window,), weight function, 0 at both ends. second: (window,), second difference of phi [1/s^2].
-    effort: (3,), weights of the effort at the samples before, at and after. slowest, fastest: speed
-    limits of usable samples [rad/s | m/s]. knees: (h,), speeds at which friction may bend [rad/s |
-    m/s].
+    effort: (3,), weights of the effort at the sample before, at the sample and at the next sample.
+    slowest, fastest: speed limits of usable samples [rad/s | m/s]. knees: (h,), speeds at which
+    friction may bend [rad/s | m/s].
 
     edges: (z + 1,), edges of the zones [rad | m]; the end zones extend beyond the outer edges. dry:
     (2, c), polynomials of the model's friction [N m | N], backward and forward, constant outside
     `mapped` (2,) [rad | m]. count: encoder step [rad | m]. gap: widest backlash plus one count
-    [rad | m], or 0. stops: (2,), free range [rad | m]. load: array of plant/position_load.py.
-    offset: the model's offset [N m | N]. friction: mean dry friction over the travel and both
-    directions [N m | N]. temperature: change of friction with the temperature; None if the model
-    has none.
+    [rad | m], or 0. stops: (2,), positions of the end stops [rad | m]. load: array of
+    plant/position_load.py. offset: the model's offset [N m | N]. friction: mean dry friction over
+    the travel and both directions [N m | N]. temperature: dependence of friction on temperature;
+    None if the model has none.
     """
 
     period: float
@@ -103,12 +102,12 @@ class WeakFormLayout:
 
     @property
     def zones(self) -> int:
-        """Number of zones."""
+        """Return the number of zones."""
         return self.edges.size - 1
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the p regressors of a row; the effort follows them as column p + 1."""
+        """Return the names of the p regressors of a row; column p + 1 is the effort."""
         zones = range(self.zones)
         bends = [f"bend_{k}" for k in range(self.knees.size)]
         dry = [f"dry_{side}_{zone}" for side in ("backward", "forward") for zone in zones]
@@ -120,8 +119,8 @@ def layout_of(
 ) -> WeakFormLayout:
     """Return the layout for a model.
 
-    period: sample period [s]; None for the bench's. window: number of samples of a window; zones:
-    number of zones; None for defaults.
+    period: sample period [s]; None for the bench's. window: number of samples of a window, zones:
+    number of zones; None for the defaults.
 
     Raises FrictoolError if the model has no dry friction, or if the window is not odd or too short.
     """
@@ -198,8 +197,8 @@ def _edges(low: float, high: float, zones: int | None) -> Vector:
 def _window(inertia: float, count: float, friction: float, period: float, travelling: float) -> int:
     """Return the odd number of samples of a window.
 
-    The counts' error in a row is inertia count/sqrt(12) |phi''|, which falls with the 2.5th power
-    of the window's length.
+    The rounding of the encoder causes the error inertia count/sqrt(12) |phi''| of a row, which
+    falls with the 2.5th power of the window's length.
     """
     longest = max(SHORTEST, MOVE_SHARE * travelling / period)
     window = 2 * (max(SHORTEST, round(SHORTEST_S / period)) // 2) + 1
@@ -241,10 +240,7 @@ def _mean(dry: Vector, mapped: Vector, low: float, high: float) -> float:
 
 
 def _knees(model: Model) -> Vector:
-    """Return the speeds at which friction may bend, rising [rad/s | m/s].
-
-    The model's knees after the first are among them.
-    """
+    """Return the rising speeds [rad/s | m/s] at which the slope of friction may change."""
     top = model.bench.mechanics.top_speed
     regimes = model.laws.regimes if model.laws is not None else ()
     if regimes:

@@ -1,10 +1,9 @@
 """Weak-form rows along a stream of samples, summed to one Gram matrix per move.
 
-    sample k ──gap, speed before and after──▶ slips with the load attached?
-             ──▶ friction and bends at k, written into a ring buffer of one window
-    row, at every `every`-th sample of an unbroken run, of the window that ends at k:
-             phi times the ring buffer, phi'' times the positions
-    move: sum of row' row
+    sample k   if the axis slips with the load attached: friction and bends at k into a ring buffer
+    row        at every `every`-th usable sample, over the window that ends at k:
+               phi times the ring buffer, phi'' times the positions
+    move       sum of row' row
 
 A sample is used if the axis moves in one direction, faster than `slowest`, during the `reach`
 samples before and after it. The load must be attached, and the axis away from the end stops. The
@@ -23,27 +22,28 @@ from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
 from frictool.typing import Matrix, Vector
 
-MOST_ROWS = 400.0  # rows, after which an endless move is cut
-REST = 1.0  # windows of too little speed, after which a move has ended
+MOST_ROWS = 400.0  # most rows of a move
+REST = 1.0  # windows below the speed `slowest` after which a move has ended
 
 # indices of `numbers`, the kernel's constants, from weak_form_layout.py
 PERIOD, SLOWEST, FASTEST, GAP, LOW_STOP, HIGH_STOP, MAP_LOW, MAP_HIGH, OFFSET, HALF_COUNT = range(
     10
 )
-# indices of `state`: the play's ends, samples in the run, its direction, samples since a usable
-# one, samples seen
+# indices of `state`: least and largest possible position inside the backlash, number and direction
+# of successive usable samples, number of samples since a usable one, number of all samples
 PLAY_LOW, PLAY_HIGH, RUN, DIRECTION, IDLE, SEEN = range(6)
 STATE_SIZE = 6
-# indices of `move`: rows, direction, sum of the rows' speeds, sample of the last row, 1 if ended
+# indices of `move`: number of rows, direction, sum of the rows' speeds, last sample of the last
+# row, 1 if the move has ended
 ROWS, SIDE, SPEEDS, LAST, ENDED = range(5)
 MOVE_SIZE = 5
 
 
 @kernel
 def attached(state: Vector, step: float, gap: float) -> float:
-    """Move the play operator of the backlash by a motor `step` [rad | m].
+    """Update the position inside the backlash after a motor `step` [rad | m].
 
-    Return 1 or -1 if the motor certainly carries the load forward or backward, else 0.
+    Return 1 or -1 if the motor certainly moves the load forward or backward, else 0.
     """
     if gap == 0.0:
         return 1.0 if step > 0.0 else -1.0 if step < 0.0 else 0.0
@@ -57,10 +57,7 @@ def attached(state: Vector, step: float, gap: float) -> float:
 
 @kernel
 def slips(position: Vector, k: int, reach: int, carried: float, numbers: Vector) -> float:
-    """Return the direction (1 or -1) if the axis certainly slips with its load at sample k.
-
-    Return 0 otherwise.
-    """
+    """Return the direction (1 or -1) of a certain slip with the load at sample k, else 0."""
     before = position[k] - position[k - reach]
     after = position[k + reach] - position[k]
     least, most = (
@@ -98,8 +95,8 @@ def remember(
     """Write bends and friction of a sample into the ring buffer.
 
     The values are written to the columns `index` and `index` + window, so that each window is
-    contiguous. ring: (h + z, 2 window). The first h rows are bends. The other z rows, one per zone,
-    contain the friction [N m | N] at x [rad | m] in the zone of x, and 0 in the other zones. The
+    contiguous. ring: (h + z, 2 window). The first h rows are bends. The other z rows are zones; the
+    row of the zone of x [rad | m] gets the friction at x [N m | N], the other rows get 0. The
     factors of viscous and dry friction are those at the temperature of the sample.
     """
     bends = knees.shape[0]
@@ -134,8 +131,8 @@ def fill_row(
 ) -> None:
     """Fill the row (p + 1,) of the window that ends at sample `last`.
 
-    The last entry is the effort. first: column of the ring buffer at which the window begins. warm:
-    (2, n), factors of viscous and dry friction at the temperatures of the samples.
+    The last element of the row is the effort. first: column of the ring buffer at which the window
+    begins. warm: (2, n), factors of viscous and dry friction at the temperatures of the samples.
     """
     window = phi.shape[0]
     bends = ring.shape[0] - zones
@@ -270,7 +267,7 @@ def walk(
             move[ROWS] += 1.0
             move[SPEEDS] += speed
             move[LAST] = state[SEEN]
-        # at a reversal, this is the first sample of the next move, of which there is no row yet
+        # at a reversal, this is the first sample of the next move, which has no row yet
         if move[ROWS] >= MOST_ROWS or (move[ROWS] > 0.0 and direction != move[SIDE]):
             move[ENDED] = 1.0
             return k + 1

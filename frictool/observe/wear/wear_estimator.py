@@ -4,15 +4,15 @@
                                    └─wear_kinds.py───▶ kind of wear, by direction and zone
     both ──▶ WearEstimate after each move
 
-Wear, alpha of thesis (6.13), is a random walk with the standard deviation WALK per move. If one or
-several moves show a larger change (change_detection.py), the walk is enlarged until it explains
-these moves: the wear has grown faster, or has jumped (thesis 6.3.2).
+Wear, alpha of thesis (6.13), is modelled as a random walk with the standard deviation WALK per
+move. If one or several moves show a larger change (change_detection.py), the random step is
+enlarged until it explains these moves: the wear has grown faster, or has jumped (thesis 6.3.2).
 
 The variance of the interval is the sum of four terms: the variance of the filters, the square of
 the lag behind a growing wear, the square of FLOOR times the wear, and the variance of the dry
 friction at the mean temperature of the moves (0 if the model's friction does not depend on the
-temperature). FLOOR is the relative error that many moves do not reduce: errors of the friction's
-dependence on position and speed, and of approximations in the rows.
+temperature). FLOOR is the relative error that many moves do not reduce: the model's dependence of
+friction on position and speed is not exact, and the rows are approximations.
 """
 
 from __future__ import annotations
@@ -34,19 +34,21 @@ from frictool.observe.wear.parameter_restriction import multiplicative
 from frictool.observe.wear.weak_form_layout import WeakFormLayout, layout_of
 from frictool.observe.wear.wear_kinds import WearClassification, WearClassifier
 
-WALK = 1e-4  # standard deviation of the wear's walk in a move
+WALK = 1e-4  # standard deviation of the wear's random step in a move
 FLOOR = 0.0003  # relative standard deviation of the wear that remains after many moves
 # relative standard deviation of the inertia, from its correlation with the wear
 INERTIA_FLOOR = 0.003
-# tests for wear that keeps growing: moves per step, steps in one direction, lag of the filters in
-# moves
+# tests for wear that keeps growing (`_going`): moves per step, number of steps in one direction,
+# lag of the filters in moves
 GOING_ON = ((1, 3, 1.0), (4, 2, 3.0))
-# fraction of a row's variance that adds up; the rest is rounding, which cancels in successive rows
+# fraction of a row's variance that does not cancel in the sum of successive rows; the rest is
+# rounding, which cancels
 ADDS_UP = 0.9
 FIRST_NOISE = 0.01  # prior standard deviation of a row's residual, relative to the dry friction
 CONFIDENCE = 0.95
 ALIKE = ("none", "multiplicative")
-# moves: first and last after a change at which zones are doubted; least number before the change
+# numbers of moves: wear of zones is not reported STEADY to SETTLING moves after a change that
+# followed at least AGREED moves without a change
 STEADY, SETTLING, AGREED = 2, 4, 8
 
 
@@ -69,18 +71,18 @@ class WearEstimator:
         self._quantile = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
         self._slope_deviation = _slope_deviation(model)
         self._excess = 0.0  # mean over the moves, K
-        # the wear after each of the last moves
+        # wear after each of the last moves
         self._lately: deque[float] = deque(
             maxlen=1 + max(moves * count for moves, count, _ in GOING_ON)
         )
-        # moves since the last change of the wear, and between it and the one before
+        # moves since the last change of the wear, and between the last two changes
         self._since, self._before = 0, 0
         self.kinds = WearClassifier(model, self.layout, confidence)
         self._scale = scale_of(model)
         self.estimate = WearEstimate(0.0, 0, prior(model), scale=self._scale)
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
-        """Return one estimate for each move that ended in this block, or at a gap before it."""
+        """Return an estimate for each move that ended in this block or at a gap before."""
         return [self.learn(move) for move in self.moves.take(piece)]
 
     def finish(self) -> list[WearEstimate]:
@@ -88,7 +90,7 @@ class WearEstimator:
         return [self.learn(move) for move in self.moves.end()]
 
     def learn(self, move: Move) -> WearEstimate:
-        """Return the estimate after one more move, from this or another collector."""
+        """Return the estimate after one more move."""
         self._count += 1
         self._excess += (move.excess - self._excess) / self._count
         if self.bank.take(move):
@@ -117,17 +119,17 @@ class WearEstimator:
 
     @property
     def _one_change(self) -> bool:
-        """True if the wear has changed once recently, after many moves without a change."""
+        """Return True if the wear has changed once recently, after many moves without a change."""
         return self._before >= AGREED and STEADY <= self._since <= SETTLING
 
     @property
     def _going(self) -> float:
-        """Lag of the filters behind a wear that keeps growing.
+        """Return the lag of the filters behind a wear that keeps growing.
 
-        Each test in GOING_ON takes the steps between estimates that are a fixed number of moves
-        apart. If all steps have the same sign, the test's lag is the smallest step, divided by this
-        number and multiplied by the number of moves by which the filters lag. The largest lag of
-        all tests counts.
+        A test in GOING_ON uses the changes of the estimate over steps of several moves. If the
+        changes over the last steps have the same sign, the smallest one divided by the moves per
+        step is a rate, and the lag is this rate times the lag of the filters in moves. The result
+        is the largest lag of all tests.
         """
         changes = [0.0]
         lately = list(self._lately)
@@ -141,8 +143,8 @@ class WearEstimator:
     def _range(self, name: str, scale: float, floor: float, extra: float = 0.0) -> EstimateRange:
         """Return a parameter times `scale` with its interval.
 
-        Two standard deviations are added in quadrature: `floor` relative to the value, and `extra`
-        [SI].
+        floor, extra: standard deviations that are added in quadrature, relative to the value and in
+        SI.
         """
         value, deviation = self.bank.value(name)
         half = self._quantile * math.hypot(deviation, floor * value, extra)
@@ -150,7 +152,7 @@ class WearEstimator:
 
 
 def _slope_deviation(model: Model) -> float:
-    """Return the standard deviation of the dry friction's relative slope over temperature, 1/K."""
+    """Return the standard deviation of the dry friction's temperature coefficient [1/K]."""
     law = model.laws.temperature if model.laws is not None else None
     if law is None or law.coulomb is None:
         return 0.0
@@ -164,9 +166,9 @@ def apart(one: EstimateRange, other: EstimateRange) -> bool:
 
 
 def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
-    """Return the estimate `alike` for uniform wear with the kind of wear of `verdict`.
+    """Return the estimate `alike` for uniform wear, with the kind of wear of `verdict`.
 
-    For a kind other than uniform wear, mean wear and inertia are taken from `verdict`.
+    For a kind other than uniform wear, mean wear and inertia are those of `verdict`.
     """
     if verdict.kind not in ALIKE:
         sided = replace(
@@ -180,8 +182,8 @@ def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
             others={**alike.others, "inertia": verdict.inertia},
         )
     sides = [side.value for side in (verdict.forward, verdict.backward) if side is not None]
-    # the classification averages over more moves than the filters: scale it to the present wear,
-    # and keep the ratio of the directions
+    # the classification averages over more moves than the filters; scale its directions so that
+    # their mean is the present wear
     ahead = len(sides) * alike.wear.value / sum(sides) if sides else 1.0
     return replace(
         alike,
@@ -202,7 +204,7 @@ def _times(factor: float, side: EstimateRange | None) -> EstimateRange | None:
 def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
     """Return the filter bank for uniform wear before any move.
 
-    With white noise of the effort, 1/(every sum phi^2) overlapping rows are treated as one
+    For white noise of the effort, 1/(every sum phi^2) overlapping rows are as precise as one
     independent row; `every` and `phi` are fields of the layout.
     """
     inflation = max(1.0, ADDS_UP / (layout.every * float(layout.phi @ layout.phi)))
@@ -213,8 +215,8 @@ def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
 def prior(model: Model) -> EstimateRange:
     """Return the prior of the wear: 1, with an interval.
 
-    The interval is the bench's range of the Coulomb friction over the product's life. Without a
-    range, the interval of the model is used, which does not include wear after the identification.
+    The interval is the bench's range of the Coulomb friction over the product's life, or, without a
+    range, the interval of the model, which does not include wear after the identification.
     """
     for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval

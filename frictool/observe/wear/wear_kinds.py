@@ -12,14 +12,14 @@ Here dry_d,z and level_d are coefficients of weak_form_layout.py for the directi
 the zone z; w, w_d and w_z are factors of wear, and a is an added friction. parameter_restriction.py
 and filter_bank.py define the prior of the other parameters (docs/theory/wear_kinds.md). Each
 dry_d,z has the additional standard deviation ROUGH, the usual accuracy of a model's
-position-dependent friction. The prior also contains a common factor of all coefficients, the error
-of the actuator's constant. Therefore a wrong constant does not look like wear.
+position-dependent friction. In the prior, a common factor of all coefficients stands for the error
+of the actuator's constant, so that a wrong constant does not look like wear.
 
 The evidence of a kind (bayesian_evidence.py) is the probability density of the data, integrated
 over the parameters. A kind of wear is reported if its log evidence exceeds that of `none` by
-CERTAIN. If the log evidence of several kinds is within ALIKE of the largest, the first of them in
-KINDS is reported. Intervals include the deviation ROUGH, but not the error of the actuator's
-constant (constant_error.py).
+CERTAIN. Of several kinds whose log evidence is within ALIKE of the largest, the first in KINDS is
+reported. Intervals include the deviation ROUGH, but not the error of the actuator's constant
+(constant_error.py).
 
 The weights of moves decay within MEMORY moves. If the last moves (at most RECENT) have more
 evidence with separate friction levels than with the levels of the earlier moves, the earlier moves
@@ -50,27 +50,27 @@ from frictool.observe.wear.weak_form_layout import WeakFormLayout
 from frictool.observe.wear.zone_weights import SIDES, friction_share, zone_edges, zone_mean
 from frictool.typing import Vector
 
-# the first of several kinds that explain the data alike is reported
+# in the order in which kinds with similar evidence are preferred
 KINDS: tuple[Kind, ...] = ("none", "multiplicative", "additive", "directional", "zones")
 WEAR = 0.3  # standard deviation of a wear, and of an added friction relative to the mean friction
 ROUGH = 0.01  # relative standard deviation of the model's friction in each direction and zone
-# relative standard deviation that an error of the model's shape leaves in a value, however many
-# moves there are
+# relative standard deviation of an estimate that many moves do not reduce, because the model's
+# friction over position is not exact
 FLOOR = 0.005
-# drift of the drive's sensor relative to the mean friction, a standard deviation; a larger one
-# looks like wear of one direction
+# standard deviation of the offset of the drive's sensor, relative to the mean friction; a larger
+# offset looks like wear of one direction
 OFFSET = 0.01
-CERTAIN = 4.0  # difference of log evidence for a report of wear
-ALIKE = 1.0  # difference of log evidence below which two kinds explain the same
-MEMORY = 60.0  # moves, time constant of the fading sums
-FEWEST = 2  # moves, fewest for a classification
-SEEN = 0.2  # relative to WEAR: deviation that the moves alone must reach for a wear to be reported
-LEFT = 0.25  # least fraction of the rows that count after the parameters have used theirs up
-UNEVEN = 0.08  # standard deviation within a zone, relative to the spread of wear between zones
-LOOSE = -1  # index of the widest belief of friction over speed
+CERTAIN = 4.0  # difference of log evidence above which wear is reported
+ALIKE = 1.0  # difference of log evidence below which two kinds are similar
+MEMORY = 60.0  # moves, time constant of the weights
+FEWEST = 2  # fewest moves for a classification
+SEEN = 0.2  # largest standard deviation of a wear that is reported, from the moves alone, per WEAR
+LEFT = 0.25  # least degrees of freedom of a residual, relative to the number of rows
+UNEVEN = 0.08  # standard deviation within a zone, relative to the range of wear over the zones
+LOOSE = -1  # index of the widest prior of friction over speed
 PASSES = 3  # iterations for the variance
-FIRST = 16  # moves, up to which each one leads to a new classification
-RECENT = 8  # moves between classifications after that, and moves that are searched for a change
+FIRST = 16  # number of first moves after each of which the classification is updated
+RECENT = 8  # moves between later classifications; most moves that are searched for a change
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class WearClassification:
     """Wear by kind, direction and zone.
 
     kind: most likely kind; the other values assume this kind. evidence: log evidence of each kind
-    relative to `none`. wear: mean wear of both directions and all observed zones. forward,
+    minus that of `none`. wear: mean wear of both directions and all observed zones. forward,
     backward: wear of a direction; None if the direction was not observed. inertia: relative to the
     model's. added: increase of the friction [N m | N], for kind additive. zones: observed zones,
     for kind zones.
@@ -95,7 +95,7 @@ class WearClassification:
 
 
 class WearClassifier:
-    """Classifier of wear that takes moves one by one; memory holds a few Gram matrices."""
+    """Classifier of wear, updated by each move, with a few Gram matrices in memory."""
 
     def __init__(self, model: Model, layout: WeakFormLayout, confidence: float = 0.95) -> None:
         self.layout = layout
@@ -121,7 +121,7 @@ class WearClassifier:
             relative_deviation(model),
         )
         self._change = _spread(layout, "directional") / np.outer(self._unit, self._unit)
-        # rows that are treated as one independent row, because windows overlap
+        # number of overlapping rows that are as precise as one independent row
         self._inflation = 1.0 / (layout.every * float(np.sum(layout.phi**2)))
         self._dry = np.flatnonzero(dry)
         self._inertia = (np.array(layout.names) == "inertia") / model.parameters.inertia.value
@@ -144,8 +144,8 @@ class WearClassifier:
     ) -> None:
         """Set the prior of each kind of wear, scaled so that the sums lose no digits.
 
-        _unit: (p,), standard deviations of the widest prior, the units of the coefficients.
-        _row: (p + 1,), `_unit` followed by 1 for the effort.
+        The unit of each coefficient is the standard deviation of the widest prior. `_unit` (p,) has
+        these units, `_row` (p + 1,) also a 1 for the effort.
         """
         loose = sum((belief[LOOSE] for belief in beliefs.values()), free)
         deviations = np.sqrt(np.diag(loose))
@@ -206,10 +206,10 @@ class WearClassifier:
         return self._values(likely[0], over, gram, right, best)
 
     def _changed(self, gram: Vector, right: Vector) -> int:
-        """Return how many of the last moves have a changed friction; 0: none.
+        """Return the number of last moves with a changed friction, 0 to RECENT.
 
-        All other parameters are taken as unchanged. Every number up to RECENT is tried, because
-        moves from both sides of a change would look like wear of zones.
+        All other parameters are assumed to be unchanged. Moves before and after a change would
+        together look like wear of zones.
         """
         last = self._nothing
         since = 0
@@ -230,7 +230,7 @@ class WearClassifier:
     def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
         """Return G = C' C (p, p) and b = C' effort (p,), divided by the rows' error variance.
 
-        This variance is estimated from the residual under the widest prior.
+        The variance is estimated from the residual under the widest prior.
         """
         size = self._mean.size
         gram = sums[:size, :size]
@@ -241,14 +241,13 @@ class WearClassifier:
             weight = 1.0 / (variance * self._inflation)
             theta, spread = posterior(weight * gram, weight * right, self._mean, self._loose)
             left = squares - 2.0 * float(theta @ right) + float(theta @ gram @ theta)
-            # rows that the parameters have used up
+            # degrees of freedom that the parameters take, in rows
             spent = self._inflation * weight * float(np.sum(spread * gram))
             variance = max(left / max(rows - spent, LEFT * rows), self._floor)
         self._variance = variance
         return self._weighted(sums, variance)
 
     def _weighted(self, sums: Vector, variance: float) -> tuple[Vector, Vector]:
-        """Return G = C' C and b = C' effort from `sums`, divided by the rows' error variance."""
         size = self._mean.size
         weight = 1.0 / (variance * self._inflation)
         return weight * sums[:size, :size], weight * sums[:size, size]
@@ -295,9 +294,9 @@ class WearClassifier:
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[WearZone, ...]:
         """Return the wear of each zone.
 
-        The true edge of worn friction need not be the edge of a zone. The interval therefore
-        includes part of the spread between zones. The covariance is scaled by the number of
-        repeated moves, because moves that are alike repeat their errors.
+        A worn part of the travel may begin or end inside a zone. The interval therefore includes
+        part of the differences between zones. Similar moves repeat their errors, so that the
+        covariance is multiplied by the number of similar moves.
         """
         weights = [zone_mean(self.layout, zone) for zone in zones]
         edges = zone_edges(self.layout)
@@ -323,9 +322,9 @@ class WearClassifier:
     def _range(
         self, weights: Vector, theta: Vector, spread: Vector, extra: float = 0.0
     ) -> EstimateRange:
-        """Return value and interval of weighted parameters.
+        """Return the weighted sum of the parameters with its interval.
 
-        extra: standard deviation added in quadrature.
+        extra: standard deviation that is added in quadrature.
         """
         scaled = weights * self._unit
         value = float(scaled @ theta)
@@ -338,8 +337,8 @@ class WearClassifier:
 def _shows(columns: Vector, gram: Vector) -> bool:
     """Return True if the moves alone determine the wear of these columns well enough.
 
-    The standard deviation of the wear must be below SEEN times WEAR. All other parameters are taken
-    as known.
+    The standard deviation of the wear must be below SEEN times WEAR, with all other parameters
+    known.
     """
     return bool(columns @ gram @ columns * (SEEN * WEAR) ** 2 > 1.0)
 

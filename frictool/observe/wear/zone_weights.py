@@ -1,4 +1,4 @@
-"""Weights that give the friction of a direction or zone from the coefficients of a row.
+"""Weights of a row's coefficients whose sum is the friction of a direction or zone.
 
 The friction is relative to the model's.
 """
@@ -15,7 +15,7 @@ from frictool.observe.wear.parameter_restriction import dry_columns, level_colum
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
 from frictool.typing import Vector
 
-DIGITS = 6  # digits of the travel in printed edges
+DIGITS = 6  # significant digits of printed edges, relative to the travel
 SIDES = ("backward", "forward")
 
 
@@ -54,7 +54,7 @@ def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | Non
             part = span * _mean_friction(layout, name, zone)
             weights[layout.names.index(f"dry_{name}_{zone}")] = part
             whole += part
-    # the common part of the levels is friction; their difference is an offset
+    # half the sum of the two levels is friction, half their difference an offset
     each = 0.5 * len(sides) * sum(spans.values())
     levels = level_columns(layout, each, each)
     return np.asarray((weights + levels) / whole)
