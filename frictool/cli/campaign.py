@@ -56,10 +56,10 @@ mechanism are its quantities with low and high. `spread` of the scenario adds we
 start, sensor faults and disturbances, or replaces ranges. All draws are uniform and independent,
 with one exception: a breakaway is drawn above the Coulomb friction of the same plant.
 
---method random: draw i of a seed does not depend on -n, so that a larger -n extends a kept
-campaign. --method latin: a Latin hypercube of -n draws. --method vertices: every combination of
-range ends; if there are more than 4096 or more than -n, a random part of them. The results depend
-neither on the number of processes nor on their order.
+--method random: independent draws; a larger -n adds draws and keeps the first ones. --method latin:
+a Latin hypercube of -n draws. --method vertices: every combination of range ends; if there are more
+than 4096 or more than -n, a random part of them. The results depend neither on the number of
+processes nor on their order.
 
 --worst searches the same ranges for the worst plant of each requirement, starting from the worst
 draws. It writes DIR/worst_REQUIREMENT.yaml, a scenario that reproduces the value with `frictool
@@ -69,8 +69,8 @@ Completed trials are kept in OUTPUT.trials or in the file of --keep. After an in
 command continues from there.
 
 The verdict is PASS, FAIL, UNDECIDED or NOT SHOWN. UNDECIDED: nothing fails, but a trial is
-undecided, or no trial decides a requirement. NOT SHOWN, with --at-least: more draws might show the
-rate.
+undecided, or no trial decides a requirement. NOT SHOWN: too few draws for the pass rate of
+--at-least.
 
 Exit codes: 0 pass; 1 fail or undecided, or the lower confidence bound of the pass rate is below
 --at-least.
@@ -215,7 +215,6 @@ def command(
 
 
 def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
-    """Run the campaign and return the exit code."""
     from frictool.campaign.draws.sampling import draws_of
     from frictool.campaign.statistics.findings import find
     from frictool.campaign.trials.campaign_warnings import remarks_of
@@ -268,10 +267,7 @@ def _play(
     paths: CampaignPaths,
     options: CampaignOptions,
 ) -> tuple[Trials, list[WorstCase]]:
-    """Run all trials, and the worst-case searches if requested.
-
-    An interrupt reports how many trials are done.
-    """
+    """Run all trials, and the worst-case searches if requested."""
     from frictool.campaign.campaign_run import conduct, sharing
     from frictool.cli.campaign_inputs import commands_of
     from frictool.cli.progress import progress

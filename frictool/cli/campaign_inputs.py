@@ -113,7 +113,7 @@ def header_of(
 ) -> dict[str, Any]:
     """Return the values that identify a campaign.
 
-    `count`: number of draws. It is included only if the draws of `method` depend on this number.
+    `count`: number of draws; included only if the draws of `method` depend on it.
     """
     from frictool import __version__
     from frictool.documents.provenance import digest

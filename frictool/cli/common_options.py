@@ -23,11 +23,7 @@ class NamedPath(click.Path):
     def __init__(
         self, allow_dash: bool = False, writes: Sequence[str] = (), chooses: bool = False
     ) -> None:
-        """Store the formats of an output.
-
-        `writes`, `chooses`: see `check_ending` of cli/file_endings.py. If `writes` is empty, any
-        name is allowed.
-        """
+        """Store the formats of an output (see `check_ending`); without `writes` allow any name."""
         self._writes, self._chooses = writes, chooses
         # existence and permission are checked on reading, so that the exit code is 3 and not
         # click's 2

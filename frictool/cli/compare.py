@@ -36,9 +36,9 @@ Example:
 Run four tests on every friction law and judge each result: stick-slip, limit cycle, presliding and
 drift.
 
-PARAMETERS is a friction.yaml, or the model.yaml of an actuator. For a model, the tests and the
-parameters that it does not contain are scaled from the built-in set. Parameters that violate a
-stability condition of the hybrid laws are an error; with --allow they are run nevertheless.
+PARAMETERS is a friction.yaml, or the model.yaml of an actuator. Parameters that a model lacks are
+scaled from the built-in set, and so are the tests. Parameters that violate a stability condition of
+the hybrid laws are an error; with --allow they are run nevertheless.
 
 -o NAME.html (or -, stdout) writes one page. Any other name is a folder for the page and the figures
 as JSON.
@@ -217,10 +217,7 @@ def _check(
 
 
 def _progress(done: int, total: int) -> None:
-    """Report that the first run compiles, then print `compared 3 of 16` on a terminal.
-
-    The worker processes cannot report the compilation themselves.
-    """
+    """Print that kernels are compiled, then print `compared 3 of 16` on a terminal."""
     from frictool.engine.stick_slip import run
     from frictool.runtime.kernels import is_compiled
 

@@ -44,7 +44,7 @@ def note(text: str) -> None:
 
 
 def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
-    """Warn that a command uses the friction at one temperature, if the model has others.
+    """Warn that a command uses one temperature, if the model's friction depends on it.
 
     vertices: True if the command designs a controller for the vertices of the model.
     """

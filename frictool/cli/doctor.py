@@ -27,13 +27,14 @@ installed. `wrong`: does not work. A line that is not `ok` shows a command to tr
 about disk space that can be freed. For a bug report: frictool doctor -o doctor.txt.
 
 --clean removes the compiled kernels of former versions, except those used within the last hour. The
-kernels of this version are kept. Upgrades clean up by themselves, but keep up to eight versions
-that were used within a fortnight. --clean also removes unfinished outputs (.NAME.xxxxxxxx.part) of
-killed processes from the current folder; the next command that writes there does the same.
+kernels of this version are kept. An upgrade also removes kernels, but keeps those of up to eight
+versions that were used within a fortnight. --clean also removes unfinished outputs
+(.NAME.xxxxxxxx.part) of killed processes from the current folder; the next command that writes
+there does the same.
 
 --compile compiles all kernels now instead of at their first use, for container images and build
-servers. It takes some minutes and skips kernels that are compiled already. The variable
-NUMBA_CACHE_DIR names the folder to keep or to share.
+servers. It takes some minutes and skips kernels that are compiled already. Keep or share the folder
+of the kernels; the variable NUMBA_CACHE_DIR names it.
 
 Exit code 1 if something is wrong.
 """

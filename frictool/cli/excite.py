@@ -59,7 +59,7 @@ With --for instead of --kind, the test is the shortest one that reaches the want
 with --duration the most precise one of that duration. A precision is half of a 95 % interval
 relative to the bench's value. The test is designed for the worst axis of the bench's intervals:
 strokes of several lengths, speeds and shapes, or ramps for the breakaway. --promise writes the
-expected intervals, which `frictool identify --promise` compares with its own.
+expected intervals; `frictool identify --promise` compares the identified intervals with them.
 
 Exit code 1 if a test of --duration misses a wanted precision; 4 if the test exceeds a limit, or if
 no test reaches the precision. The message names the limit and a remedy.
@@ -116,7 +116,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--seed",
     type=click.IntRange(0),
-    help="Seed of the turning points of sines and of --for.  [default: 0]",
+    help="Seed of the random turning points of kind sines, and of --for.  [default: 0]",
 )
 @click.option(
     "--open-loop",

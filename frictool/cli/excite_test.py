@@ -1,4 +1,4 @@
-"""Test of `frictool excite`: its files, and its summary as text and JSON."""
+"""Files of a test of `frictool excite`, and its summary as text and JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.identify.excite.excitation_sequence import ExcitationSequence
 
-# figures of a test: beginning of the name, or name, -> kind of unit
+# names of the figures of a test, or their beginnings, by the kind of unit
 PARAMETER_FIGURES = ("promised_", "least_deviation_")
 SPEED_FIGURES = ("speed_", "top_speed")
 DRIVE_FIGURES = {"rate": "/s", "step": "", "top": ""}

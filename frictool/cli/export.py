@@ -40,9 +40,9 @@ From controller.yaml:
 From model.yaml:
 {_rows("model")}
 
-The C code allocates nothing and calls no function but sqrt. Its golden vectors come from the
-simulation's controller in the same number format; the self-test exits with 0 if the compiled code
-reproduces all of them bit by bit. q31 is fixed point, proved free of overflow. q15 applies to
+The C code allocates nothing and calls no function but sqrt. Golden vectors are inputs and outputs
+of the simulated controller in the same number format; the self-test exits with 0 if the compiled
+code reproduces all outputs bit by bit. q31 is fixed point, proved free of overflow. q15 applies to
 coefficients only (json, cmsis, matlab).
 
 The loop is verified again with the coefficients as the number format stores them. Exit code 4 if

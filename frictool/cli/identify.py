@@ -155,7 +155,7 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option(
     "--promise",
     type=existing,
-    help="Promise of the test (excite --for --promise): compare the intervals with it.",
+    help="File of `frictool excite --promise`: compare the intervals with the promised ones.",
 )
 @click.option(
     "--plot",
@@ -356,7 +356,6 @@ def _show(
     model: Model | None = None,
     extra: Mapping[str, Any] | None = None,
 ) -> None:
-    """Print the warnings and, if requested, the JSON view."""
     for warning in result.warnings:
         note(f"warning: {warning}")
     if model is not None and model.bench_values_only is not None:

@@ -135,7 +135,7 @@ def _members(line: IdentifyEachCommand, logs: Sequence[Path]) -> list[Any]:
 
 
 def _check_outputs(line: IdentifyEachCommand, jobs: Sequence[LogGroup], inputs: list[Path]) -> None:
-    """Raise OutputError before the first log is read."""
+    """Raise OutputError if an output cannot be written."""
     if line.folder is None:
         if line.table is not None:
             check_output(line.table, inputs)
@@ -165,7 +165,6 @@ def _save_model(line: IdentifyEachCommand, one: BatchResult, inputs: list[Path])
 
 
 def _show(line: IdentifyEachCommand, batch: list[BatchResult], inputs: list[Path]) -> None:
-    """Write the table and the conclusions on all logs."""
     from frictool.identify.batch_table import (
         as_csv,
         as_json,

@@ -22,13 +22,13 @@ Example:
   frictool info sines.mcap
 
 Show the contents and the quality of a log: channels, sample rate and jitter, gaps, resolution of
-the encoder and of every other signal, velocities, saturation, held signals, the kind of test, the
-sign of the effort relative to the motion, lost data, and the identification methods that the log
-suits.
+the encoder and of every other signal, velocities, saturation, signals that keep a value for several
+samples, the kind of test, the sign of the effort relative to the motion, lost data, and the
+identification methods that the log suits.
 
 With --bench, a raw bench file is shown in SI, and samples at the actuator's limit are counted.
-Without it, columns with a known name and unit are shown in the units of the file, from its first
-262 144 rows. Properties that the file does not determine are listed.
+Without --bench, columns with a known name and unit are shown in the units of the file, from its
+first 262 144 rows. Properties that the file does not determine are listed.
 """
 
 

@@ -28,14 +28,15 @@ Example:
 
 Convert bench files to the canonical log (MCAP), which Foxglove, PlotJuggler and ROS 2 tools open.
 
-RAW is a file of any format that frictool reads; its content determines the format. A canonical log
-passes through. `columns` of the bench assigns columns to channels, and everything is converted to
-SI. The first file becomes /axis, each further file of the same rig /axis/NAME.
+RAW is a file of any format that frictool reads; its content determines the format. `columns` of the
+bench assigns columns to channels, and everything is converted to SI. A canonical log needs no
+conversion. The first file becomes /axis, each further file of the same rig /axis/NAME.
 
---from and --to keep the part of the log between two of its times. --resample puts all streams on
-one grid as /axis: commands, drives and efforts are held, other signals are interpolated linearly,
-nothing is extrapolated. There is no filter: do not resample fast signals to a longer period.
---salvage keeps the readable part of a damaged file and lists the losses; the exit code is then 3.
+--from and --to keep the part of the log between two times. --resample puts all streams on one grid
+as /axis. Commands, drives and efforts keep their last value, other signals are interpolated
+linearly, and nothing is extrapolated. There is no filter: do not resample fast signals to a longer
+period. --salvage keeps the readable part of a damaged file and lists the losses; the exit code is
+then 3.
 """
 
 

@@ -158,7 +158,6 @@ def _still_to_do(folder: Path, start: StartingRig, keys: dict[str, list[str]]) -
 
 
 def _start(folder: Path, axis: str | None, log: Path | None, layout: Layout | None) -> StartingRig:
-    """Return the facts of the rig: the folder's name, and the contents of the log."""
     from frictool.documents.starting_documents import StartingRig
 
     name = folder.absolute().name[:80] or "rig"

@@ -33,7 +33,7 @@ layout_option = click.option(
 
 @contextmanager
 def layout_advice() -> Iterator[None]:
-    """Advise the option --layout in the message of a LogError that advises a key of the bench."""
+    """In messages of a LogError, replace advice on `layout` of the bench by option --layout."""
     try:
         yield
     except LogError as error:

@@ -31,11 +31,12 @@ Example:
 
 Design an observer of velocity and friction from a model.
 
-multiplicative and additive are switched observers; alpha is the factor, or the effort, by which the
-friction has grown. Their gains bound the ratio of the estimation error to the model error by gamma,
-and make the error decay under all allowed switches. Three checks follow: the inequalities hold with
-the stored gains, the error of every mode decays, and simulated switching sequences stay below
-gamma. If one fails, nothing is written and the exit code is 4. These observers need a fine encoder.
+multiplicative and additive are switched observers. They also estimate alpha, the factor or the
+effort by which the friction has grown. The gains bound the ratio of the estimation error to the
+model error by gamma, and make the error decay under all allowed switches. Three checks follow: the
+inequalities hold with the stored gains, the error of every mode decays, and simulated switching
+sequences stay below gamma. If a check fails, nothing is written and the exit code is 4. These
+observers need a fine encoder.
 
 tracking is an observer for a coarse encoder: it predicts with the model, and corrects the
 prediction when it leaves the measured count. Its only setting is the bandwidth of the error.
@@ -123,7 +124,7 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     type=click.Choice(["held", "zero"]),
     default="held",
     show_default=True,
-    help="Switched kinds: estimated speed in mode 0 (stuck): held or zero.",
+    help="Switched kinds: while the axis is stuck, the estimated speed is held or set to zero.",
 )
 @click.option(
     "--bandwidth",
@@ -186,7 +187,6 @@ def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **optio
 def _designed(
     model: Model, kind: Kind, provenance: Provenance, options: dict[str, Any]
 ) -> Observer:
-    """Return the observer of a kind."""
     from frictool.observe.design.observer_design import design_observer
     from frictool.observe.design.switched_settings import SwitchedObserverSettings
 

@@ -39,16 +39,16 @@ Example:
   frictool observe run model.yaml fleet/ --wear-limit 1.25 -o fleet.csv --plot trend.svg
 
 Estimate velocity, friction and wear of a running actuator from its encoder and its drive. Each
-estimate has an interval at every sample, and uses only the samples before it. Wear is the dry
-friction divided by that of the model; without wear it is 1.
+estimate has an interval at every sample, and uses earlier samples only. Wear is the dry friction
+divided by that of the model; an actuator without wear has the value 1.
 
 LOG is a canonical log, or a raw file with the columns of the model's bench; - is standard input. It
 is read in blocks, so that the memory does not grow with its length. -o writes the estimates as a
 log, --plot draws them.
 
 With a folder or several logs, the result is a table with one row per log: unit, date, wear,
-interval, verdict. --plot draws the wear over the date. The ratio is relative to the unit's first
-log, or to --commissioning. A log that cannot be read has a row with the reason.
+interval, verdict, and the ratio of the wear to that of the unit's first log, or of --commissioning.
+--plot draws the wear over the date. A log that cannot be read has a row with the reason.
 
 Exit codes: 1 if the wear limit is exceeded or a log leaves it undecided; else 3 if a log could not
 be read or has lost data; else 0. The outputs are written in every case.
@@ -225,7 +225,6 @@ def _run(
     provenance: Provenance,
     tick: Callable[[float], None],
 ) -> None:
-    """Read the log, and write the estimates if requested."""
     from frictool.logs.provenance import PROVENANCE, provenance_record
     from frictool.observe.estimates_log import write
 

@@ -32,8 +32,8 @@ halves the intervals.
 Each test respects the limits of travel, speed and drive for every axis within the bench's ranges.
 `frictool simulate --as-bench` plays a test without hardware.
 
-Exit code 1 if the direction is wrong, or if only the ranges of the bench prevent a controller; 4 if
-no controller meets the specification.
+Exit code 1 if the direction of the encoder is wrong, or if only the ranges of the bench prevent a
+controller; 4 if no controller meets the specification.
 """
 
 

@@ -36,7 +36,7 @@ OPTIONS = (
 
 
 class ServoGains(NamedTuple):
-    """Gains of the bench's position loop in SI; None for a gain that is not given."""
+    """Gains of the bench's position loop in SI; None for a gain without a value."""
 
     position: float | None
     speed: float | None
@@ -44,7 +44,7 @@ class ServoGains(NamedTuple):
 
     @property
     def closed(self) -> bool:
-        """Return True if gains are given. Raises UsageError if one of the two gains is missing."""
+        """Return True if position and speed gain are set; raise UsageError if only one is."""
         if (self.position is None) != (self.speed is None) or (
             self.integral is not None and self.speed is None
         ):

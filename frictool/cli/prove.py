@@ -28,9 +28,9 @@ breakaway, backlash and lag of the axis. Every rounding error is bounded.
 
 The starts are divided into parts whose readings agree at every sample. The controller runs on these
 readings; the axis is enclosed in intervals. Each requirement is proved, refuted by a start that
-`frictool simulate` replays, or undecided. For every plant of the box (parameters between their
-limits), the certificate proves the modulus margin, and the drive limit the drive peak. All other
-requirements are proved for the plants of the scenario only; `frictool campaign` draws the others.
+`frictool simulate` replays, or undecided. Modulus margin and drive peak are proved for every plant
+with parameters between their limits, by the certificate and by the drive limit. All other
+requirements are proved for the plants of the scenario only; `frictool campaign` draws other plants.
 
 The proof contains its documents. `frictool verify` proves it again from the file alone.
 

@@ -238,7 +238,7 @@ def _show(
 def _bandwidth(
     document: Mechanism, request: ReductionRequest, controller: Path | None
 ) -> float | None:
-    """Return the bandwidth of the controller's loop; required if a link is compliant."""
+    """Return the bandwidth of the controller's loop; raise UsageError if links need one."""
     if controller is not None:
         from frictool.documents.controller import Controller
         from frictool.documents.registry import load

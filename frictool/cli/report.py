@@ -35,10 +35,10 @@ Measure the steps of simulated or measured logs and judge them by the specificat
 a page with plots (-o), JUnit for a build server, Markdown for a merge request, and JSON.
 
 Each requirement is judged by its worst value over all steps of all streams (/axis and every variant
-/axis/NAME). It is MET, NOT MET, or UNDECIDED with the reason: a smooth reference has no step, and a
-log alone has no modulus margin, which --controller provides. The margin is that of the simulated
-plants; it is undecided if the controller was not verified for the model or the rig of the log. The
-verdict is FAIL if a requirement is not met, else UNDECIDED if one is undecided, else PASS.
+/axis/NAME). It is MET, NOT MET, or UNDECIDED with the reason, such as a smooth reference, which has
+no step. The modulus margin needs --controller. It is the margin of the simulated plants, and is
+undecided if the controller was not verified for the model or the rig of the log. The verdict is
+FAIL if a requirement is not met, else UNDECIDED if one is undecided, else PASS.
 
 --bench, or else the controller's bench, describes the columns of raw CSV and MAT logs, and provides
 the drive's limit and the backlash. Several logs are overlaid, aligned at their common steps.
@@ -135,7 +135,7 @@ def command(
 def _load(
     logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Path | None
 ) -> ReportRequest:
-    """Return the documents and logs, which fit each other."""
+    """Load the documents and the logs; raise an error if they do not fit together."""
     from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.documents.metric_table import REQUIREMENTS
@@ -172,7 +172,7 @@ def _load(
 
 
 def _proof(path: Path, controller: Controller | None) -> Proof:
-    """Return a proof that was not edited and that proves this controller."""
+    """Load a proof; raise an error if it was edited or proves another controller."""
     from frictool.documents.proof import Proof, proof_digest
     from frictool.documents.registry import load
     from frictool.errors import DocumentError

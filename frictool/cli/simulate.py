@@ -66,8 +66,8 @@ that controller.
 --number runs the controller in float or fixed point as on the target; --target runs the exported C
 code, compiled here.
 
---excitation plays a test of `frictool excite` as the bench would. Ramps follow their rule. A
-reference is followed by the bench's position controller: {LAW}.
+--excitation plays a test of `frictool excite` as the bench would. Ramps follow the rule stored in
+the test. A reference is followed by the bench's position controller: {LAW}.
 
 --as-bench MODEL TEST does the same without further options: the gains follow from the bench's delay
 and encoder, the loop has a feedforward computed with the bench's values, and the measured drive has

@@ -50,10 +50,10 @@ plant of the intervals; `frictool verify` proves them again. For a loop that fee
 does not cover parameters that vary with time. If one of these steps fails, nothing is written and
 the exit code is 4.
 
-Finally, the controller is played: it is simulated with the nominal plant, every vertex and 40 drawn
-plants: four steps over the travel and a hold, or the steps of --scenario. The last lines are the
-worst value of each requirement. The exit code is 1 if a requirement is not met; the controller is
-written in either case.
+Finally, the controller is simulated with the nominal plant, every vertex and 40 drawn plants, in
+four steps over the travel and a hold, or in the steps of --scenario. The last lines are the worst
+value of each requirement. The exit code is 1 if a requirement is not met; the controller is written
+in either case.
 """
 
 

@@ -50,7 +50,7 @@ class PlayedTest:
 
 
 def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | None:
-    """Return the test of the documents; None if nothing can be simulated (a note says why)."""
+    """Return the test to simulate; print a note and return None if nothing can be simulated."""
     from frictool.campaign.played_design import design_test, unjudged_target, untested_reason
     from frictool.documents.registry import load, same_axis
     from frictool.documents.scenario import Scenario

@@ -26,10 +26,10 @@ all stored properties of its loop again.
 The loop is built from the stored coefficients, sampled at the bench's period with its delay. The
 bounds of the certificate are proved for every frequency and plant, without solver, grid or digest,
 and with every rounding error bounded. Parameters that vary with time are not covered. The
-certificate's intervals must contain those of the bench. Norms, margins and rounded forms at the
-vertices, and stored norms inside the intervals, must agree with `verified`. Digests reveal changes
-of blocks that affect no stored property (position law, prefilter). Results of a solver are listed
-as not computed.
+certificate's intervals must contain those of the bench. Norms and margins at the vertices, also
+with rounded coefficients, and norms inside the intervals must agree with `verified`. Digests reveal
+changes of blocks on which no stored property depends (position law, prefilter). Results of a solver
+are listed as not computed.
 
 With --model, three more conditions are checked: the model lies within the verified intervals, its
 bench has the controller's drive limit, winding and encoder, and the loop has the specified modulus

@@ -1,4 +1,4 @@
 """Checks of an installation: versions, compiled kernels, solver, C compiler and machine.
 
-A check does not only look for a part of the installation, but runs it.
+Each check runs a part of the installation.
 """

@@ -103,7 +103,7 @@ def check_libraries(required: list[RequiredLibrary]) -> InstallationFinding:
 
 
 def check_extras(required: list[RequiredLibrary]) -> list[InstallationFinding]:
-    """Check the libraries of each extra for users."""
+    """Check the libraries of each optional feature (extra)."""
     checks = []
     for extra in FOR_USERS:
         libraries = [one for one in required if one.extra == extra]

@@ -127,7 +127,7 @@ class Servo(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     """Firmware of a position-controlled smart servo, which computes its voltage from a goal.
 
     duty = duty_per_error * gain * (goal - position), limited to +-duty_limit; the voltage is duty
-    times the supply voltage. `identify` fits a quantity with low and high; one without is exact.
+    times the supply voltage. `identify` fits each quantity that has low and high.
 
     - `duty_per_error`: Duty cycle per rad of position error and per unit of the gain.
     - `gain`: Proportional gain in the firmware's unit, if no channel `gain` contains it.
@@ -135,8 +135,8 @@ class Servo(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     - `goal_speed`: Speed limit of the firmware's profile from the old goal to a new one.
     - `delay`: Time from the logged goal until the logged position responds, such as the bus delay.
     - `back_emf`: Voltage per speed, such as the supply voltage over the no-load speed.
-    - `zero`: Angle of the pendulum's arm from the downward direction at position 0. By default
-      within half a radian.
+    - `zero`: Angle of the pendulum's arm from the downward direction at position 0. By default 0,
+      with low -0.5 rad and high 0.5 rad.
     - `loop_period_s`: Sample period of the firmware.
     """
 
@@ -256,7 +256,7 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `a`, `b`: Columns of channels A and B, by name or number.
     - `threshold`: Voltage between low and high [V].
     - `hysteresis`: Difference of the two switching voltages [V].
-    - `probe`: Attenuation of the probe; it multiplies the numbers in the file first.
+    - `probe`: Attenuation of the probe: number in the file times `probe` = voltage at the encoder.
     """
 
     a: str | int
@@ -359,7 +359,7 @@ class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Processor that runs the controller, and the budget of its exported C code.
 
-    `export --lang c` compiles the code for the core and refuses code that is above the budget.
+    `export --lang c` compiles the code for the core and refuses code that exceeds the budget.
 
     - `core`: `cortex-m4f` has a floating-point unit, `cortex-m4` has none.
     - `instructions`: Largest number of instructions per sample.

@@ -116,12 +116,12 @@ class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `name`: `breakaway`: the least friction of all plants is above 0 [N m | N]. `band`: the band
       is not narrower than an encoder count [rad | m]. `released_effort`: the largest effort of the
-      released drive is below half of the least friction [N m | N]. `count_pulse`: the largest
-      effort in response to one encoder count is below the same limit. `frozen_integrator`:
-      integrators keep their values while the drive is released. `arrival_speed`: the axis stops
-      within the band from the speed at which the drive is released [rad/s | m/s]. `stable_loop`: a
-      bound of the linear loop's largest sensitivity is proved.
-    - `state`: `holds`, `fails`, or `undecided` if a condition that is only sufficient fails.
+      released drive is below half of the least friction [N m | N]. `count_pulse`: so is the largest
+      effort in response to one encoder count. `frozen_integrator`: integrators keep their values
+      while the drive is released. `arrival_speed`: the axis stops within the band from the speed at
+      which the drive is released [rad/s | m/s]. `stable_loop`: a bound of the linear loop's largest
+      sensitivity is proved.
+    - `state`: `holds`, `fails`, or `undecided` if a sufficient but not necessary condition fails.
     - `value`: Value of the checked quantity for this controller.
     - `limit`: Value that `value` is compared with.
     """
@@ -142,15 +142,15 @@ class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Proof that an axis inside the band comes to rest and stays there, for every plant of the box.
+    """Proof for every plant of the certificate: an axis inside the band comes to rest and stays.
 
-    - `verdict`: `proved`, or `undecided` if a check of the band fails.
+    - `verdict`: `undecided` if a check other than `arrival_speed` and `stable_loop` fails, else
+      `proved`.
     - `disturbance`: Largest sum of disturbance and offset at which a resting axis stays at rest [N
       m | N].
     - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` are valid [N m | N].
-    - `speed`: Largest speed [rad/s | m/s] for which an axis at the target, with a drive that has
-      decayed to 0, stops inside the band; 0 if the condition that releases the drive contains the
-      speed.
+    - `speed`: Largest speed [rad/s | m/s] at the target from which the axis, with the drive at 0,
+      stops inside the band. It is 0 for a limiter with condition `energy`.
     - `stop_time_s`: Longest time until an axis that moves at `speed` stands still.
     - `checks`: Hypotheses with their figures.
     """

@@ -89,7 +89,7 @@ def _check_course(one: Disturbance | Signal) -> None:
 
 
 def check_fault(kind: str, counts: object, offset: object, gain_error: object) -> None:
-    """Raise ValueError if the values that are not None do not match the kind of fault."""
+    """Raise ValueError unless exactly the values that this kind of fault needs are present."""
     for key, needed, value in (
         ("counts", "lost_counts", counts),
         ("offset", "drive_offset", offset),

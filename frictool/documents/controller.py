@@ -75,8 +75,8 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
       `sos_anti_windup`. Sections run in transposed direct form II.
     - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of the chain.
     - `conditional`: True if an integrator state keeps its value while the drive is limited and the
-      state's input has the direction of the limit. While a position law sets the drive to 0 in its
-      band, the state keeps its value if this key is true, else it is 0.
+      state's input has the direction of the limit. The state then also keeps its value while a
+      position law sets the drive to 0; otherwise it becomes 0 there.
     """
 
     discrete: StateSpace
@@ -383,7 +383,7 @@ class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Worst norm of the sampled loop inside the box of parameters.
+    """Worst norm of the sampled loop inside the intervals of the parameters.
 
     For a loop without weights, the largest sensitivity replaces the norm. The block is absent if a
     certificate proves a bound. A missing key was not computed. `parameter_dependent` and `common`
@@ -430,7 +430,7 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `count_drive`: Largest drive in response to one encoder count [A | V].
     - `rounded`: Properties with rounded coefficients.
     - `margins`: Worst margins of all vertices.
-    - `robustness`: Worst norm inside the whole box.
+    - `robustness`: Worst norm inside the intervals of the parameters.
     - `digests`: SHA-256 of each block at verification, by the block's name. Without digests
       `verify` ends with exit code 1.
     """

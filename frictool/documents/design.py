@@ -30,8 +30,8 @@ Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 HoldSamples = Annotated[int, msgspec.Meta(ge=0, le=1000)]
 DEFAULT_HOLD_SAMPLES = 3  # samples; bridges the loss of single telegrams
 
-NO_STRUCTURE: Any = None  # in a document without the key; replaced by that of the method
-# keys that `relax: auto` reads with every method, because it finds the trade by inequalities
+NO_STRUCTURE: Any = None  # of a document without the key; the method's structure replaces it
+# keys that `relax: auto` reads with every method, because it solves matrix inequalities
 READ_BY_TRADE = ("schedule", "vertices", "recentring")
 
 

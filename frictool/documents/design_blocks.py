@@ -146,8 +146,8 @@ class FrictionCompensationDesign(
 
     - `source`: `model` adds the model's friction: Coulomb friction times tanh(v/smoothing_speed)
       plus viscous friction times v, or a table against v if the friction has a Stribeck term or
-      knees, or differs by direction. If the model has friction over the position, a table of it
-      is added. `observer` adds the disturbance that an observer estimates.
+      knees, or differs by direction. If the model's friction depends on the position, a table
+      against position is added. `observer` adds the disturbance that an observer estimates.
     - `velocity`: Speed v: of the filtered reference, or measured. By default `measured`.
     - `smoothing_speed`: Speed below which the modelled friction fades. By default, for the measured
       speed, one encoder count per sample.
@@ -188,7 +188,7 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
     - `speed`: Largest speed. By default the bench's top speed.
     - `acceleration`: Largest acceleration. By default ((`drive_share` times the drive's largest
-      effort) - friction - load)/inertia at that speed, for the plant with the smallest value.
+      effort) - friction - load)/inertia at `speed`, for the plant with the smallest result.
     - `jerk`: Largest jerk. By default the jerk for which a move becomes longer by one period of the
       model's lowest resonance; without resonances, by a tenth of the time to `speed`.
     - `drive_share`: Part of the drive's limit that the default acceleration uses; the remainder is

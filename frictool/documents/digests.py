@@ -1,8 +1,8 @@
 """Digests of a controller's blocks, which show changes since the controller was verified.
 
-The gain of a position law, a prefilter and a specified margin follow from the model, the
-specification and the design, which the document does not contain. Since no property of the linear
-loop depends on these three, only a digest shows a change. No proof uses a digest.
+No property of the linear loop depends on the gain of a position law, on the prefilter or on the
+specified margin. Therefore only a digest shows that one of them has changed. No proof uses a
+digest.
 """
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ def uncomputed_figures(verified: Verified) -> dict[str, float]:
 def with_digests(controller: Controller, *blocks: str) -> Controller:
     """Return the controller with new digests of its blocks.
 
-    `blocks` contains the names of the blocks to digest, by default of all blocks. The other digests
-    remain, so that earlier changes of their blocks are still visible.
+    blocks: names of the blocks to digest; all if there are none. The digests of other blocks
+        remain, so that earlier changes of these blocks are still visible.
     """
     now = block_digests(controller)
     kept = (

@@ -69,7 +69,7 @@ def compose(text: str, path: Path) -> yaml.Node:
 
 
 def is_format(path: Path, name: str) -> bool:
-    """Return True if the document at `path` has the format `name`, of any version.
+    """Return True if the document at `path` has the format `name`, in any version.
 
     Raises InputFileError if the file is no document.
     """

@@ -29,8 +29,8 @@ class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `step_s`: Time step of the law.
     - `switch_velocity`: Speed below which slip may become stick.
     - `decay_rad_s`: Decay rate of the force in version A.
-    - `preisach_intervals`: Number of intervals along each side of version C's Preisach triangle.
-      The distribution on the triangle follows from half as many cycles around 0.
+    - `preisach_intervals`: Number of intervals along each side of version C's Preisach triangle; an
+      even number.
     """
 
     # (3.28)-(3.39): step_s is T_e, switch_velocity Sigma, decay_rad_s p0 of (3.8),

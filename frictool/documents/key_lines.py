@@ -1,4 +1,4 @@
-"""Line numbers of keys in a document's file, for checks against other documents after reading."""
+"""Line numbers of keys, for errors that are detected after the document was read."""
 
 from __future__ import annotations
 

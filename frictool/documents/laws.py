@@ -143,13 +143,13 @@ class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 class TemperatureChange(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Change of a friction with the temperature, relative to the friction at the reference.
+    """Change of a friction with the temperature, relative to the reference temperature.
 
     The friction is multiplied by exp(slope h + curvature h^2), where h is the temperature minus the
-    reference.
+    reference temperature.
 
-    - `slope`: Relative change per kelvin at the reference. A friction that halves in 50 K has the
-      slope -0.0139 per kelvin.
+    - `slope`: Relative change per kelvin at h = 0. A friction that halves in 50 K has the slope
+      -0.0139 per kelvin.
     - `curvature`: Coefficient of the square. By default 0: the same ratio for each kelvin.
     """
 

@@ -61,8 +61,8 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     """Load terms to identify; an offset that is not listed is zero.
 
     - `terms`: Terms to estimate. `drift` and the terms after it in the list of allowed values are
-      only removed from the effort, so that the other parameters do not absorb them; of these, the
-      model contains only `temperature`.
+      estimated and subtracted from the effort, so that the other parameters do not absorb them. The
+      model does not contain them, except `temperature`.
     - `ripple`: Period of the ripple; required with the term `ripple`.
     - `most`: Largest sum of spring, gravity and ripple efforts anywhere on the travel, for the
       planning of tests.

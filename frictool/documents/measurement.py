@@ -21,8 +21,8 @@ class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `delay`: Delay of the logged drive relative to the position; negative if the drive is ahead.
     - `loop_time_constant`: Time constant of the current loop, from commanded and measured current.
     - `resistance`: Resistance of the motor's winding, from its voltage and current.
-    - `back_emf_constant`: Voltage per speed of the motor. In SI this voltage per speed equals the
-      effort per ampere of a DC motor.
+    - `back_emf_constant`: Voltage per speed of the motor. For a DC motor, it equals the effort per
+      ampere (in SI).
     - `inductance`: Inductance of the motor's winding.
     - `refused`: Reason for each property that the logs do not show.
     """

@@ -496,8 +496,8 @@ class Mechanism(
     - `sources`: Drives by name.
     - `sensors`: Sensors by name.
     - `control`: Source and sensor of the controller, if there are several.
-    - `travel`: Positions that the controlled sensor's block can reach.
-    - `top_speed`: Largest speed of the controlled sensor's block.
+    - `travel`: Positions that the block of the controller's sensor can reach.
+    - `top_speed`: Largest speed of the block of the controller's sensor.
     """
 
     format: Literal["mechanism/1"]

@@ -41,7 +41,7 @@ MOTION, DRIVE = "Motion", "Drive, load and rest"  # tables of the page
 class Rest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Rest after some seconds of constant reference.
 
-    Allowed are motion within the sensor's step and a drive up to `drive`.
+    Motion within the sensor's step and a drive up to `drive` are allowed.
 
     - `after_s`: Duration of a constant reference after which the axis must rest.
     - `drive`: Largest drive at rest [A | V].
@@ -85,15 +85,15 @@ class Metric:
     - definition: text without a final full stop, for the page and docs/metrics.md
     - scope: measured object: a hold (interval of constant reference), a whole stream or a closed
       loop
-    - compute: function of `frictool/metrics/`, as module.function. Its parameters are named after
+    - compute: function of `frictool/metrics/`, as module.function. Its parameters have the names of
       properties of MeasuredPart (report/measured_part.py). It returns a value, two bounds, or the
       reason why there is no value
     - needs: keys of NEEDS (report/measured_part.py) without which there is no value
     - table: table of the page
     - key: key of a specification that limits or needs the metric, if there is one
-    - limit: type of the key's value; None if another metric has the key. If the key's name contains
-      the unit, the type is a number (`PositiveNumber` of `rise_time_s`); else it is a quantity
-      (`positive(dimension)`) or a record that contains such a limit (`Energy`, `Settling`)
+    - limit: type of the key's value: a number if the key's name contains the unit (`rise_time_s`),
+      a quantity (`positive(dimension)`), or a record (`Energy`, `Settling`); None if another metric
+      has the key
     - meaning: meaning of the key, for the schema
     - requirement: name of the requirement in a verdict, from which its title follows; by default
       name and title are those of the metric

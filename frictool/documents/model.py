@@ -84,7 +84,7 @@ class Model(
     - `not_identified`: Reason for each parameter that the logs do not determine.
     - `fit`: Quality of the fit.
     - `laws`: Friction by direction, speed, position and time at rest, and position-dependent loads.
-    - `presliding`: Friction before breakaway (`identify --loops`); a simulation plays its law.
+    - `presliding`: Friction before breakaway (`identify --loops`); a simulation includes its law.
     - `measurement`: Properties of the bench (`identify --measurement`).
     - `resonances`: Modes of compliant links (`reduce`). A controller is verified with them; a
       simulation of one axis does not include them.

@@ -65,9 +65,9 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Switched observer; its states are position, velocity and the wear alpha.
 
-    The inequalities are not valid during a rest, in which alpha is constant, nor at a switch
-    between moving modes that is not in `transitions`. After such a rest or switch, the axis must
-    move for some time. Only a new run of `observe design` can prove an edited document.
+    The bound `gamma` is not valid during a rest, nor after a switch between moving modes that is
+    not in `transitions`. It is valid again after the axis has moved for `motion_after_rest_s` or
+    `motion_after_turn_s`. Only a new run of `observe design` can prove an edited document.
 
     - `wear`: `multiplicative`: the friction is alpha f. `additive`: the friction is f + alpha.
     - `switch_speed`: Speed below which the mode is 0.
@@ -78,13 +78,13 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `gamma`: Bound of ||z||/||Delta||, evaluated with the stored gains; Delta is the error of the
       assumed friction.
     - `decay`: Largest factor of the error per sample; 1 if no decay was required.
-    - `stuck_speed`: Factor of the velocity in mode 0: 0 keeps the velocity at 0, 1 lets a gain
-      change the velocity.
+    - `stuck_speed`: Factor on the velocity in mode 0: 0 sets the velocity to 0, 1 leaves it to the
+      gains.
     - `switching_radius`: Largest spectral radius of the product of the error matrices of two modes
       that may alternate.
-    - `simulated_gain`: Largest ||z||/||Delta|| of the simulated switching sequences, which
-      `transitions` allows; at most gamma.
-    - `smallest_gamma`: Smallest gamma without a decay.
+    - `simulated_gain`: Largest ||z||/||Delta|| of simulated switching sequences of the pairs in
+      `transitions`; at most gamma.
+    - `smallest_gamma`: Smallest gamma if no decay is required.
     - `motion_after_rest_s`: Duration of the motion that must follow a rest of any length.
     - `motion_after_turn_s`: Duration of the motion that must follow a switch that is not in
       `transitions`.

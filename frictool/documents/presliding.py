@@ -26,7 +26,10 @@ def presliding_words(owner: str, law: str) -> str:
 
 
 class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Parameters of one presliding law. A branch is the part of a loop between two reversals.
+    """Parameters of one presliding law.
+
+    A branch is the part of a hysteresis loop between two reversals. The law is fitted to some
+    branches; the held-out branches test its prediction.
 
     - `stiffness`: Slope of the effort against the deflection, at rest.
     - `damping`: 2 sqrt(inertia stiffness), an initial value, because slow loops do not determine
@@ -46,6 +49,8 @@ class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 class MaxwellSlip(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Virgin curve of a bank of Maxwell-slip elements: force against displacement from (0, 0).
+
+    `Contact` explains the branches.
 
     - `stiffness`: Slope of the curve at 0.
     - `displacement`: Displacements of the curve's points [rad | m].
@@ -106,8 +111,8 @@ ContactLaw = Literal["dahl", "lugre", "elasto_plastic", "leuven", "leuven_masing
 class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Presliding laws of a model.
 
-    - `law`: Law of the simulations. `identify` writes the law with the best prediction of held-out
-      branches (parts of loops between two reversals).
+    - `law`: Law of the simulations. `identify` writes the law that best predicts the held-out
+      branches (see `Contact`).
     - `limit`: Largest deflection z_max of the contacts, according to `law`.
     - `stiffness`: Slope of the effort against the deflection at 0, according to `law`.
     - `breakaway`: Breakaway with which the laws were fitted.

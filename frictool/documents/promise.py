@@ -39,12 +39,12 @@ class Promise(
     """Precision expected of a test: `promise.yaml`.
 
     - `name`: Name of the bench.
-    - `confidence`: Confidence of the intervals.
-    - `method`: Method of `identify` that the promise belongs to.
+    - `confidence`: Confidence level of the intervals.
+    - `method`: Method of `identify` for which the half widths are valid.
     - `duration`: Duration of the test.
     - `drive_noise`: Standard deviation of the measured drive that the promise assumes.
     - `half_widths`: Promised half width of the confidence interval of each parameter.
-    - `bounds`: Half widths by the Cramér-Rao bound, the least of any unbiased estimator.
+    - `bounds`: Half widths by the Cramér-Rao bound, the smallest of any unbiased estimator.
     """
 
     format: Literal["promise/1"]

@@ -28,8 +28,8 @@ class ProvedRequirement(
       `undecided`: see `reason`.
     - `limit`: Limit of the specification.
     - `value`: Worst value of all plants and starts.
-    - `box`: Bound of the value for every plant of the box, with parameters between their limits.
-      Absent: the outcome concerns the proof's plants only.
+    - `box`: Bound of the value for every plant with parameters between their limits. If the bound
+      is absent, the outcome concerns the proof's plants only.
     - `plant`: Plant for which the requirement is refuted or undecided.
     - `start`: Position at rest [rad | m] from which the requirement is violated.
     - `reason`: Reason for an undecided requirement.

@@ -73,7 +73,7 @@ POWERS = {
     "1": (0, 0, 0, 0, 0),
 }
 POWER = re.compile(r"([A-Za-z]+|1)(?:\^([0-9]))?")
-# the units of an angular motion name an angle: a frequency could count turns or radians
+# units of an angular motion must name an angle: 1/s could count turns or radians
 ANGLE_NAME = re.compile(r"rad|deg|°|arc|rev|rpm|rps|turn|cycle|circle|gon", re.IGNORECASE)
 # German degrees, which the units library reads as giga-radians, gradians, and prefixes no angle has
 AMBIGUOUS_ANGLE = re.compile(r"\b(?:[Gg]rads?|GRAD|[MTPEZY]rad)\b")

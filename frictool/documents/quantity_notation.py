@@ -32,7 +32,7 @@ def written_quantity(text: str) -> tuple[str, str] | None:
 
 
 def axis_dimension(dimension: str, drive: Literal["current", "voltage"]) -> str:
-    """Return the dimension, with `drive` resolved to current or voltage."""
+    """Return the dimension for a current or a voltage drive, such as `current` for `drive`."""
     if dimension in ("drive", "effort per drive"):
         return drive_dimension(drive, constant=dimension != "drive")
     return dimension

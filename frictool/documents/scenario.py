@@ -49,7 +49,7 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `duration_s`: Duration of `reference`, `ramp_to` or `sine`.
     - `ramp_to`: Position that is reached at constant speed from the end of the previous part.
     - `sine`: Sine reference.
-    - `hold_s`: Duration for which the end of the previous part is held.
+    - `hold_s`: Duration for which the reference stays at the end of the previous part.
     """
 
     reference: Position | None = None
@@ -93,7 +93,7 @@ class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `from_s`, `to_s`: Start and end of the replayed part, as times after the log's first sample.
       By default the whole log.
     - `shift`: Number added to the channel, if the log's zero is not the model's.
-    - `hold_s`: Duration for which the last value is held at the end.
+    - `hold_s`: Duration for which the reference stays at the last value.
     """
 
     log: Annotated[str, msgspec.Meta(min_length=1)]

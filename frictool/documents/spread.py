@@ -1,8 +1,7 @@
 """`spread:` of scenario.yaml: variations of a campaign besides the ranges of bench and model.
 
 `simulate` ignores this key. Every value is drawn uniformly from its range and independently of the
-other values, with one exception: a breakaway is drawn from the part of its range that is not below
-the Coulomb friction.
+other values. From the range of the breakaway, the part below the drawn Coulomb friction is removed.
 """
 
 from __future__ import annotations
@@ -171,8 +170,8 @@ class SpreadDisturbance(
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Variations of a campaign besides the ranges of bench, model or mechanism.
 
-    Every value is drawn uniformly and independently. A range with equal ends is a fixed value; a
-    range that contains impossible plants is an error.
+    Every value is drawn uniformly and independently. A range with equal ends is a fixed value. A
+    range with values that no plant can have is an error.
 
     - `parameters`: Ranges of plant parameters by name, which replace those of the bench, model or
       mechanism.

@@ -31,7 +31,7 @@ class SynthesisMethod:
 
     - problem: problem that the method solves, as help text
     - use: case that the method suits, as help text
-    - reads: keys of a design that this method reads and some other method does not
+    - reads: keys of a design that this method reads, but not every method
     - structures: structures of a design for which the method works
     - check: raises ValueError if a design with this method contradicts itself
     - searched: True if `synth` searches structure, gains and weights by simulation; the design may

@@ -25,7 +25,7 @@ from frictool.runtime.object_view import ResultView
 
 @dataclass(frozen=True)
 class IngestRequest:
-    """Choices of a conversion to the canonical log.
+    """Options of a conversion to the canonical log.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ def ingest(
     bench : Bench, optional
         Bench with `columns` that describe the files; not needed for canonical logs.
     request : IngestRequest, optional
-        Choices of the conversion.
+        Options of the conversion.
 
     Returns
     -------

@@ -120,7 +120,7 @@ class LogAssembly:
         return (*odd, *(text for one in self.findings for text in one()))
 
     def start(self, flow: StreamSource) -> int:
-        """Return the time in ns that is subtracted from the times of a stream."""
+        """Return the time at 0 of the log, in ns by the clock of a stream."""
         return (self.origin or 0 if flow.clock is not None else 0) + self.ahead.get(
             flow.head.topic, 0
         )

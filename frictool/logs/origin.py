@@ -86,7 +86,7 @@ def origin_of_log(log: Log, name: LogName, patterns: NamePatterns) -> LogOrigin:
 
 
 def origin_by_name(name: LogName, patterns: NamePatterns) -> LogOrigin:
-    """Return the origin that the log's path alone gives."""
+    """Return the origin from the path of the log alone."""
     unit = _matched_text(patterns.unit, name.file) or name.folder
     return LogOrigin(unit or None, as_date(_matched_text(patterns.date, name.file) or ""))
 

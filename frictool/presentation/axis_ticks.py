@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 MOST, FEWEST = 9, 2  # ticks of an axis
-# exponents of the largest tick between which labels need no common factor
+# exponents of the largest tick for which labels need no common factor
 PLAIN = range(-4, 6)
 
 

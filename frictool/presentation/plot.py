@@ -347,10 +347,7 @@ def _path(x: Vector, y: Vector, end: str = "") -> str:
 
 
 def _range_of(panels: Sequence[PlotPanel], axis: int) -> PlotRange:
-    """Return the range of the marks along an axis (0: abscissa), with a margin on both sides.
-
-    A straight line widens the range only if it lies outside.
-    """
+    """Return the range of the marks along an axis (0: abscissa), with a margin on both sides."""
     curves = ("line", "area") if axis == 0 else ("line", "area", "across")
     straight = ("vertical", "horizontal")[axis]
     marks = [(mark.kind, (mark.x, mark.y)[axis]) for panel in panels for mark in panel.marks]

@@ -48,5 +48,5 @@ class SeriesTable(LibraryTable):
 
 
 def loaded(values: NDArray[Any]) -> Series:
-    """Return a Series that returns parts of an array in memory."""
+    """Return a function (Series) that returns rows of an array in memory."""
     return lambda first, end: values[first:end]

@@ -76,7 +76,6 @@ def _open(path: Path) -> Sequence[LibraryTable]:
 
 
 def _inside(prefix: str, group: Any, depth: int) -> Iterator[tuple[str, Any]]:
-    """Yield path and item of everything in a group."""
     import h5py
 
     for key in group:
@@ -87,10 +86,7 @@ def _inside(prefix: str, group: Any, depth: int) -> Iterator[tuple[str, Any]]:
 
 
 def _item(name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
-    """Yield path and item of an array or structure, and of its content.
-
-    `runs(2).x` is field x of the second structure in an array of structures.
-    """
+    """Yield path and item of an array or structure, and of its content, such as `runs(2).x`."""
     import h5py
 
     yield name, item
@@ -116,7 +112,6 @@ def _class(item: Any) -> str:
 
 
 def _described(item: Any) -> str:
-    """Return the description of an item that is not a column."""
     import h5py
 
     if OBJECT in item.attrs:

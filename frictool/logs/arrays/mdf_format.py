@@ -116,7 +116,6 @@ def _unreadable(path: Path) -> str:
 
 
 def _group_name(index: int, group: Any) -> str:
-    """Return the name of a group in the file, else its number."""
     return getattr(group.channel_group, "acq_name", "") or f"group {index + 1}"
 
 

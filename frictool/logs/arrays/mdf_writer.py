@@ -56,7 +56,6 @@ def _append(file: Any, index: int, stream: OutgoingStream) -> None:
 
 
 def _history(notes: Notes) -> Any:
-    """Return the file history block, without a date."""
     from asammdf.blocks.v4_blocks import FileHistory
 
     history = FileHistory(abs_time=0)

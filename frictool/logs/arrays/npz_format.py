@@ -153,7 +153,6 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
 
 
 def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
-    """Yield the arrays of an archive."""
     try:
         with zipfile.ZipFile(path) as archive:
             arrays = [one for one in archive.infolist() if one.filename.endswith(".npy")]

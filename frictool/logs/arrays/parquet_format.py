@@ -108,7 +108,6 @@ def _open(path: Path) -> Sequence[LibraryTable]:
 
 
 def _flat(name: str, field: Any, depth: int) -> Iterator[tuple[str, Any]]:
-    """Yield path and field of each field inside a field."""
     import pyarrow as pa
 
     if not pa.types.is_struct(field.type) or depth == DEEPEST:

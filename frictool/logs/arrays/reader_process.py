@@ -60,7 +60,7 @@ class LibraryTable:
         self.size = Path(self.source).stat().st_size
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column (see RawTable.find); GuardedTable rejects other items."""
+        """Return the name of a column (see RawTable.find), or None."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
@@ -298,7 +298,6 @@ def _run(
 
 
 def _silence() -> None:
-    """Discard the output of the library."""
     faulthandler.disable()
     nothing = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  # open until the process ends
     sys.stdout = sys.stderr = nothing

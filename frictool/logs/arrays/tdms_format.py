@@ -70,7 +70,6 @@ def _texts(group: Any) -> Iterator[str]:
 
 
 def _tables(path: Path, group: Any, damage: str | None) -> list[SeriesTable]:
-    """Return the tables of a group, one for each time base."""
     bases: dict[tuple[Any, ...], list[Any]] = defaultdict(list)
     others = {}
     for channel in group.channels():

@@ -136,7 +136,7 @@ def is_canonical(path: Path) -> bool:
 
 
 def checked_pieces(walk: CanonicalReader) -> Iterator[ChannelSamples]:
-    """Yield the pieces of a reader; raise LogError if the operating system cannot read the file."""
+    """Yield the samples of a reader; raise LogError if the file cannot be read."""
     try:
         yield from walk.pieces()
     except OSError as error:

@@ -3,9 +3,9 @@
     n        value of the counter, modulo 2^b if it has b bits, signed or unsigned
     wrap     d[k] = n[k] - n[k-1],  d <- d - 2^b round(d / 2^b): a real step is less than half the
              range
-    index    a pulse sets the counter to a fixed value once per revolution: counts = n + start. From
-             one pulse to the next, `start` changes by a whole number of revolutions, which restores
-             the counts lost between the pulses.
+    index    a pulse sets the counter to a fixed value once per revolution: counts = n + start. At
+             each pulse, `start` changes by a whole number of revolutions. This restores the counts
+             lost since the pulse before.
 
 If a corrected step is too long for the top speed, the counter has skipped counts. Such a step is
 not repaired, because the sign of the skipped counts is unknown; it is counted as a jump.

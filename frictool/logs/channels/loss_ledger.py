@@ -37,7 +37,7 @@ class LossLedger:
         self._open: list[DataLoss] = []  # losses whose end is still unknown
 
     def take(self, inbox: list[DataLoss] | None, before: int | None) -> None:
-        """Record the losses that a table appended to `inbox` before its next block.
+        """Record the losses in `inbox`, to which the table has appended them before its next block.
 
         before: time in ns of the last sample read; None before the first sample.
         """

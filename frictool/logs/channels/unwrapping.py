@@ -111,7 +111,7 @@ class Unwrapping:
         self._refuse()
 
     def finish(self) -> None:
-        """Search the samples not judged by `check` yet; raise LogError at an undeclared wrap."""
+        """Check the last samples of the position; raise LogError at an undeclared wrap."""
         self._wraps.finish()
         self._refuse()
 

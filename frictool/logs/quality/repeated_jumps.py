@@ -117,7 +117,7 @@ class RepeatedJumps:
             self._judge(self._position.size - 1 - WINDOW)
 
     def finish(self) -> None:
-        """Judge the remaining steps after the last samples."""
+        """Search the remaining samples; no samples follow."""
         self._judge(self._position.size - 1)
 
     def result(self) -> RepeatedJump | None:
@@ -223,7 +223,7 @@ class RepeatedJumps:
         return LONG * (self._high - self._low)
 
     def _judge(self, end: int) -> None:
-        """Store the long steps among the steps before `end`; drop samples no longer needed."""
+        """Store the long steps before step `end`, and drop samples that are no longer needed."""
         start = self._judged
         if end <= start:
             return

@@ -70,7 +70,7 @@ class FlatTopDetector:
         self._last = float(values[-1])
 
     def result(self) -> tuple[FlatTop, ...]:
-        """Return the flat tops: at the lowest value, then at the highest."""
+        """Return the flat tops, first that at the lowest value, then that at the highest."""
         if (
             self._high <= self._low
             or self._others < SHORTEST

@@ -99,11 +99,11 @@ class WrapSearch:
         self._jumps.take(time, position)
 
     def finish(self) -> None:
-        """Judge the remaining steps after the last samples."""
+        """Search the remaining samples; no samples follow."""
         self._jumps.finish()
 
     def result(self) -> Wrap | None:
-        """Return the wrap that is certain from the steps judged so far, or None."""
+        """Return the wrap if it is certain, else None."""
         jump = self._jumps.result()
         if jump is None:
             return self._noisy()

@@ -42,9 +42,7 @@ class HoldDetector:
         self._last = float(values[-1])
 
     def samples(self, step: float | None) -> int | None:
-        """Return the least number of samples for which a value is kept, apart from rare exceptions.
-
-        Returns None if the signal is not held.
+        """Return the shortest hold in samples, apart from rare exceptions; None if nothing is held.
 
         step: quantisation step of the signal; None if it has none.
         """

@@ -54,7 +54,7 @@ class NumberField:
     labels: tuple[str, ...] = ()
 
     def paths(self) -> Iterator[str]:
-        """Yield the paths of the field's numbers: with the labels, and with the indices."""
+        """Yield the paths of the field's numbers, with labels and then with indices."""
         if self.count is None:
             yield self.path
         elif self.count <= MOST_LISTED:
@@ -288,10 +288,7 @@ class MessageDecoder:
         values: Vector,
         present: NDArray[np.bool_],
     ) -> NDArray[np.intp]:
-        """Fill in the values of the messages in `left` with this layout; return the other messages.
-
-        `left` and the result are indices of messages.
-        """
+        """Fill in the messages `left` (indices) that have this layout; return the other indices."""
         if not left.size:
             return left
         fits = layout.fits(messages.at(left))

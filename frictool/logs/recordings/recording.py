@@ -117,7 +117,7 @@ class Topic:
 
 
 class RecordingFile(Protocol):
-    """Open file of messages; `size` is its size in bytes."""
+    """Recording that is open for reading; `size` is its size in bytes."""
 
     source: str
     size: int

@@ -168,10 +168,10 @@ class CsvTable:
     def _judged(
         self, batch: RowBatch, slots: NDArray[np.int64], losses: list[DataLoss] | None
     ) -> Iterator[tuple[int, DataLoss | None]]:
-        """Yield (row, loss) for each row of a batch that is left out; the trailer is no loss.
+        """Yield (row, loss) for each row of a batch that is left out; loss is None for the trailer.
 
         Numbers in another notation are filled into the batch. Raises LogError at the first issue if
-        losses are not allowed.
+        `losses` is None.
         """
         for issue in batch.issues:
             cell = decoded(issue.text, self.layout.encoding).strip().strip('"').strip()

@@ -176,7 +176,7 @@ class JsonLinesTable:
 
 
 def _lines(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Yield number and text of each line that is not blank, cut off after the longest message.
+    """Yield number and text of each line that is not blank, cut off after LONGEST + 2 bytes.
 
     A byte-order mark is left out.
     """

@@ -63,7 +63,7 @@ class RowBatch:
 
 
 class TextWindow:
-    """Part of the text for the scanner; used bytes are dropped, and new bytes are appended."""
+    """Text that the row scanner has not used yet; pieces of the file are appended to it."""
 
     def __init__(self, pieces: Pieces, skipped: int) -> None:
         self._pieces, self._skip = pieces, skipped

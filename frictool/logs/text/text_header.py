@@ -214,7 +214,7 @@ def _label(
 def _steps_beneath(
     names: Sequence[str], beneath: Sequence[str], number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """Return clock, increment and start in ns from columns named after the increment and the start.
+    """Return clock, increment and start in ns from the columns `increment` and `start`.
 
     The numbers are in the line below the names.
     """
