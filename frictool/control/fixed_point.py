@@ -39,12 +39,13 @@ class FixedPointOverflow(ValueError):
 
 @dataclass(frozen=True)
 class FixedProgram:
-    """Program in fixed point; the keys of its dictionaries are the indices of the program's nodes.
+    """Program in fixed point; the keys of its dictionaries are indices of nodes of the program.
 
     bits: width of a coefficient. fractions: number of fractional bits of each value. longest:
-    largest magnitude of an intermediate result. shifts: shifts (a, b, result) of an operation, to
-    the right if positive. term_shifts: shift of each term of a dot. write_shift: shift of each
-    state's update. constants: word of each constant. words: proved interval of each value's word.
+    largest magnitude of an intermediate result. shifts: right shifts (a, b, result) of operands and
+    result of an operation. term_shifts: shift of each product in a sum of products. write_shift:
+    shift of each state's update. constants: integer word of each constant. words: proved interval
+    of each value's integer word.
     """
 
     program: Program

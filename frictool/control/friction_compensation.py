@@ -79,7 +79,7 @@ def position_compensation(
     forward: Sequence[float],
     backward: Sequence[float],
 ) -> ProgramNode:
-    """Return the drive [A | V] for the Coulomb friction at a position minus its mean.
+    """Return the drive [A | V] that balances the change of the Coulomb friction over the position.
 
     Parameters
     ----------
@@ -88,8 +88,8 @@ def position_compensation(
     positions : sequence of n floats
         Rising positions [rad | m]. Outside, the value at the nearest end is used.
     forward, backward : sequences of n floats
-        Magnitude of the drive for the Coulomb friction at each position, minus that for its mean
-        [A | V]: `forward` for the positive, `backward` for the negative direction.
+        Drive [A | V] that balances the Coulomb friction at each position minus the mean friction,
+        in the positive and in the negative direction.
     """
     program.block("change of the friction compensation over the position")
     first, last = (

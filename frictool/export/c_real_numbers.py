@@ -137,5 +137,5 @@ class RealNumbers:
         return text if within.op in LOOSER.get(node.op, ()) else f"({text})"
 
     def note(self, node: ProgramNode) -> str:
-        """Return the comment behind a declaration, which is empty."""
+        """Return an empty comment for a declaration."""
         return ""

@@ -75,9 +75,9 @@ class ParameterBasis:
 
 @dataclass(frozen=True)
 class GridPlants:
-    """Plants at one r in balanced coordinates, all continuous or all sampled.
+    """Plants at one grid point in balanced coordinates, all continuous or all sampled.
 
-    B2, D12, C2 and D21 are the same for all plants. values: values of the parameters r.
+    B2, D12, C2 and D21 are the same for all plants. values: scheduled parameters at the point.
     """
 
     values: Values

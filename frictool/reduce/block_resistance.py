@@ -43,7 +43,7 @@ class BlockResistance:
 
     load: effort of springs, cams and constant efforts (S).
     friction: Coulomb friction (F in slip).
-    pressed_breakaway: breakaway without the drops in `falling`.
+    pressed_breakaway: breakaway without the speed-dependent friction in `falling`.
     falling: speed-dependent parts of the friction, which do not depend on the position.
     damping: sum of the damping of the springs between block and frame.
     """

@@ -74,8 +74,8 @@ class DirectedResistance:
     """Resistance at n positions in the two directions of motion, in slip and at rest [N m | N].
 
     forward, backward: resistance (n,) in slip.
-    breakaway_forward, breakaway_backward: resistance (n,) at rest, without the drops in `falling`.
-    falling: speed-dependent parts of the friction.
+    breakaway_forward, breakaway_backward: resistance (n,) at rest, without `falling`.
+    falling: speed-dependent friction, the same at all positions.
     damping: viscous resistance divided by the speed.
     """
 

@@ -19,7 +19,7 @@ MOST_ROWS = 40  # rows of a nested table
 
 
 class ObjectView:
-    """Text and HTML of an object with fields."""
+    """Base class for objects whose fields are shown as text and HTML."""
 
     __slots__ = ()
 
@@ -46,7 +46,7 @@ class ObjectView:
 
 
 class ResultView(ObjectView):
-    """Text, HTML and comparison of a result.
+    """Base class of results, which adds a comparison to text and HTML.
 
     A subclass must be a dataclass with `eq=False, repr=False`, so that it keeps these methods.
     """

@@ -178,7 +178,7 @@ def _beyond(
     scope: ProofScope,
     progress: Callable[[str], None],
 ) -> tuple[stored.Controller, tuple[ProvedBound, ...], tuple[str, ...]]:
-    """Return (controller, proved bounds, notes); the controller has certificate and robustness."""
+    """Verify between the vertices; return (controller, proved bounds, notes)."""
     progress("proof for every constant plant of the box")
     loops = feedbacks_of(controller)
     certificate, proved, remarks = _certificate(posed, controller)

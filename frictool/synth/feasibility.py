@@ -197,7 +197,7 @@ def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
 def _check_time(
     key: str, required: float, least: ShortestTime, model: Model, shortest: float
 ) -> list[str]:
-    """Return a note on longer steps, or raise NoSolutionError if the shortest one is too slow.
+    """Return a note on longer steps, or raise NoSolutionError if the drive is too slow.
 
     `required` is the time [s] of the specification's key, `shortest` the length of the shortest
     step [rad | m].
@@ -229,7 +229,7 @@ def _longest_step(
 ) -> float:
     """Return the length [rad | m] up to which steps are possible in the required time [s].
 
-    between: a possible and an impossible length.
+    between: a length that is possible, and one that is not.
     """
     possible, impossible = between
     for _ in range(LENGTHS):

@@ -38,7 +38,7 @@ def bound(problem: SynthesisProblem) -> float:
 
 
 def lpv(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the candidate with the frozen controller and the controllers of the vertices.
+    """Return the candidate: the controller of the plant `frozen_at`, and those of the vertices.
 
     Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
     their gamma.

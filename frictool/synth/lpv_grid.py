@@ -30,7 +30,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the candidate with the frozen controller and, if requested, scheduled controllers.
+    """Return the controller of the plant `frozen_at` and, if requested, scheduled controllers.
 
     Raises NoSolutionError if the inequalities have no solution, or if the norm of the loop exceeds
     their gamma. Raises FrictoolError for options that this method does not support (regimes, pole

@@ -96,7 +96,7 @@ def search(
     seed: int = 0,
     progress: Progress = lambda _: None,
 ) -> DescentPoint:
-    """Return the parameters with the smallest worst norm and modulus margins of at least `margin`.
+    """Return the parameters with the smallest worst norm for modulus margins of at least `margin`.
 
     All `plants` must have the same order. Raises NoSolutionError if no controller stabilises every
     plant, or if the best controller has less margin.

@@ -40,7 +40,7 @@ class ReducedController:
 
 
 def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[ReducedController]:
-    """Return checked controllers with falling order, from the order of `k` less 1 to `order`.
+    """Return checked controllers of falling order, from one below that of `k` down to `order`.
 
     kept: `high` leaves the direct gain unchanged, `low` the steady state. `check` is called with
     each reduced controller and raises NoSolutionError for a bad one; the order is added to the

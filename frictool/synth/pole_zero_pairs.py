@@ -54,7 +54,7 @@ def section_response(sections: Matrix, angles: Vector) -> ComplexVector:
 def _halves(values: ComplexVector) -> ComplexVector:
     """Return the numbers with a positive imaginary part, and the real ones, in increasing order.
 
-    Each complex number is the mean of itself and of the conjugate of its partner.
+    Each complex number is averaged with the conjugate of its partner.
     """
     ordered = values[np.lexsort((np.abs(values.imag), values.real))]
     is_real = np.abs(ordered.imag) <= REAL * np.abs(ordered)

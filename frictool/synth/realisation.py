@@ -198,7 +198,7 @@ def anti_windup_gains(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> NDArray[np.
 
     While the drive is limited, the state follows the limited drive (conditioned form). l is a
     Kalman observer gain for the covariances b b' and d^2 + (c b)^2, the squared responses to one
-    unit of eta. There is no tuning parameter.
+    unit of eta.
     """
     if not len(a):
         return np.empty(0)

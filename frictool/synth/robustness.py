@@ -20,7 +20,7 @@ from frictool.verify.loop_wording import plant_words
 def robustness(
     problem: SynthesisProblem, system: Lti, *, varying: bool = False
 ) -> stored.Robustness:
-    """Return the largest norm of the sampled loop with `system` in a search between the vertices.
+    """Search the plants between the vertices for the largest norm with the controller `system`.
 
     With `varying`, also return a bound for parameters that vary arbitrarily fast. Raises
     NoSolutionError if the loop is unstable for a plant of the box, or if the norm is more than 1 %

@@ -81,7 +81,7 @@ class StructuredController:
         return low, high
 
     def wider(self) -> StructuredController:
-        """Return this structure with an order higher by 1."""
+        """Return the same structure with an order higher by 1."""
         return replace(self, order=self.order + 1)
 
     def grown(self, parameters: Vector, pole: float) -> Vector:

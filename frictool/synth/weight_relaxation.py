@@ -86,10 +86,9 @@ def relaxed_problem(
 ) -> tuple[SynthesisProblem, Trade]:
     """Return the problem with relaxed weights, and the record of the search.
 
-    `guide` returns the gamma of a method for given weights; the relaxation lowers gamma to
-    `required`. The gamma of inequalities rises with W1, as the search requires; the norm of a
-    constant controller may not. The controller is verified afterwards. If that fails, a constant
-    controller (minimax) with the same weights may pass.
+    `guide` returns gamma for a problem's weights; the relaxation lowers gamma to `required`. The
+    search requires that gamma rises with W1. The gamma of inequalities does; the norm of a constant
+    controller may not.
     """
 
     def level(weights: PlantWeights) -> float:
@@ -100,7 +99,7 @@ def relaxed_problem(
 
 
 class _TradeSearch:
-    """State of the search; `disturbance`, `effort`: log of W1 and W3 relative to the start."""
+    """Search for weights; `disturbance`, `effort`: log of W1 and W3, relative to the start."""
 
     def __init__(
         self,
@@ -277,11 +276,7 @@ class _Bracket:
         self.open = not near and self.low < 0.0 and self.high - self.low > 0.5 * TOLERANCE
 
     def next(self) -> float:
-        """Return the next x inside the bracket.
-
-        The method interpolates log(gamma^2 - floor^2)/2 linearly, and bisects if that is
-        impossible.
-        """
+        """Return the next x, by interpolation of log(gamma^2 - floor^2)/2 or else by bisection."""
         wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.required)
         known = [
             seen for seen in (self.below, self.above) if seen is not None and math.isfinite(seen[1])

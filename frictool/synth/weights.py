@@ -204,7 +204,10 @@ class _WeightRules:
         return template(bandwidth, margin, error)
 
     def _amplitude(self, wanted: str) -> tuple[float, str]:
-        """Return the reference's amplitude A and its key in the bench; an error names `wanted`."""
+        """Return the reference's amplitude A, and the bench's key that states A.
+
+        wanted: key that an error names.
+        """
         mechanics = self.model.bench.mechanics
         if self.speed and mechanics.top_speed is not None:
             return mechanics.top_speed.value, "mechanics.top_speed"

@@ -71,7 +71,7 @@ class OpenLoopResponses:
         return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, -1], 0.0)))
 
     def bounds(self, k: ComplexVector) -> Vector:
-        """Return the Frobenius norms (k,) of T, which are upper bounds of the gains.
+        """Return the Frobenius norms (k,) of the closed loop, which are upper bounds of the gains.
 
         These bounds are much cheaper than the gains, and exceed them by a factor of at most
         sqrt(min(z, w)).

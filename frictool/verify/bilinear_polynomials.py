@@ -92,7 +92,7 @@ def _binomials(plus: int, minus: int) -> list[int]:
 
 
 def product(x: Polynomial, y: Polynomial) -> Polynomial:
-    """Return the product of the polynomials x and y, in coefficients of p^j q^(degree - j)."""
+    """Return the product of two polynomials, given by coefficients of p^j q^(degree - j)."""
     whole = [Fraction(0)] * (len(x) + len(y) - 1)
     for i, one in enumerate(x):
         for j, other in enumerate(y):

@@ -73,10 +73,9 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
 
 
 def outside_message(controller: str, names: Iterable[str]) -> str:
-    """Return a warning about the phrases `names`, without the subject of the sentence.
+    """Return a warning with the phrases `names`; the caller prefixes the subject, such as "model".
 
-    The caller adds the subject: the model, the mechanism or the bench. The warning shows the first
-    phrases and the number of the others; `verify --model` prints all.
+    The warning shows the first phrases and the number of the others; `verify --model` prints all.
     """
     phrases = listed(list(names), LONGEST_PHRASES, "; ")
     return (

@@ -12,8 +12,8 @@ HORIZON = 10  # samples; later the loop has reacted
 def count_current(controller: Lti, step: float, horizon: int = HORIZON) -> float:
     """Return the largest |drive| [A | V] after a displacement by one encoder count from rest.
 
-    step: one count [rad | m]. horizon: number of samples over which the maximum is taken. At the
-    first sample the drive is |d| step; a controller with lead may request more one sample later.
+    step: one count [rad | m]. horizon: number of samples over which the maximum is taken; a
+    controller with lead may request more drive at the second sample than at the first.
     Raises ValueError for a controller in continuous time.
     """
     if not controller.period:

@@ -38,8 +38,9 @@ Series = Callable[[int, Fraction], tuple[Fraction, Fraction]]
 class HoldPolynomials:
     """Polynomials of h_1, h_2, a and b in sigma - `middle`, and bounds of their errors.
 
-    coefficients: coefficients of each polynomial, lowest power first. errors: one error bound for
-    each polynomial. kept: e, with an error of at most `kept_error`.
+    The module docstring defines the symbols. coefficients: coefficients of each polynomial, lowest
+    power first. errors: one error bound for each polynomial. kept: e, with an error of at most
+    `kept_error`.
     """
 
     middle: Fraction
@@ -50,7 +51,7 @@ class HoldPolynomials:
 
 
 def check_range(ratio: Fraction, low: Fraction, high: Fraction) -> None:
-    """Raise NoSolutionError if the lag or J/sigma_v is too short, relative to the period."""
+    """Raise NoSolutionError if the drive's lag or the axis's J/sigma_v is too short."""
     if ratio > LARGEST or max(abs(low), abs(high)) > LARGEST:
         what = "actuator.loop_time_constant_s" if ratio > LARGEST else "inertia/viscous"
         raise NoSolutionError(
@@ -60,9 +61,9 @@ def check_range(ratio: Fraction, low: Fraction, high: Fraction) -> None:
 
 
 def hold_polynomials(ratio: Fraction, low: Fraction, high: Fraction) -> HoldPolynomials:
-    """Return the polynomials for sigma in [low, high], high - low <= 1, and lambda = `ratio`.
+    """Return the polynomials of the module docstring for low <= sigma <= high <= low + 1.
 
-    For a drive without lag, `ratio` is 0.
+    ratio: lambda, the period divided by the drive's lag; 0 for a drive without lag.
     """
     largest = max(abs(low), abs(high))
     middle = Fraction(float((low + high) / 2))

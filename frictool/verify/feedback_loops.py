@@ -124,10 +124,7 @@ def speed_feedback(
 def _observed(
     c: Lti, gain_of_law: float, speeds: tuple[ObserverSpeed, ...]
 ) -> tuple[FeedbackLoop, ...]:
-    """Return the loops of a controller whose speed comes from an observer.
-
-    The feedback of the drive into the observer is part of the controller.
-    """
+    """Return the loops of a controller whose speed comes from an observer, which reads the drive."""
     loops = [
         FeedbackLoop(
             f"speed loop{_of(shown)}", _around(c, shown, {SHOWN: 1.0}, (DIFFERENCE,)), (DIFFERENCE,)
@@ -197,8 +194,7 @@ def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[F
 def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
     """Return the low-pass F(z) of the velocity block, of order 1 or 2, with rounded coefficients.
 
-    F is 1 without a filter. Raises ValueError for an observer, because its input is not only the
-    position.
+    F is 1 without a filter. Raises ValueError if an observer estimates the speed.
     """
     if velocity.source == "observer":
         raise ValueError("an observer is not a filter of the position alone")

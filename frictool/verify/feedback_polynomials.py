@@ -30,9 +30,9 @@ class FeedbackPolynomials:
     """Polynomials in z with drive = (numerator * eta - measured * speed)/denominator.
 
     `numerator` and `measured` have the formal degree of the denominator; `measured` is empty
-    without a measured speed. If `free`, the loop feeds back the speed only, and its states do not
-    contain the position. Then drive = (numerator * (z - 1) * eta - measured * speed)/denominator.
-    The degree of the numerator is then lower by 1, or the numerator is zero.
+    without a measured speed. If `free` is True, the loop feeds back the speed only; then
+    drive = (numerator * (z - 1) * eta - measured * speed)/denominator, and the degree of the
+    numerator is lower by 1, or the numerator is zero.
     """
 
     numerator: Polynomial

@@ -123,7 +123,7 @@ def _crossings(system: Lti, level: float) -> NDArray[np.float64]:
     """Return the sorted frequencies [rad/s] at which a singular value equals `level`.
 
     They are imaginary eigenvalues of the Hamiltonian. The level must exceed the gain at infinity
-    (in continuous time) or at half the sampling frequency; both are among the first evaluations.
+    (in continuous time) or at half the sampling frequency.
     """
     a, b, c, d = (
         _bilinear_image(system) if system.period else (system.a, system.b, system.c, system.d)

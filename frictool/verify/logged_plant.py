@@ -74,12 +74,12 @@ class LoggedPlant:
 
 
 def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str, str]:
-    """Return the intervals as texts, for the record INTERVALS of a log's metadata."""
+    """Return each interval as text, for a log's metadata."""
     return {name: json.dumps(ends) for name, ends in intervals.items()}
 
 
 def intervals_of_text(record: Mapping[str, str]) -> dict[str, tuple[float, float]]:
-    """Return the intervals of a log's metadata; entries without two finite numbers are left out."""
+    """Return the intervals in a log's metadata; entries without two finite numbers are left out."""
     intervals = {}
     for name, text in record.items():
         try:

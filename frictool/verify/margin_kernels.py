@@ -129,7 +129,7 @@ def sensitivity(
     delay_samples: int,
     axis: tuple[Matrix, Vector, Matrix],
 ) -> tuple[Matrix, Vector, Vector]:
-    """Return the matrices a (n, n), b (n,) and c (n,) of 1/(1 + L) - 1.
+    """Return the matrices a (n, n), b (n,) and c (n,) of 1/(1 + L) - 1, L being the loop gain.
 
     controller: matrices a, b, c, d of the controller, with one input per measured signal and one
     output. axis: result of `sampled_axis`. The states belong to controller, delay and axis, in this
@@ -235,7 +235,7 @@ def _by_matrices(loop: tuple[Matrix, Vector, Vector], point: complex) -> float:
 
 @kernel
 def _with_angles(grid: Vector, poles: ComplexVector) -> Vector:
-    """Return the angles `grid` (k,) and the absolute angles of the poles (n,), sorted (k + n,)."""
+    """Return the angles of `grid` (k,) and the magnitudes of the poles' angles (n,), sorted."""
     count = grid.shape[0]
     angles = np.empty(count + poles.shape[0])
     for k in range(count):

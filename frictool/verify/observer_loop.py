@@ -38,12 +38,10 @@ SHOWN, MOVED, DRIVEN = "shown", "motion", "u"
 
 @dataclass(frozen=True)
 class ObserverSpeed:
-    """Linear observer with the output minus the estimated speed.
+    """Linear observer; its output is minus the estimated speed.
 
-    Its inputs are minus the difference quotient of the position [rad/s | m/s] and the drive
-    [A | V].
-
-    `mode` is the name of the mode in messages, empty if the observer has only one mode.
+    The first input is minus the difference quotient of the position [rad/s | m/s], the second is
+    the drive [A | V]. `mode`: name of the mode in messages, empty for an observer with one mode.
     """
 
     system: Lti
@@ -76,10 +74,10 @@ def check_observer(observer: Observer, hold: Held = float) -> None:
 
 
 def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
-    """Return the observer per mode without the drive.
+    """Return the observer of each mode, with the effort as input instead of the drive.
 
-    The inputs are m = minus the difference quotient of the position, and the effort. The first
-    state is the measured minus the estimated position.
+    The other input is m, minus the difference quotient of the position. The first state is the
+    measured minus the estimated position.
     """
     if observer.tracking is not None:
         return (ObserverSpeed(_tracking(observer, hold)),)
@@ -146,7 +144,7 @@ def _lti(rows: Matrix, shown: NDArray[np.float64], period: float) -> Lti:
 
 
 def _with_drive(observer: Observer, system: Lti) -> Lti:
-    """Return the system from m and the drive, with the effort of control/drive_model.py."""
+    """Return the observer with the drive as input, through the drive's delay and lag."""
     period = observer.sample_period_s
     actuator = observer.bench.actuator
     blocks = {
@@ -158,7 +156,7 @@ def _with_drive(observer: Observer, system: Lti) -> Lti:
 
 
 def _mean(lag: float, period: float) -> Lti:
-    """Return the system from the applied drive to its mean over the sample behind the lag."""
+    """Return the system from the delayed drive to its mean over a sample, after the lag."""
     if lag == 0.0:
         return Lti(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1)), period)
     left = math.exp(-period / lag)

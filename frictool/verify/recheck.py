@@ -175,9 +175,9 @@ def computed_figures(controller: Controller) -> Verified:
 
 
 def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Rounded, ...]:
-    """Return the number formats that the loop tolerates.
+    """Return the number formats whose rounding the loop tolerates.
 
-    If a figure is within TOLERANCE of its limit, the format is kept if the document lists it.
+    A format near its limit (within TOLERANCE) counts as tolerated if the document lists it.
     """
     listed = {one.number for one in verified.rounded}
     differences = []
@@ -226,7 +226,7 @@ def _scheduled(controller: Controller, schedule: Schedule) -> Schedule:
 
 
 def _contradicted_bounds(verified: Verified) -> Iterator[FigureDifference]:
-    """Yield the solver's upper bounds that a norm at a vertex contradicts."""
+    """Yield each upper bound of the document that is below a norm at a vertex."""
     if verified.robustness is None:
         return
     for name in SOLVED:

@@ -51,8 +51,8 @@ def prove_rest(controller: Controller, certificate: Certificate) -> RestProof | 
 def least_friction(controller: Controller, box: Box) -> float:
     """Return the smallest friction [N m | N] of all plants in `box`, also inside the backlash.
 
-    The friction inside the backlash is proportional to the axis's friction, as in the simulation.
-    No breakaway is below the Coulomb friction.
+    The friction inside the backlash is proportional to the friction of the axis. The Coulomb
+    friction is the bound, because a breakaway is never below it.
     """
     mechanics = controller.bench.mechanics
     low = box.coulomb[0]
@@ -146,7 +146,7 @@ def _stable_loop(certificate: Certificate) -> RestCheck:
 
 
 def _count_pulse(controller: Controller, limiter: Limiter, effort: float) -> float:
-    """Return the largest effort [N m | N] by which the released drive answers one count."""
+    """Return the largest effort [N m | N] of the released drive after one encoder count."""
     if limiter.virtual_coulomb == 0.0 or controller.velocity.source == "measured":
         return 0.0
     period, velocity = controller.sample_period_s, controller.velocity

@@ -83,12 +83,12 @@ def missing_facts(facts: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def facts_to_text(facts: Mapping[str, float]) -> dict[str, str]:
-    """Return the facts as texts, for the record RECORD of a log's metadata."""
+    """Return each fact as text, for a log's metadata."""
     return {name: json.dumps(value) for name, value in facts.items()}
 
 
 def facts_of_text(record: Mapping[str, str]) -> dict[str, float]:
-    """Return the facts of a log's metadata; entries that are not numbers are left out."""
+    """Return the facts in a log's metadata; entries that are not numbers are left out."""
     facts = {}
     for name, text in record.items():
         try:

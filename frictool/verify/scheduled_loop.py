@@ -25,7 +25,7 @@ SEED = 2
 
 @dataclass(frozen=True)
 class ScheduledFigures:
-    """Largest norm, smallest modulus margin (0 if a loop is unstable) and number of plants.
+    """Largest norm and smallest modulus margin (0 if a loop is unstable) of a scheduled loop.
 
     `at`: plant with the smallest margin. `points`: number of plants between the corners.
     """

@@ -52,10 +52,7 @@ ENTRIES: dict[Name, tuple[int, int]] = {"error": (0, 0), "drive": (1, 0), "distu
 
 @dataclass(frozen=True)
 class WorstGain:
-    """Largest weighted gain of all vertices, divided by gamma, with vertex and frequency [rad/s].
-
-    A ratio above 1 means that the gain exceeds its template.
-    """
+    """Largest ratio of a gain to its upper bound, with its vertex and frequency [rad/s]."""
 
     ratio: float
     vertex: str
@@ -64,7 +61,7 @@ class WorstGain:
 
 @dataclass(frozen=True)
 class VertexTransfer:
-    """One transfer function: gains (vertices, frequencies) and template (frequencies,).
+    """One transfer function: gains (vertices, frequencies), and their upper bound (frequencies,).
 
     `template` and `worst` are None if the weight is 0 or unknown.
     """
@@ -190,7 +187,7 @@ def _templates(
 def _worst(
     controller: Controller, vertices: tuple[Vertex, ...], weights: CertifiedWeights, gamma: float
 ) -> dict[Name, WorstGain]:
-    """Return the worst gains by norms, independent of the frequency grid."""
+    """Return the worst ratio of each transfer function, computed as a norm."""
     weighted = PlantWeights(first_order(weights.error), weights.disturbance, weights.drive)
     loops = [_closed(controller, vertex, weighted) for vertex in vertices]
     worst: dict[Name, WorstGain] = {}

@@ -114,10 +114,7 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
 
 
 def prove_bounds(loops: Sequence[CertificateLoop], box: Box, below: float) -> int | OpenCell:
-    """Prove that the norms of all loops are below `below`; return the number of cells.
-
-    If a proof fails, the function returns or raises the same as `prove_bound` for that loop.
-    """
+    """Apply `prove_bound` to all loops; return the total number of cells, or the first failure."""
     cells = 0
     for loop in loops:
         one = prove_bound(loop, box, below)
@@ -171,7 +168,7 @@ def _prove_bound(loop: CertificateLoop, box: Box, below: float) -> int | OpenCel
 def _require_stable(loop: KernelLoop, plants: KernelBox, plant: tuple[float, float]) -> None:
     """Raise NoSolutionError unless the loop of one plant is proved to be stable.
 
-    plant: kappa and sigma - middle of the kernel.
+    plant: kappa and sigma - middle (zero_exclusion_kernel.py).
     """
     order = loop.denominator.shape[1] + int(not loop.free) + int(loop.lagged) + loop.delay
     angle, error = turn(loop, plants, plant, MOST_CELLS)
@@ -222,7 +219,7 @@ def _pieces(interval: Interval) -> Iterator[Interval]:
 
 
 def _kernel_loop(loop: CertificateLoop, holds: HoldPolynomials) -> KernelLoop:
-    """Return the loop as the kernel reads it, for the viscous rates at which `holds` is valid."""
+    """Return the loop as data of the kernel, for the viscous rates at which `holds` is valid."""
     period = Fraction(loop.period)
     feedback = feedback_polynomials(loop)
     numerator, measured, denominator = (

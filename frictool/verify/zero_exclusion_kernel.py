@@ -70,7 +70,7 @@ STEADY = 0.05
 
 
 class KernelLoop(NamedTuple):
-    """Data of a certificate's loop, as the kernel reads them.
+    """Data of a certificate's loop, with the symbols of the module docstring.
 
     `numerator` and `denominator` (2, m + 1) are N and A as polynomials of t in each chart, and
     `measured` is N_v, (2, 0) without a measured speed. If `free`, the factor 2 p of N is left out.
@@ -128,7 +128,7 @@ class KernelWorkspace(NamedTuple):
 
 
 class LoopTerms(NamedTuple):
-    """Taylor forms of the module's formulas in one cell, a box of t, kappa and sigma.
+    """Taylor forms of the formulas in the module docstring, in one cell of t, kappa and sigma.
 
     two_p, big_q: 2 p, Q. hold: H. poles: 2 p H, or H if the position is free. lag: E. axis: B.
     kept: K. moved: M G, plus the term of N_v if the speed is measured. looped: M. entering:
@@ -183,7 +183,9 @@ def workspace(loop: KernelLoop) -> KernelWorkspace:
 def inverse_inertia(
     box: KernelBox, drive: tuple[float, float], viscous: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return (low, high) bounds of T^2/J for the plants with kappa and sigma in given intervals.
+    """Return (low, high) bounds of T^2/J for plants with kappa and sigma in given intervals.
+
+    T is the sample period, J the inertia; kappa and sigma are those of the module docstring.
 
     `drive`: interval of kappa. `viscous`: interval of sigma. If low > high, there is no such plant.
     """
@@ -206,12 +208,12 @@ def inverse_inertia(
 
 @kernel
 def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
-    """Return an upper bound, as a form, of phi for every plant with these kappa and sigma.
+    """Return an upper bound of phi for every plant with these kappa and sigma, as a Taylor form.
 
-    phi is the Coulomb friction times T^2/J. T^2/J has three upper bounds: the upper end of its
-    interval, kappa divided by the least actuator's constant, and sigma divided by the least
-    (viscous friction)/T if that is positive. The bound that is smallest in the middle of the cell
-    is used.
+    phi is the Coulomb friction times T^2/J (module docstring). T^2/J has three upper bounds: the
+    upper end of its interval, kappa divided by the least actuator's constant, and sigma divided by
+    the least (viscous friction)/T if that is positive. The bound that is smallest in the middle of
+    the cell is used.
     """
     most = box.inverse[1]
     form = constant(box.friction * most * UP)
@@ -253,7 +255,10 @@ def _span(low: float, high: float) -> tuple[float, float]:
 def loop_terms(
     loop: KernelLoop, box: KernelBox, chart: int, cell: Vector, space: KernelWorkspace
 ) -> LoopTerms:
-    """Return the terms of the loop in a cell (6,): intervals of t, kappa and sigma - middle."""
+    """Return the terms of the loop in a cell (6,), the intervals of t, kappa and sigma - middle.
+
+    The module docstring defines the symbols.
+    """
     t, dt = _span(cell[0], cell[1])
     k, dk = _span(cell[2], cell[3])
     x, dx = _span(cell[4], cell[5])
@@ -325,7 +330,6 @@ def loop_terms(
 
 @part_kernel
 def _from_reference(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
-    """Return X/D, e/D and eta/D per unit of the reference (table of the module docstring)."""
     if not loop.speed:
         common = times(at.poles, at.over)
         return common, times(at.kept, common), scaled(times(at.moved, at.over), -1.0)
@@ -338,7 +342,6 @@ def _from_reference(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
 
 @part_kernel
 def _from_friction(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
-    """Return X/D, e/D and eta/D per unit of the friction (table of the module docstring)."""
     friction = times(scaled(at.phi, loop.disturbance), at.over)
     common = times(friction, times(at.axis, at.big_q))
     eta = times(at.kept, common)
@@ -352,7 +355,6 @@ def _from_friction(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
 
 @part_kernel
 def _from_noise(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
-    """Return X/D, e/D and eta/D per unit of the noise (table of the module docstring)."""
     noise = times(at.noise, at.over)
     common = times(times(at.two_p, at.hold), noise)
     eta = scaled(times(at.moved, noise), -1.0)
@@ -449,9 +451,10 @@ def explore(
 ) -> tuple[int, int]:
     """Divide the cell `start` (6,) until a bound is proved; return outcome and number of cells.
 
-    PROVED: D is not zero and the norm of T is below `level` for every plant of the box in the cell.
-    VIOLATED: the norm reaches `level`, in doubles, at the t, kappa and sigma written into `at`
-    (3,). UNDECIDED: more than `most` cells would be needed, and `at` is in one of them.
+    PROVED: the characteristic polynomial D is not zero and the norm of the loop T is below `level`
+    for every plant of the box in the cell. VIOLATED: the norm reaches `level`, in doubles, at the
+    t, kappa and sigma written into `at` (3,). UNDECIDED: more than `most` cells would be needed,
+    and `at` is in one of them.
     """
     space = workspace(loop)
     stack = np.empty((DEPTH, 6))
@@ -513,11 +516,11 @@ def explore(
 def turn(
     loop: KernelLoop, box: KernelBox, plant: tuple[float, float], most: int
 ) -> tuple[float, float]:
-    """Return the change [rad] of arg D of one plant from z = 1 to z = -1, and its error.
+    """Return the change [rad] of arg D for one plant from z = 1 to z = -1, and its error.
 
-    `plant` is (kappa, sigma - middle). Between neighbouring points the enclosure of D does not
-    contain zero, so that arg D changes by less than pi. The error is infinite if the plant is not
-    in the box, or if more than `most` cells would be needed.
+    D is the characteristic polynomial. `plant` is (kappa, sigma - middle). Between neighbouring
+    points the enclosure of D does not contain zero, so that arg D changes by less than pi. The
+    error is infinite if the plant is not in the box, or if more than `most` cells would be needed.
     """
     low, high = inverse_inertia(box, (plant[0], plant[0]), viscous_rates(loop, plant[1], plant[1]))
     space = workspace(loop)

@@ -65,14 +65,14 @@ class Candidate:
 
     @cached_property
     def missing(self) -> dict[str, float]:
-        """Return the largest shortfall of each requirement without the reserve, by key."""
+        """Return the largest excess over each requirement's limit, relative to it, by key."""
         each = [missing(runs) for runs in self.runs]
         keys = [metric.key for metric in self.metrics]
         return {key: max(one[key] for one in each if key in one) for key in keys}
 
     @property
     def largest_missing(self) -> float:
-        """Return the largest shortfall of all requirements without the reserve."""
+        """Return the largest relative excess over a limit; 0 or less if all limits are met."""
         return max(self.missing.values())
 
     def worst(self, metric: Any) -> float:
@@ -99,7 +99,7 @@ class FamilyOutcome:
         `passed`: True if the best candidate meets every requirement. `with_reserve`: True if it
         meets every requirement with the reserve.
     refusals : tuple of str
-        Reasons why candidates that passed the play were not verified.
+        Reasons why candidates that passed the simulation were not verified.
     trade : tuple of Candidate
         Candidates in the order in which they were played, to show the trade-off.
     """
@@ -127,7 +127,7 @@ class _ExhaustedError(Exception):
 
 @dataclass
 class CandidateSearch:
-    """Search of a family.
+    """Search for the best parameters of a family.
 
     Attributes
     ----------
@@ -175,7 +175,7 @@ class CandidateSearch:
         return self._outcome(found)
 
     def run_from(self, start: Vector, progress: Callable[[str], None]) -> FamilyOutcome:
-        """Search without the reserve near a point (d,) of the unit cube; return the outcome."""
+        """Search near a point (d,) of the unit cube, without a reserve to the limits."""
         self.hard, self.progress = list(self.tests.hard), progress
         progress(f"search: {self.family.name}, from the design of an easier specification")
         self.reserve = 0.0

@@ -126,7 +126,7 @@ def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
 
 
 def missing(runs: JudgedRuns) -> dict[str, float]:
-    """Return the largest shortfall of each requirement without the reserve, by key."""
+    """Return the largest excess over each requirement's limit, relative to it, by key."""
     worst = shortfalls(runs, 0.0).max(axis=0)
     return {one.key: float(value) for one, value in zip(runs.metrics, worst, strict=True)}
 
