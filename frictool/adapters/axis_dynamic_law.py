@@ -101,10 +101,10 @@ def assumed_fall(model: Model) -> str:
 
 
 def _bank(fitted: MaxwellSlip, breakaway: float, limit: float) -> tuple[float, Vector]:
-    """Return the limit [rad | m] and the elements of the bank with the fitted virgin curve.
+    """Return the limit [rad | m] and the elements of a bank with the fitted virgin curve.
 
-    The curve ends at the breakaway; if the fit ends below it, its last piece is a straight line to
-    the breakaway at `limit`.
+    The curve ends at the breakaway. If the fitted curve ends below the breakaway, a straight line
+    extends it to the breakaway at `limit`.
     """
     displacement, force = np.array(fitted.displacement), np.array(fitted.force)
     below = force < breakaway

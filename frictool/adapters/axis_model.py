@@ -28,8 +28,8 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
 
     `overrides` replaces fields of AxisParameters. An overridden Coulomb or viscous friction scales
     the model's friction (adapters/friction_levels.py); an overridden breakaway does not. The
-    friction inside the backlash (motor and brushes, thesis 4.4.4) is a part of the axis's friction;
-    by default, this part is the smaller of the Coulomb frictions of the two directions. Raises
+    default of the friction inside the backlash (motor and brushes, thesis 4.4.4) is the smaller of
+    the Coulomb frictions of the two directions. Raises
     ValueError with the name of a parameter that is out of range.
     """
     bench, today = model.bench, model.parameters
@@ -71,7 +71,7 @@ def _dry(model: Model, overrides: dict[str, float]) -> float:
 
 
 def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float]:
-    """Return the function from a viscous coefficient of the model to the overridden one."""
+    """Return a function that maps a viscous coefficient of the model to the overridden one."""
     if "viscous" not in overrides:
         return lambda value: value
     wanted = overrides["viscous"]

@@ -26,7 +26,7 @@ Ends = tuple[float, float]
 
 
 def coulomb_level(model: Model) -> Ends:
-    """Return (low, high) of the Coulomb level [N m | N]; equal if the model has no interval."""
+    """Return (low, high) of the Coulomb level [N m | N]; low = high without an interval."""
     forward, backward = _mean_factors(model)
     coulomb = model.parameters.coulomb
     opposite = _opposite(model, "coulomb")
@@ -52,7 +52,7 @@ def coulomb_factor(model: Model, wanted: float) -> float:
 
 
 def viscous_level(model: Model) -> Ends:
-    """Return (low, high) of the viscous level [N m s/rad | N s/m]; equal without an interval."""
+    """Return (low, high) of the viscous level [N m s/rad | N s/m]; low = high without interval."""
     steepest = [max(slopes, key=lambda slope: slope.value) for slopes in _slopes(model)]
     low, high = (
         0.5 * sum(ends) for ends in zip(*(slope.interval for slope in steepest), strict=True)

@@ -72,9 +72,8 @@ def ranges(
 def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]:
     """Return a parameter's interval, widened by the interval of the actuator's constant.
 
-    A model's parameters are proportional to the constant; [low, high] applies to the constant's
-    nominal value. The result contains every value in [low, high] times every ratio of the constant
-    to its nominal value.
+    A model's parameters are proportional to the constant. low, high: interval of the parameter with
+    the nominal constant.
     """
     ratios = [end / constant.value for end in constant.interval]
     products = [ratio * end for ratio in ratios for end in (low, high)]
@@ -82,10 +81,10 @@ def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]
 
 
 def relative(low: float, high: float, constant: Quantity) -> tuple[float, float]:
-    """Return the interval of x times nominal/true actuator constant, for x in [low, high].
+    """Return the interval of a parameter that logs would give with the nominal actuator constant.
 
-    The true constant is any value in the interval of `constant`. low, high: interval of a parameter
-    in SI. The result is the interval that logs would give with the nominal constant.
+    low, high: interval of the parameter with the true constant, in SI. The true constant is any
+    value in the interval of `constant`.
     """
     ratios = [constant.value / end for end in constant.interval]
     products = [ratio * end for ratio in ratios for end in (low, high)]

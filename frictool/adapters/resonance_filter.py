@@ -12,10 +12,9 @@ from frictool.plant.lti import Lti, gain
 
 
 def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
-    """Return the nominal filter H(s) and, with intervals, two further filters.
+    """Return the nominal filter and, with intervals, two filters at the ends of the intervals.
 
-    In the second filter all frequencies are at the low ends of their intervals, in the third filter
-    at the high ends.
+    In the second filter all frequencies have their low ends, in the third their high ends.
     """
     filters = [_filter(resonances, None)]
     if any(one.interval_rad_s is not None for one in (*resonances.poles, *resonances.zeros)):
@@ -24,7 +23,7 @@ def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
 
 
 def _filter(resonances: Resonances, end: int | None) -> Lti:
-    """Return the filter H(s); end: 0 low ends, 1 high ends of intervals, None their values."""
+    """Return the filter with all frequencies at their low ends (0), high ends (1) or values."""
     below = [_pair(one, end) for one in resonances.poles] + _reals(resonances.real_poles_rad_s)
     above = [_pair(one, end) for one in resonances.zeros] + _reals(resonances.real_zeros_rad_s)
     whole = gain(1.0, 0.0)

@@ -35,9 +35,9 @@ def firmware_law(bench: Bench) -> FirmwareLaw:
 def pendulum_load(
     pendulum: Pendulum | None, mass: float | None = None, length: float | None = None
 ) -> PendulumLoad | None:
-    """Return the load of a pendulum, with the mass [kg] and length [m] of a log if it states them.
+    """Return the load of a pendulum; None if its mass or length is unknown.
 
-    Return None if neither states mass and length.
+    mass [kg], length [m]: values of a log, which replace those of `pendulum`.
     """
     if pendulum is not None:
         mass = pendulum.mass.value if mass is None else mass

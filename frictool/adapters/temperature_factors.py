@@ -53,10 +53,9 @@ def temperature_words(owner: str, text: str) -> str:
 
 
 def reference_words(law: FrictionOverTemperature, vertices: bool = False) -> str:
-    """Return a text on the reference temperature and the friction at other temperatures.
+    """Return a text on the reference temperature and the range of friction at other temperatures.
 
-    The text contains the range of the friction over the temperatures of the model's logs.
-    `vertices`: True to state that the vertices of the model hold at the reference only.
+    `vertices`: True to state that the vertices of the model apply to the reference only.
     """
     low, high = law.over.low, law.over.high
     viscous, dry = temperature_factors(law, np.linspace(low, high, POINTS))

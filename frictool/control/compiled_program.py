@@ -138,7 +138,7 @@ def ports(program: Program) -> IntVector:
 
 @kernel
 def copy_program(machine: CompiledProgram) -> CompiledProgram:
-    """Return a copy with separate values; it shares the arrays of operations with `machine`."""
+    """Return a copy of a program with separate values but the same arrays of operations."""
     return CompiledProgram(
         machine.number,
         machine.code,
@@ -259,8 +259,7 @@ def _give(v: Values, ports: IntVector, reference: float, position: float, veloci
 def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
     """Return the first row of `code` to run: 0, or the first row after the measurement guard.
 
-    If this sample and the last one are valid, the guard would only copy the inputs. They are copied
-    here instead, and the guard's rows are left out.
+    If this sample and the last one are valid, this function copies the inputs instead of the guard.
     """
     if (
         not valid

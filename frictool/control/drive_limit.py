@@ -21,8 +21,8 @@ def bounds(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the nodes (low, high) of the limits of the drive [A | V].
 
-    winding: (resistance [ohm], torque constant [N m/A], supply voltage [V]), which requires
-    `speed`, or None.
+    winding: None, or (resistance [ohm], torque constant [N m/A], supply voltage [V]) of a winding,
+    for which `speed` is required.
     """
     high = program.constant(bound, "drive_limit")
     low = program.named("drive_low" if winding is None else "lowest", -high)

@@ -19,7 +19,7 @@ from frictool.control.program import Program, ProgramNode
 def corner_weights(
     program: Program, names: Sequence[str], corners: Sequence[Mapping[str, float]]
 ) -> list[ProgramNode]:
-    """Return the weight of each corner, alpha_i in the module's formula.
+    """Return the weight alpha_i of each corner (module docstring).
 
     The value of each parameter is a state of the program, which starts in the middle of the
     parameter's interval.

@@ -42,10 +42,10 @@ _serial = itertools.count()
 class MachineCode(NamedTuple):
     """Compiled function of one sample.
 
-    `address`: address of the function, for kernels. Its arguments are the address (int64) of the
-    program's array `real`, the reference, the position and the velocity. It returns the value that
-    was selected when it was compiled, by default the drive. `library`: the compiled code, which
-    exists as long as this object.
+    `address`: address of the function, for kernels. The function's arguments are the address
+    (int64) of the program's array `real`, the reference, the position and the velocity. The
+    function returns one value of the program, by default the drive. `library`: the compiled code,
+    which exists as long as this object.
     """
 
     address: int
@@ -101,7 +101,7 @@ def compiled(structure: ProgramStructure) -> MachineCode:
 
 
 def _module(structure: ProgramStructure, name: str) -> ir.Module:
-    """Return the module with the function of one sample, see MachineCode."""
+    """Return the LLVM module with the function of one sample (`MachineCode`)."""
     address = ir.IntType(64)
     module = ir.Module(name)
     function = ir.Function(module, ir.FunctionType(REAL, [address, *[REAL] * len(PORTS)]), name)
@@ -142,7 +142,7 @@ def _place(builder: ir.IRBuilder, memory: ir.Value, index: int) -> ir.Value:
 
 
 def _result(builder: ir.IRBuilder, operation: int, operands: list[ir.Value]) -> ir.Value:
-    """Return the result of an operation other than a dot, as `run_values` defines it."""
+    """Return the result of an operation other than `dot`, as `run_values` defines it."""
     a = operands[0]
     b = operands[-1]
     if operation in (op.ADD, op.SUB, op.MUL):

@@ -25,8 +25,8 @@ def write_guard(
 ) -> GuardNodes:
     """Write the guard as the first operations of a program and return its nodes.
 
-    The controller reads the inputs `GuardNodes.used`; its drive is 0 while `GuardNodes.fault` is
-    true.
+    The controller must read the inputs `GuardNodes.used`, and set the drive to 0 while
+    `GuardNodes.fault` is true.
     """
     program.block(
         f"an input that is no number keeps its last valid value for at most {hold_samples} "

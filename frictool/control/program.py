@@ -28,7 +28,7 @@ LOGICAL = frozenset({"lt", "le", "and", "or", "not", "valid"})
 class ProgramNode:
     """One value: the result of an operation on `args`.
 
-    The `args` of a `dot` are n coefficients followed by n values.
+    The `args` of the operation `dot`, a sum of products, are n coefficients followed by n values.
     """
 
     program: Program = field(repr=False, compare=False)
@@ -171,7 +171,7 @@ class Program:
         self.updates[self.states[name].index] = value
 
     def last(self, name: str, value: ProgramNode, start: float | str) -> ProgramNode:
-        """Return a state that holds `value` of the last sample; it is created once per name."""
+        """Return a state with the `value` of the last sample; equal names share one state."""
         state = self.states.get(f"{name}_before")
         if state is None:
             state = self.state(f"{name}_before", value.low, value.high, start)

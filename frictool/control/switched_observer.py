@@ -35,7 +35,7 @@ STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
 
 @dataclass(frozen=True)
 class SlipMode:
-    """Cell: interval of positions in one direction of motion, up to the position `high` [rad | m].
+    """Interval of positions (cell) in one direction of motion, up to the position `high` [rad | m].
 
     friction: magnitude f_i [N m | N]. gains: L1 [1], L2 [1/s], L3 [wear per rad | m].
     """

@@ -50,7 +50,7 @@ def next_mode(
 ) -> ProgramNode:
     """Return the mode at this sample.
 
-    speed: the measured speed for a band that brakes, None for a band that cuts.
+    speed: the measured speed for a band with action `brake`, None for the action `cut`.
     """
     rest = program.constant(REST)
     before = program.state("mode", RUN, REST, start=REST)

@@ -170,7 +170,7 @@ class FixedNumbers:
         return f"({text})"
 
     def fractions(self, table: NamedArray) -> str:
-        """Return a comment with the fractions of an array's elements, for the line before."""
+        """Return a comment line with the numbers of fraction bits of an array's elements."""
         counts = [
             str(self.scaled.fractions[node.index]) if node is not None else "-"
             for _, node in table.elements()

@@ -27,7 +27,7 @@ class ModelExportSettings:
     without : frozenset of str
         Features of the model to leave out (`model_features.py`).
     into : Path or None
-        Robot description to write the joint's values into.
+        Robot description in which the joint's values are written.
     joint : str or None
         Joint of `into`; without it, the only joint of the model's kind.
     check : Log or None

@@ -106,7 +106,7 @@ def _refused(controller: Controller, number: Number, why: str) -> NoSolutionErro
 def _loops(
     controller: Controller, linear: LinearController, number: Number
 ) -> Iterator[tuple[LinearController, PlantPoint, tuple[int, ...]]]:
-    """Yield each linear controller with its plant and its delays, the bench's first."""
+    """Yield each linear controller with its plant and its delays, the delay of the bench first."""
     for vertex in controller.verified.vertices:
         point = PlantPoint(
             vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
@@ -192,7 +192,7 @@ def _margin(
 
 
 def _brake(controller: Controller, number: Number) -> None:
-    """Raise NoSolutionError if the limiter's virtual friction, at its steepest, is unstable."""
+    """Raise NoSolutionError if the largest slope of the limiter's virtual friction is unstable."""
     limiter = controller.limiter
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return

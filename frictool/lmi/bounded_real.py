@@ -44,8 +44,8 @@ ROUNDING = 1e-14
 class ProjectedInequality:
     """Projected inequality of one plant: fixed + gamma level - p v e' - e v p' > 0, v = R or S.
 
-    In discrete time it is fixed + gamma level - p v p' + e v e' > 0. p and e are the matrices P and
-    E of the module after the projection. `fixed` and `level` are the parts without v; `disc` is
+    In discrete time it is fixed + gamma level - p v p' + e v e' > 0. p and e are the projected
+    matrices P and E of the module docstring. `fixed` and `level` are the parts without v; `disc` is
     True in discrete time.
     """
 
@@ -135,7 +135,8 @@ def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Mat
 class BoundedRealInequalities:
     """Inequalities of all plants, which must have the same state coordinates.
 
-    Decision vectors begin with the upper triangles of R' = R/gamma and S' = S/gamma.
+    Decision vectors begin with the upper triangles of R' = R/gamma and S' = S/gamma (R and S:
+    module docstring).
     """
 
     def __init__(self, plants: Sequence[GeneralisedPlant]) -> None:
@@ -166,7 +167,7 @@ class BoundedRealInequalities:
     def reduced(self) -> list[tuple[int, tuple[Matrix, Matrix, Matrix]]]:
         """Return one pair (first, inequality) for each reduced inequality.
 
-        first: index at which R' or S' of the inequality begins in the decision vector.
+        first: index in the decision vector at which the unknowns of the inequality begin.
         """
         return [(0, side.reduced(self.n_w)) for side in self.sides_r] + [
             (self.half, side.reduced(self.n_z)) for side in self.sides_s

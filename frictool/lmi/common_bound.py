@@ -34,10 +34,9 @@ PASSES = 3  # balancing passes, each in coordinates in which the last P is the u
 def common_bound(loops: Sequence[Lti]) -> float:
     """Return a bound of |z|/|w| (L2 norms) for any variation in time within the hull of `loops`.
 
-    The loops have the same states, inputs, outputs and domain. The bound is infinite if a loop is
-    unstable or no Lyapunov matrix was found. P is computed in balanced states and, in continuous
-    time, in a unit of time in which the fastest poles have a modulus of about 1: in SI units the
-    decrease of x' P x would be lost in rounding.
+    The loops have the same states, inputs w, outputs z and domain. The bound is infinite if a loop
+    is unstable or no Lyapunov matrix was found. The Lyapunov matrix is computed in balanced states
+    and, in continuous time, in a unit of time in which the fastest poles have a modulus of about 1.
     """
     best = np.inf
     if any(not loop.stable for loop in loops):

@@ -85,7 +85,7 @@ class GridPlants:
 
 
 class GridInequalities:
-    """Inequalities at all points of the grid; `motions` are the corners of the rates.
+    """Inequalities at all points of the grid; `motions`: extreme rates of the parameters.
 
     Decision vectors begin with the upper triangles of the coefficients of X/gamma, followed by the
     upper triangles of the coefficients of Y/gamma.
@@ -259,12 +259,12 @@ class GridInequalities:
 
 
 def _flowing(side: ProjectedInequality) -> ProjectedInequality:
-    """Return a sampled inequality without its term e v e'; unchanged in continuous time."""
+    """Return a sampled inequality without the term e v e' (bounded_real.py)."""
     return replace(side, e=np.zeros_like(side.e)) if side.disc else side
 
 
 def _compared(side: ProjectedInequality) -> ProjectedInequality:
-    """Return the inequality with e v e' as its only term in v = X or Y."""
+    """Return the inequality with e v e' (bounded_real.py) as its only term in v = X or Y."""
     return replace(side, p=np.zeros_like(side.p), disc=True)
 
 

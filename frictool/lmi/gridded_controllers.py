@@ -45,9 +45,10 @@ def scheduled_controllers(
 ) -> tuple[Lti, ...]:
     """Return one controller for each point and its plant.
 
-    The scheduled loop has a norm of at most `solution.gamma` while r varies no faster than the
-    given rates. Raises ValueError for sampled plants and for an X of degree above 0. Raises
-    NoSolutionError if, to working precision, the inequalities admit no controller at some point.
+    The scheduled loop has a norm of at most `solution.gamma` while the parameters vary no faster
+    than the solution's rates. Raises ValueError for sampled plants and for an X of degree above 0.
+    Raises NoSolutionError if, to working precision, the inequalities admit no controller at some
+    point.
     """
     if solution.frame.disc or solution.bases[0].degree:
         raise ValueError(
@@ -169,11 +170,11 @@ def _balanced(solution: GriddedSolution, values: Values) -> Matrix:
 def certified_gamma(
     solution: GriddedSolution, values: Values, plant: GeneralisedPlant, controller: Lti
 ) -> float:
-    """Return the gamma that P(r) proves at r = `values` for one controller; inf if none.
+    """Return the gamma that P(r) of `lyapunov` proves at r = `values`; inf if it proves none.
 
-    The proof is valid at every corner of the rates. The controller must have the state coordinates
-    of the scheduled controllers. A barycentric sum of the scheduled controllers (5.64) is also
-    allowed; the synthesis alone guarantees nothing for this sum.
+    The proof is valid for all allowed rates of the parameters. The controller must have the state
+    coordinates of the scheduled controllers. A barycentric sum of the scheduled controllers (5.64)
+    is also allowed; the synthesis alone guarantees nothing for this sum.
     """
     states = scipy.linalg.block_diag(solution.t, np.eye(controller.order))
     loop = plant.closed(controller).transformed(states)
@@ -200,7 +201,7 @@ def certified_gamma(
 
 
 def _carried(solution: GriddedSolution, drift: Matrix, still: Matrix) -> Matrix:
-    """Return P' = T^-T diag(0, Y') T^-1 with the constant map T = [X I; I 0]."""
+    """Return the time derivative of P: T^-T diag(0, dY/dt) T^-1 with T = [X I; I 0]."""
     x = solution.x[0]
     identity = np.eye(len(drift))
     inverse = np.linalg.inv(np.block([[x, identity], [identity, still]]))

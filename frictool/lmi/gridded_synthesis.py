@@ -57,7 +57,7 @@ INSIDE = 0.75
 
 @dataclass(frozen=True)
 class GridSchedule:
-    """Dependence of X and Y on the parameters.
+    """Dependence of the Lyapunov matrices X and Y on the scheduled parameters r_j.
 
     rates: bound of |dr_j/dt| for each parameter, in 1/s (for sampled plants, per sample); X and Y
     do not depend on a parameter with an infinite rate. degrees: degrees of X and Y, 0 to 2. points:
@@ -92,9 +92,10 @@ class GriddedSolution:
     checked: int
 
     def frozen(self, plant: GeneralisedPlant, values: Sequence[float]) -> Lti:
-        """Return the central controller of `plant` at r = values; its loop has a norm below gamma.
+        """Return the central controller of `plant` at the parameters `values`.
 
-        Raises NoSolutionError if X and Y do not admit a controller to working precision.
+        The norm of its loop is below gamma. Raises NoSolutionError if X and Y do not admit a
+        controller to working precision.
         """
         x, y = (
             np.tensordot(basis.at(values), v, 1)

@@ -144,7 +144,7 @@ def _minimise(
 def _by_riccati(
     plant: GeneralisedPlant, t: Matrix, recentring: float, chosen: TransformVariable
 ) -> LyapunovPair | None:
-    """Return (R, S) of one plant in the variable `chosen` by Riccati equations.
+    """Return R and S of one plant in the variable `chosen`, by Riccati equations.
 
     t: first balancing of the plant's states.
 

@@ -73,7 +73,9 @@ def quiet_gains(
     factor: float,
     apart: Mapping[int, NDArray[np.bool_]] = MappingProxyType({}),
 ) -> QuietGains:
-    """Return the gains for `modes` and the allowed `switches`; `noise` has n_i (m,) of each mode.
+    """Return the gains for `modes` and the allowed `switches`.
+
+    noise: amplitude n_i (m,) of the measurement noise in each mode.
 
     `apart` maps a mode to a mask (n, m) of the gains that may differ from 0. States with equal rows
     of the mask must be consecutive, so that a triangular change of states preserves the mask.
@@ -111,7 +113,7 @@ def quiet_gains(
 
 
 class _QuietProblem:
-    """Inequalities in one set of state coordinates.
+    """Inequalities of the module docstring in one set of state coordinates.
 
     The unknowns are P_i, G_i, V_i of each mode, then gamma^2 or nu^2, which is minimised.
     """

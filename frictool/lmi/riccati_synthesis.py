@@ -72,7 +72,7 @@ def smallest_gamma(plant: GeneralisedPlant) -> float | None:
 def lyapunov_blocks(
     plant: GeneralisedPlant, gamma: float, strict: float
 ) -> tuple[Matrix, Matrix] | None:
-    """Return R and S that solve the inequalities at `gamma`; None if no R and S do.
+    """Return R and S that solve the inequalities of bounded_real.py at `gamma`; None if none do.
 
     `strict` > 0 is the gain of the output and the disturbance that are added to every state.
     """
@@ -98,7 +98,7 @@ def lyapunov_blocks(
 
 
 def _continuous(plant: GeneralisedPlant) -> GeneralisedPlant:
-    """Return a sampled plant as a continuous one in s = (z - 1)/(z + 1), without its D22."""
+    """Return a sampled plant as a continuous plant in s = (z - 1)/(z + 1), without D22."""
     if not plant.period:
         return plant
     identity = np.eye(len(plant.a))
@@ -127,7 +127,7 @@ def _regular(plant: GeneralisedPlant) -> bool:
 
 
 def _excess(plant: GeneralisedPlant, gamma: float) -> float:
-    """Return (spectral radius of X Y)/gamma^2 - 1; X and Y are the solutions of the equations.
+    """Return (spectral radius of X Y)/gamma^2 - 1 for the solutions X and Y of both equations.
 
     The result is NaN if X or Y does not exist or is indefinite.
     """

@@ -115,9 +115,8 @@ def _candidates(
 ) -> list[SwitchedGains]:
     """Return gains slightly inside the optimum, then gains at the optimum, one of each per pass.
 
-    The last pass comes first. t: scaling of the states in the first pass.
-
-    A last entry with infinite gamma stands for no result.
+    The last pass comes first. The list ends with an entry of infinite gamma, which stands for no
+    result. t: scaling of the states in the first pass.
     """
     inner, edge = [], []
     for _ in range(PASSES):
@@ -233,10 +232,7 @@ class _SwitchedProblem:
         return self.gains(solve(-np.eye(self.count)[-1], constraints).x)
 
     def inequality(self, i: int, j: int) -> AffineConstraint:
-        """Return the constraint that minus the matrix of thesis (6.6) is positive, on all unknowns.
-
-        i, j: modes before and after the switch.
-        """
+        """Return the inequality (6.6) of the thesis for the switch from mode i to mode j."""
         mode = self.posed[i]
         same = i == j
         unknowns = self.half + self.n * len(self.posed[i].c)

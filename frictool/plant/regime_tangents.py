@@ -49,8 +49,8 @@ def tangents(levels: RegimeLevels, *, viscous: bool, coulomb: bool) -> tuple[Reg
 
     viscous: True if the slopes are scheduled. coulomb: True if the Coulomb friction is scheduled.
     The slopes of all regimes are low together or high together. A parameter that is not scheduled
-    is at the upper end of its interval; the polytope between the regimes contains the plants with
-    its lower values, as the annex states after (32).
+    has the upper end of its interval; the polytope also contains the plants with lower values, as
+    the annex states after (32).
     """
     lows, highs = zip(*levels.viscous, strict=True)
     slopes = (lows, highs) if viscous else (highs,)

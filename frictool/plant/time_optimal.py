@@ -195,10 +195,7 @@ def _until(
     value: Callable[[_State], float],
     scale: float,
 ) -> _Part:
-    """Return the part from `start` to the sign change of `value` from below 0.
-
-    `scale` [s] is the first guess of its duration.
-    """
+    """Return the part from `start` until `value` becomes positive; scale [s]: expected duration."""
 
     def after(span: float) -> float:
         return value(_advanced(axis, start.state, command, span))

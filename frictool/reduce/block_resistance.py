@@ -56,7 +56,7 @@ class BlockResistance:
 
     @property
     def breakaway(self) -> Vector:
-        """Return the breakaway (n,), including the drops in `falling`."""
+        """Return the breakaway (n,), including the friction in `falling`."""
         return self.pressed_breakaway + sum(one.drop for one in self.falling)
 
     @property

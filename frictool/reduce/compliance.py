@@ -129,7 +129,7 @@ def stiffen_above(
 
 
 def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
-    """Return the mechanism with rigid links `names`, including the flanks of their backlash."""
+    """Return the mechanism with the links `names`, and the flanks of their backlash, made rigid."""
     links = dict(mechanism.links)
     for name in names:
         link = links[name]

@@ -161,12 +161,12 @@ def at_sensor(
 
 
 def sensor_frame(whole: Mechanism, source: str, sensor: str) -> CoordinateFrame:
-    """Return the frame of the sensor's block relative to the root block of `from_source`."""
+    """Return the frame of the sensor's block, relative to the block that `from_source` chooses."""
     return from_reference(whole, source).frame(whole.sensors[sensor].on)
 
 
 def from_reference(whole: Mechanism, source: str) -> MechanismView:
-    """Return the mechanism with the motions relative to the root block of `from_source`."""
+    """Return the mechanism with motions relative to the block that `from_source` chooses."""
     return view(whole, _reference(whole, whole.sources[source].on))
 
 

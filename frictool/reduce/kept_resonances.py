@@ -23,7 +23,7 @@ HIDDEN = 1e-6  # relative distance of a pole and a zero that cancel
 
 
 def resonances(mechanism: Mechanism, source: str, sensor: str) -> Resonances | None:
-    """Return poles and zeros of H(s) from `source` to `sensor`; None if all links are rigid."""
+    """Return the resonances from `source` to `sensor`; None if all links are rigid."""
     kept = compliant_links(mechanism)
     if not kept:
         return None
@@ -55,7 +55,7 @@ def _poles(system: Lti) -> list[complex]:
 
 
 def _zeros(system: Lti) -> list[complex]:
-    """Return the finite generalised eigenvalues of the pencil, scaled by the fastest pole."""
+    """Return the finite zeros, the generalised eigenvalues of the system's pencil."""
     n = system.order
     fastest = float(np.max(np.abs(np.linalg.eigvals(system.a))))
     count = n // 2

@@ -120,7 +120,8 @@ def _reflected_inertia(
 ) -> ReflectedInertia:
     """Return bounds of the reflected inertia of all blocks, and of the root's rigid body.
 
-    The inertia of each block is multiplied by the block's slopes while coasting and accelerating.
+    The inertia of each block is multiplied by the block's slopes (quotients of efforts) while
+    coasting and accelerating.
     """
     assembled = assemble_cached(mechanism)
     into = bodies(mechanism, root)

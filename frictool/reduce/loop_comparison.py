@@ -27,7 +27,7 @@ class LoopStep:
     origin, target: reference before and during the hold [rad | m].
     distance: largest difference of the two positions during the hold [rad | m].
     at_the_end: difference of the two positions at the end of the hold [rad | m].
-    whole_s, reduced_s: response times of the whole mechanism and of the one inertia [s].
+    whole_s, reduced_s: response times [s] of the whole mechanism and of the one-inertia model.
     allowed: largest allowed difference of the positions [rad | m].
     """
 
@@ -56,7 +56,7 @@ class LoopComparison:
 def in_loop(
     whole: Stream, reduced: Stream, resolution: float, play: float, tolerance: float
 ) -> LoopComparison:
-    """Compare the logs of the whole mechanism and of the one inertia in one scenario.
+    """Compare the logs of the whole mechanism and of the one-inertia model in one scenario.
 
     resolution: encoder step [rad | m].
     play: width of the backlash [rad | m].

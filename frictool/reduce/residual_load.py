@@ -73,8 +73,8 @@ def fit_residual_load(
 
     The remaining load is the load minus the law. A law is acceptable if friction holds the
     remaining load. Laws are tried from simple to general, beginning with no load. The result is the
-    first acceptable law for which the friction's polynomials fit to FITS, or else the acceptable
-    law with the smallest error of the polynomials.
+    first acceptable law for which the friction's polynomials fit within FITS, or else the
+    acceptable law with the smallest error of the polynomials.
 
     x: positions (n,).
     resistance: resistance at x in the two directions.
@@ -143,7 +143,7 @@ def _numbers(x: Vector) -> tuple[float, float]:
 
 
 def _any_harmonic(x: Vector, mean: Vector, least: float, most: float) -> ResidualLoad:
-    """Return the harmonic, number `least` to `most`, that is nearest to the loads `mean` at x."""
+    """Return the best fit of a harmonic, with a number from `least` to `most`, to loads at x."""
 
     def squares(number: float) -> float:
         return float(np.sum((mean - _harmonic(x, mean, number).at(x)) ** 2))

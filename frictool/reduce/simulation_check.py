@@ -37,7 +37,7 @@ TOLERANCE = 0.05  # relative to the travelled distance
 class SimulationCheck:
     """Result of the check of a reduction.
 
-    reports: reports of all steps, with measured errors; the last step gives the one inertia.
+    reports: reports of all steps, with measured errors; the last step gives one inertia.
     play: backlash at the sensor [rad | m].
     runs: number of runs.
     unit: unit of positions at the sensor.

@@ -124,7 +124,7 @@ def speed_feedback(
 def _observed(
     c: Lti, gain_of_law: float, speeds: tuple[ObserverSpeed, ...]
 ) -> tuple[FeedbackLoop, ...]:
-    """Return the loops of a controller whose speed comes from an observer, which reads the drive."""
+    """Return the loops of a controller whose speed comes from an observer."""
     loops = [
         FeedbackLoop(
             f"speed loop{_of(shown)}", _around(c, shown, {SHOWN: 1.0}, (DIFFERENCE,)), (DIFFERENCE,)

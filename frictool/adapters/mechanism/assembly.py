@@ -46,7 +46,7 @@ from frictool.typing import Vector
 def assemble(document: Mechanism) -> AssembledMechanism:
     """Return the mechanism that the document describes.
 
-    Raises ElementError for the first element that does not fit.
+    Raises ElementError for the first invalid element.
     """
     check_sizes(document)
     blocks = BlockNames(document)
@@ -116,7 +116,7 @@ def _gathered(
     links: list[Transmission],
     groups: tuple[RigidGroup, ...],
 ) -> ElementArrays:
-    """Add everything that acts on blocks, except rigid links and sources, to `collected`."""
+    """Add all elements that act on blocks, except rigid links and sources, to `collected`."""
     for link in links:
         if not link.rigid:
             collected.coupling(link)

@@ -60,7 +60,7 @@ def _check_source(key: str, source: Source, blocks: BlockNames) -> None:
 
 
 def check_sensor(name: str, sensor: Sensor, blocks: BlockNames) -> None:
-    """Raise ElementError if the block or the step of a sensor do not fit."""
+    """Raise ElementError if the block or the step of a sensor is invalid."""
     key = f"sensors.{name}"
     kind = blocks.kind(f"{key}.on", sensor.on)
     if kind == "linear" and sensor.counts_per_revolution is not None:
@@ -72,7 +72,7 @@ def check_sensor(name: str, sensor: Sensor, blocks: BlockNames) -> None:
 
 
 def controlled_names(document: Mechanism) -> tuple[str, str]:
-    """Return the source and sensor that `control` names, or the only ones.
+    """Return the names of the source and the sensor in `control`, or of the only ones.
 
     A source with a constant effort is chosen only if there is no other source. Raises ElementError
     if the choice is ambiguous.

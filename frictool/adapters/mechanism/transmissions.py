@@ -78,7 +78,7 @@ def _ratio(
 ) -> tuple[float, float]:
     """Return the signed ratio, and the deflection of the compliance per motion of the second end.
 
-    The second value is the radius of a belt, 1 for other links.
+    This deflection is the radius for a belt, and 1 for other links.
     """
     match link:
         case Gear():
