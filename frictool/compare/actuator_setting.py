@@ -1,11 +1,11 @@
 """Parameters of a law comparison for an identified actuator, from its model and bench.
 
-A parameter that neither document contains is taken from thesis table 3.1 and scaled to the
-actuator's units of length and time. m is the inertia, F_s the breakaway, F_c the Coulomb friction,
-sigma_v the viscous coefficient, v_s the Stribeck velocity, z_max the largest presliding
-displacement, k_1 and k_2 the stiffness and damping of presliding, T_s the controller's sample
-period, delta_x the encoder's step, and T_e the time step of the simulation. `fall` is (F_s -
-F_c)/F_c divided by its value in table 3.1. The numbers in parentheses are equations of the thesis.
+A parameter that neither document contains is that of thesis table 3.1, scaled to the units of
+length and time of compare/comparison_setting.py. m is the inertia, F_s the breakaway, F_c the
+Coulomb friction, sigma_v the viscous coefficient, v_s the Stribeck velocity, z_max the largest
+presliding displacement, k_1 and k_2 the stiffness and damping of presliding, T_s the controller's
+sample period, delta_x the encoder's step, and T_e the time step of the simulation. `fall` is (F_s -
+F_c)/F_c divided by the value of table 3.1. The numbers in parentheses are equations of the thesis.
 
 unit of time   (m/sigma_v)/2.5, or less to stay within the bench's travel and top speed
 v_s            1e-3 fall (unit of length)/(unit of time); at most delta_x p0/5
@@ -27,8 +27,8 @@ from frictool.compare.comparison_setting import EFFORT_LIMIT, ComparisonSetting,
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 
-TRAVEL_NEEDED = 8.0  # units of length, largest travel of the tests, rounded up
-SPEED_NEEDED = 1.0  # units of speed, largest speed of the tests, rounded up
+TRAVEL_NEEDED = 8.0  # units of length, travel that the tests need
+SPEED_NEEDED = 1.0  # units of speed, speed that the tests need
 WITHIN_ENCODER = 0.8  # Sigma relative to its bound (3.10), for a fine encoder
 ABOVE_STRIBECK = 4.0  # Sigma in units of v_s; section 3.2 requires more than 3
 WITHIN_STEP = 0.8  # T_e in units of its bound (3.11)
@@ -39,8 +39,8 @@ CONTACT_STEPS = 20.0  # integration steps in sqrt(m/k_1)
 def from_model(model: Model) -> ComparisonSetting:
     """Return the comparison parameters of an identified actuator.
 
-    A breakaway below the Coulomb friction is raised to the Coulomb friction. Raises ValueError if
-    the actuator has no Coulomb friction, or if its drive cannot overcome the breakaway.
+    A breakaway below the Coulomb friction is replaced by the Coulomb friction. Raises ValueError if
+    the actuator has no Coulomb friction, or if the drive cannot overcome the breakaway.
     """
     parameters, bench = model.parameters, model.bench
     mass, coulomb = parameters.inertia.value, parameters.coulomb.value

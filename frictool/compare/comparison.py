@@ -23,15 +23,15 @@ from frictool.compare.trajectory import LawTrajectory
 from frictool.runtime.object_view import ResultView
 from frictool.typing import Vector
 
-# rigid stick and Stribeck curve, event-exact; LuGre is compared with it like the others
+# law with which all laws are compared: rigid stick and Stribeck curve, simulated event by event
 REFERENCE = "stribeck"
-POINTS_PER_LEG = 1000  # points per leg of the presliding path
-# samples of the stored trajectories
+POINTS_PER_LEG = 1000  # points between two turning points of the presliding path
+# number of samples of the stored trajectories
 SAMPLES = {"stick_slip": 60_001, "limit_cycle": 60_001, "drift": 102_001}
 
 
 class LawRunner(Protocol):
-    """Simulator of friction laws, such as LawSimulator of compare/law_simulator.py."""
+    """Interface of a simulator of friction laws, such as LawSimulator of law_simulator.py."""
 
     def names(self) -> tuple[str, ...]:
         """Return the names of the laws, in the order of the table."""
@@ -40,7 +40,7 @@ class LawRunner(Protocol):
         """Return the display name of the law."""
 
     def parameters(self, law: str) -> int:
-        """Return the number of the law's parameters, without the parameters of the simulation."""
+        """Return the number of physical parameters of the law."""
 
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
@@ -54,9 +54,10 @@ class LawRunner(Protocol):
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return a mapping from rows of thesis table 2.1 to symbols, for properties from probes.
+        """Return row of thesis table 2.1 -> symbol, for the properties that probes measure.
 
-        `drift`: trajectory of the drift test.
+        `compliance`: True if the contact is compliant in presliding. `drift`: trajectory of the
+        drift test.
         """
 
 
@@ -145,9 +146,9 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """Yield a function like `map` that runs in `workers` processes; for 1, in this process.
+    """Yield a function like `map` that runs in `workers` processes, or in this process for 1.
 
-    The processes start without inherited state. An interrupt of this process ends them.
+    An interrupt ends the processes.
     """
     if workers <= 1:
         yield map

@@ -33,12 +33,12 @@ from frictool.friction.leuven import DEFAULT_EXPONENT
 from frictool.friction.position_polynomial import normalise
 
 TIME_CONSTANT = 2.5  # s, m/sigma_v of table 3.1
-# table 3.1 in units of force, time and length, for values that the actuator's log cannot show
+# values of table 3.1 in units of force, time and length, for parameters that no log shows
 STRIBECK_VELOCITY, PRESLIDING, EFFORT_LIMIT, DEAD_BAND = 1e-3, 1e-5, 2.0, 1e-3
-# printed: 1e-4 and 1e-4, which violate (3.11) and Sigma > 3 v_s
+# STEP and SWITCH_VELOCITY are printed as 1e-4, which violates (3.11) and Sigma > 3 v_s
 STEP, SWITCH_VELOCITY, DECAY = 4e-5, 4e-3, 1e3
 PREISACH_INTERVALS = 20
-SHORTEST = 1e-9  # s | m, smallest plausible unit; its inverse is the largest
+SHORTEST = 1e-9  # s | m, smallest plausible unit; the largest is 1/SHORTEST
 FALL = 0.5  # (F_s - F_c)/F_c of table 3.1
 LEAST_FALL = 0.1  # smallest fall to which the tests are scaled, relative to FALL
 
@@ -62,9 +62,9 @@ class UnitScales:
 
     @property
     def fall(self) -> float:
-        """Return the ratio breakaway/Coulomb - 1, divided by its value for thesis table 3.1.
+        """Return (breakaway - Coulomb)/Coulomb, divided by the value for thesis table 3.1.
 
-        The result is at least LEAST_FALL. This limit bounds the duration of the tests.
+        The result is at least LEAST_FALL, which bounds the duration of the tests.
         """
         return max((self.breakaway - 1.0) / FALL, LEAST_FALL)
 
@@ -81,8 +81,8 @@ def scales_of(
     length = coulomb * time * time / mass
     if not (SHORTEST < time < 1.0 / SHORTEST and SHORTEST < length < 1.0 / SHORTEST):
         raise ValueError(
-            f"inertia {mass:g}, coulomb {coulomb:g}, viscous {viscous:g}: the tests' time scale is "
-            f"{time:g} s, their length scale {length:g}; "
+            f"inertia {mass:g}, coulomb {coulomb:g}, viscous {viscous:g}: the tests' unit of time "
+            f"is {time:g} s, their unit of length {length:g}; "
             f"allowed: {SHORTEST:g} to {1.0 / SHORTEST:g}"
         )
     return UnitScales(coulomb, time, length, breakaway / coulomb)
@@ -217,7 +217,7 @@ def scaled_setting(
     viscous: float,
     longest: float = math.inf,
 ) -> ComparisonSetting:
-    """Return the parameters of thesis table 3.1, scaled to an actuator with the given parameters.
+    """Return the parameters of thesis table 3.1, scaled to an actuator with these parameters.
 
     `longest`: upper limit of the unit of time [s].
     """

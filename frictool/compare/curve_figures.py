@@ -1,4 +1,4 @@
-"""SVG figures of a comparison with identical bytes for identical inputs."""
+"""SVG figures of a comparison; identical inputs give identical bytes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frictool.presentation.decimation import decimated_indices
 from frictool.presentation.svg import PAGE, drawing, render
 from frictool.typing import Vector
 
-# distinguishable with deficient colour vision and in grey; the second is dashed, as in the thesis
+# distinguishable with deficient colour vision and in grey; the second curve is dashed
 COLOURS, DASHES = ("#1f5fa8", "#c4620a", "#2f7d4f"), ("-", (0, (5, 2)), (0, (1, 1.2)))
 WIDTH, ROW_HEIGHT = 5.2, 1.5  # inches
 STYLE: dict[str, Any] = {
@@ -26,7 +26,7 @@ Row = tuple[str, list[tuple[str, Vector, Vector]]]
 
 
 def draw_rows(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> str:
-    """Return an `<svg>` element with one axes per row, one above the other, with a common abscissa.
+    """Return an `<svg>` element with a diagram for each row, and a common abscissa.
 
     `name`: description of the figure for screen readers.
     """

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from frictool.compare.input_protocol import FREQUENCY
 from frictool.compare.trajectory import LawTrajectory
 
-BEGIN, END = 5.0, 102.0  # s, both at the same phase of the wave
+BEGIN, END = 5.0, 102.0  # s, at the same phase of the wave
 CYCLES = round((END - BEGIN) * FREQUENCY)
 LIMIT = 1.0  # z_max, largest displacement without drift
 
@@ -16,8 +16,8 @@ LIMIT = 1.0  # z_max, largest displacement without drift
 class DriftResult:
     """Displacement from 5 s to 102 s, during 194 cycles, in SI and relative to z_max.
 
-    z_max is the largest presliding displacement. The times are multiplied by the unit of time of
-    the test, which is 1 s for thesis table 3.1.
+    z_max is the largest presliding displacement. The times are in units of time of the test, which
+    is 1 s for thesis table 3.1.
     """
 
     displacement: float

@@ -7,11 +7,11 @@ presliding    position at 1e-6 m/s between turning points, which are multiples o
 drift         up to 1.6 N in 1 s, down to 0.5 N in 0.05 s, held to 2 s, then
               0.5 + 0.4 sin(2 pi 2 (t - 2)) N to 102 s                                 (3.7.5)
 
-The numbers for presliding and drift are frictool's, because the thesis states none. All numbers
-above are for F_s = 1.5 F_c. For another breakaway F_s, let fall = (F_s - F_c)/(0.5 F_c), with a
-lower limit (`UnitScales.fall`). The spring is then pulled at 0.1 fall m/s, until 52.5 s after the
-first breakaway. If fall < 1, the position loop lasts 300/fall s, because the integral part of the
-effort needs longer. The first peak of the drift test is F_s + 0.1 N.
+The thesis states no numbers for presliding and drift. All numbers above are for F_s = 1.5 F_c. For
+another breakaway F_s, let fall = (F_s - F_c)/(0.5 F_c), with a lower limit (`UnitScales.fall`). The
+spring is then pulled at 0.1 fall m/s, until 52.5 s after the first breakaway. If fall < 1, the
+position loop lasts 300/fall s, because the integral part of the effort grows more slowly. The first
+peak of the drift test is F_s + 0.1 N.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from frictool.compare.comparison_setting import UnitScales
 from frictool.engine.drive import EffortFunction, held, pid, ramped, spring
 from frictool.typing import Vector
 
-# (end of the segment [s], effort until then), in the time of the run
+# (end of the segment [s] from the start of the run, effort up to this end)
 Segment = tuple[float, EffortFunction]
 
-# the time counts from the first breakaway
+# PULL_TIME is measured from the first breakaway
 SPRING_STIFFNESS, PULL_SPEED, PULL_TIME = 2.0, 0.1, 52.5
 PROPORTIONAL, DERIVATIVE, INTEGRAL, TARGET, LOOP_TIME = 3.0, 6.0, 4.0, 1.0, 300.0
 CREEP_SPEED = 1e-6
@@ -63,7 +63,7 @@ def limit_cycle(scales: UnitScales) -> tuple[Segment, ...]:
 def drift(scales: UnitScales) -> tuple[Segment, ...]:
     """Return the input of the drift test: a peak above breakaway, then a wave.
 
-    The largest force of the wave is below the Coulomb friction.
+    The wave stays below the Coulomb friction.
     """
     force = scales.force
     time = scales.time

@@ -3,10 +3,10 @@
 velocity-driven    friction along a prescribed velocity: Stribeck effect, viscous friction,
                    frictional memory
 force-driven       force ramps at two rates: rising static friction
-fixed step         the law as printed in the thesis, integrated by Euler's method: test if the mass
-                   comes to rest
+fixed step         the law as printed in the thesis, integrated by Euler's method: stiction, which
+                   requires that the mass comes to rest
 
-The four tests give the other rows of the table: presliding, non-local memory and non-drift
+The other rows of the table, presliding, non-local memory and non-drift, follow from the four tests
 (compare/presliding_criterion.py, drift_criterion.py).
 """
 
@@ -23,12 +23,12 @@ from frictool.typing import Vector
 # velocities (n,) [m/s], time steps (n,) [s] -> friction (n,) [N], from a fresh contact
 Follow = Callable[[Vector, Vector], Vector]
 
-SLIDE = 40.0  # z_max, sliding distance to the steady state
+SLIDE = 40.0  # z_max, sliding distance after which the friction is steady
 STEPS_PER_Z_MAX = 50
 SPEEDS = np.logspace(-1.0, 2.0, 13)  # in v_s
-FAST = 1.0  # unit of speed, far above the Stribeck effect
-# smallest difference that counts, relative to F_c; for effects of the fall, relative to 2 (F_s -
-# F_c), which equals F_c in table 3.1
+FAST = 1.0  # units of speed, far above the Stribeck velocity
+# smallest difference of friction that counts, relative to F_c; for the Stribeck effect, relative to
+# 2 (F_s - F_c), which equals F_c in table 3.1
 NOTICEABLE = 0.01
 MEMORY_MEAN, MEMORY_SWING, MEMORY_FREQUENCY = 3.0, 2.0, 10.0  # v_s, v_s, cycles per unit of time
 MEMORY_STEPS = 4000  # steps per cycle
@@ -37,7 +37,7 @@ EULER_STEP, EULER_SPEED, EULER_FORCE = 1e-4, 1e-2, 0.5  # units of time, speed a
 
 
 def _noticeable(setting: ComparisonSetting) -> float:
-    """Return the smallest difference [N | N m] that counts as an effect of the fall of friction."""
+    """Return the smallest difference [N | N m] that counts if friction falls with speed."""
     return NOTICEABLE * setting.scales.fall * setting.coulomb
 
 
@@ -68,7 +68,7 @@ def viscous_friction(follow: Follow, setting: ComparisonSetting) -> str:
 
 
 def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
-    """Return `±` if friction at one speed differs between rising and falling speed, else `-`.
+    """Return `±` if friction differs between rising and falling speed, else `-`.
 
     The mass slides with oscillating speed. No law gets `+`, because no law has the delay of thesis
     3.4.2.3 as a parameter.
@@ -96,8 +96,9 @@ def stiction(compliance: bool, holds: bool, settles: bool) -> str:
     """Return the symbol of stiction.
 
     `-`: the contact is compliant, or the mass moves below breakaway. `±`: the mass rests below
-    breakaway in an exact simulation only. `+`: the mass also rests in a simulation with a fixed
-    step.
+    breakaway, but only in an exact simulation. `+`: the mass rests in a simulation with a fixed
+    step, too. compliance, holds, settles: True if the contact is compliant, if the mass rests in
+    the exact simulation, and in the simulation with a fixed step.
     """
     if compliance or not holds:
         return "-"
@@ -111,8 +112,7 @@ def settles(law: Callable[[float, float], tuple[float, float]], setting: Compari
     simulation. Euler's method never gives exactly v = 0, so that the mass does not come to rest
     with a law that sticks only at v = 0.
 
-    `law(v, u)`: law as printed in the thesis; it returns the friction and the velocity with which
-    the mass moves, which is 0 inside a band of rest.
+    `law(v, u)`: result of `printed_law`.
     """
     scales = setting.scales
     h = EULER_STEP * scales.time

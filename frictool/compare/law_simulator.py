@@ -20,7 +20,7 @@ from frictool.friction.law import DynamicKernels
 from frictool.friction.law_registry import LAWS
 from frictool.typing import Vector
 
-SLOW = 0.1  # units of v_s, speed below which a law without exact stick sticks
+SLOW = 0.1  # units of v_s; below this speed, a law without exact stick is treated as sticking
 SHORTEST_STICK = 0.1  # units of time
 YIELD_FORCE = 0.25
 YIELD_SAMPLES = 3001
@@ -33,11 +33,11 @@ MOST_STEPS = 1e9  # largest number of steps of a run
 LONGEST_STEP, LEAST_PRESLIDING, LEAST_SPEED = 0.1, 1e-7, 1e-6
 # upper limits in F_c, F_c and sqrt(m sigma_0)
 MOST_BREAKAWAY, MOST_EFFORT, MOST_DAMPING = 100.0, 1e4, 100.0
-SETTLED = 5.0  # s, time in the drift test from which the mass must stand still
+SETTLED = 5.0  # s, time from which the mass must stand still in the drift test
 
 
 def law_values(setting: ComparisonSetting) -> dict[str, float]:
-    """Return name -> value of the setting, from which each law takes its parameters."""
+    """Return name -> value of the setting; the laws' parameters are computed from these values."""
     return {
         "coulomb": setting.coulomb,
         "breakaway": setting.breakaway,
@@ -62,8 +62,8 @@ def setting_violations(
 ) -> tuple[list[str], list[str]]:
     """Return two lists of lines: violated conditions of the hybrid laws among `laws`, and advice.
 
-    friction/hybrid_time_step.py lists the conditions. Each line occurs once. Without a bench,
-    sample period and encoder step are chosen such that their conditions are not violated.
+    friction/hybrid_time_step.py lists the conditions. Each line occurs once. The conditions on
+    sample period and encoder step are checked only with a bench.
     """
     period = setting.sample_period or 10.0 / setting.decay
     resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay
@@ -78,7 +78,7 @@ def setting_violations(
 
 
 class LawSimulator:
-    """Event-exact simulator of every law; it implements LawRunner (compare/comparison.py)."""
+    """Simulator of every law; implements LawRunner (compare/comparison.py)."""
 
     def __init__(self, setting: ComparisonSetting) -> None:
         self._setting = setting
@@ -153,7 +153,7 @@ class LawSimulator:
         return LAWS[law].pack_shared(law_values(self._setting), self._setting.axis)
 
     def defaults(self, laws: tuple[str, ...]) -> list[str]:
-        """Return a line for each parameter of `laws` that has its default value."""
+        """Return a line for each parameter of `laws` for which the default value is used."""
         values = law_values(self._setting)
         return [
             f"{law} is compared with {parameter.name} = {parameter.default:g} "
@@ -166,7 +166,7 @@ class LawSimulator:
     def parameters(self, law: str) -> int:
         """Return the number of physical parameters to identify.
 
-        A Preisach triangle has one parameter per cell, a Maxwell model two per element.
+        A Preisach law has one parameter per cell, a Maxwell law two per element.
         """
         friction_law = LAWS[law]
         fixed = sum(not parameter.simulation_only for parameter in friction_law.parameters)
@@ -213,7 +213,7 @@ class LawSimulator:
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
         """Return the friction [N | N m] along a path at a constant speed.
 
-        Returns None if the mass does not move below breakaway, or does not spring back.
+        Returns None if a mass does not move below breakaway, or does not spring back.
         """
         if not self._yields(law):
             return None
@@ -241,9 +241,10 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return a mapping from rows of thesis table 2.1 to symbols, for properties from probes.
+        """Return row of thesis table 2.1 -> symbol, for the properties that probes measure.
 
-        `drift`: trajectory of the drift test.
+        `compliance`: True if the contact is compliant in presliding. `drift`: trajectory of the
+        drift test.
         """
         setting = self._setting
         friction_law = LAWS[law]
@@ -272,7 +273,7 @@ class LawSimulator:
         }
 
     def _breakaway(self, law: str, rate: float) -> float:
-        """Return the largest friction during a force ramp, before the speed exceeds 10 v_s."""
+        """Return the largest friction in a force ramp until the speed exceeds 10 v_s."""
         setting = self._setting
         growth = rate * self._setting.scales.force / self._setting.scales.time
         ran = self.run(

@@ -18,7 +18,7 @@ class LimitCycleResult:
     """Measures of a limit cycle.
 
     `amplitude`: half the peak-to-peak value of the position in the last quarter of the run.
-    `lasting`: quotient of `amplitude` and the amplitude in the second quarter.
+    `lasting`: amplitude in the last quarter divided by the amplitude in the second quarter.
     `period_s`: mean time between upward crossings of the mean position in the second half; None if
         the cycle dies out.
     """
@@ -30,8 +30,8 @@ class LimitCycleResult:
     def verdict(self, reference: LimitCycleResult) -> str:
         """Return `+` or `-` by comparison with the event-exact law.
 
-        `+`: the cycle lasts and its period differs from the reference by at most 5 %, or both
-        cycles die out.
+        `+`: the cycle lasts, and its period differs from that of the exact law by at most 5 %; or
+        the cycle dies out with the two laws.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"
@@ -61,7 +61,7 @@ def _half_range(position: Vector) -> float:
 
 
 def _period(time: Vector, position: Vector) -> float | None:
-    """Return the mean time between upward crossings of the middle; None if fewer than two."""
+    """Return the mean time between upward crossings of the mean; None if there are fewer than 2."""
     offset = position - 0.5 * (position.max() + position.min())
     before = np.flatnonzero((offset[:-1] < 0.0) & (offset[1:] >= 0.0))
     if before.size < 2:

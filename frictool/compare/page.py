@@ -1,4 +1,4 @@
-"""Comparison as one HTML file with tables and figures, which loads no other file."""
+"""Comparison as one HTML file with tables and figures that works without other files."""
 
 from __future__ import annotations
 

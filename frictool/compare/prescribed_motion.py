@@ -1,6 +1,6 @@
 """Friction of a law along a prescribed velocity, for the presliding test and the probes.
 
-The law's kernels are called from Python, step by step, which is slow.
+Python code calls the law's kernels in each step, which is slow.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from frictool.typing import Vector
 def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vector:
     """Return the friction (n,) [N | N m] at the end of each step, for a contact without history.
 
-    The driving effort is unlimited: a hybrid law gets an infinite effort in the direction of
-    motion.
+    The effort that a hybrid law reads is infinite, in the direction of motion.
 
     `velocity` (n,): velocity in each step [m/s | rad/s].
     `steps` (n,): duration of each step [s].
@@ -41,7 +40,7 @@ def _dynamic(
 ) -> Vector:
     """Integrate the state z of a law by Heun's rule, and update its memory after each step.
 
-    If a state saturates within a step, Heun's rule still moves it by half of the step.
+    Heun's rule moves a state by half of the step if the state saturates within the step.
     """
     z = kernels.reset(p)
     begin = np.zeros_like(z)
@@ -87,10 +86,9 @@ def _hybrid(
 
 
 def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
-    """Return a static law as printed in the thesis.
+    """Return a static law as printed in the thesis: (v, u) -> (friction, velocity of the mass).
 
-    The law maps velocity and effort (v, u) to the friction and the velocity with which the mass
-    moves. This velocity is v outside a band of rest.
+    v is the velocity, u the effort. The velocity of the mass is 0 inside a band of rest, v outside.
     """
     kernels = law.kernels
     assert isinstance(kernels, StaticKernels)

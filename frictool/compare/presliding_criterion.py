@@ -50,7 +50,7 @@ def measure(
 ) -> PreslidingResult:
     """Return the measures from the friction (n,) along prescribed positions (n,).
 
-    `turning` (11,): index of each turning point.
+    `turning` (11,): indices of the turning points.
     `breakaway`: breakaway [N | N m]. `presliding`: largest presliding displacement [m | rad].
     """
     at = turning.astype(int)

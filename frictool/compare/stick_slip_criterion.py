@@ -8,7 +8,7 @@ import numpy as np
 
 from frictool.compare.trajectory import LawTrajectory
 
-STICKS_MISSING = 1  # sticks that may be missing, of 9 with table 3.1
+STICKS_MISSING = 1  # stick phases that may be missing; the exact law has 9 with table 3.1
 PERIOD_TOLERANCE = 0.02
 
 
@@ -20,7 +20,7 @@ class StickSlipResult:
     `first_breakaway_s`: time of the first breakaway; None if there is none.
     `period_s`, `jump`: mean time and mean distance from one stick to the next; None for fewer than
         two sticks.
-    `stuck_share`: share of the time in which the speed is below the Stribeck velocity.
+    `stuck_share`: fraction of the time in which the speed is below the Stribeck velocity.
     """
 
     sticks: int
@@ -33,8 +33,8 @@ class StickSlipResult:
     def verdict(self, reference: StickSlipResult) -> str:
         """Return `+` or `-` by comparison with the event-exact law.
 
-        `+`: the law has at most one stick fewer than the exact law, and their periods differ by at
-        most 2 %; or neither law sticks twice.
+        `+`: the law has at most one stick fewer than the exact law, and the periods of the two laws
+        differ by at most 2 %; or neither law sticks twice.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

@@ -32,7 +32,7 @@ def number(value: float | None, digits: int = 4) -> str:
 
 
 def tables(comparison: Comparison) -> list[TextTable]:
-    """Return the table of the measures, and the thesis's tables 3.2 and 2.1; one row per law."""
+    """Return the table of measures, and tables 3.2 and 2.1 of the thesis; one row per law."""
     unit = si_unit("position", comparison.setting.axis)
     measures = (
         "law",
@@ -84,7 +84,7 @@ def _row(result: LawResult) -> tuple[str, ...]:
 
 
 def scaling(comparison: Comparison) -> str:
-    """Return a sentence on the units of the tests, and on their travel and top speed."""
+    """Return a sentence on the units, the travel and the top speed of the tests."""
     scales = comparison.setting.scales
     axis = comparison.setting.axis
     reference = comparison.laws.get(REFERENCE)

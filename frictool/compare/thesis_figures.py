@@ -100,7 +100,7 @@ def _picture(
         window = next(iter(runs.values())).between(end - 2.0 * comparison.setting.scales.time, end)
         return _figure(number, title, draw_rows(label, "t [s]", over_time(runs, units, window)[:1]))
     rows = over_time(runs, units)
-    # force is left out: 200 waves would be a black bar
+    # the drift test's friction is left out: 200 waves would be a black bar
     return _figure(number, title, draw_rows(label, "t [s]", rows[:2] if test == "drift" else rows))
 
 

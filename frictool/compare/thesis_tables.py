@@ -25,8 +25,8 @@ TABLE_3_2: dict[str, tuple[str, ...]] = {
     "hybrid_b": ("+", "+", "±", "+", "6"),
     "hybrid_c": ("+", "+", "+", "+", ">8"),
 }
-# table 2.1, columns PROPERTIES; its last row, the speed of simulation, is a property of the
-# integrator (docs/theory/compare.md)
+# table 2.1, columns PROPERTIES; without the last row of the thesis, the speed of simulation, which
+# is a property of the integrator (docs/theory/compare.md)
 TABLE_2_1: dict[str, tuple[str, ...]] = {
     "coulomb": ("S", "±", "-", "-", "-", "-", "-", "-", "-", "1"),
     "svc": ("S", "±", "-", "-", "-", "-", "+", "-", "-", "4"),
@@ -37,8 +37,8 @@ TABLE_2_1: dict[str, tuple[str, ...]] = {
     "elasto_plastic": ("D", "-", "±", "±", "+", "+", "+", "-", "+", "8"),
     "leuven": ("D", "-", "±", "±", "+", "+", "+", "+", "+", ">8"),
 }
-# law -> (row, computed cell) -> reason of the difference with the parameters of table 3.1; all
-# other cells are as printed
+# law -> (row, computed cell) -> reason why the cell differs from the printed one, with the
+# parameters of table 3.1; other cells do not differ
 OTHER_PARAMETERS = "caused by these parameters; those of table 3.1 give the printed value"
 _SMOOTHED = {
     ("non_drift", "+"): (

@@ -38,8 +38,8 @@ class LawTrajectory:
 def slow_phases(time: Vector, velocity: Vector, threshold: float, shortest: float) -> Phases:
     """Return the phases of at least `shortest` [s] in which |velocity| is below `threshold`.
 
-    They are used as stick phases for a law with which the mass never stands exactly still.
-    `shortest` excludes zero crossings of the velocity.
+    These are the stick phases for a law with which the mass never stands exactly still. `shortest`
+    excludes zero crossings of the velocity.
     """
     slow = np.abs(velocity) < threshold
     edges = np.flatnonzero(np.diff(np.concatenate(([False], slow, [False])).astype(np.int8)))

@@ -9,7 +9,7 @@ from frictool.equations.expression import Term
 
 @dataclass(frozen=True)
 class Condition:
-    """Condition as a sentence and as LaTeX; all its `terms` must have the unit `unit`.
+    """Condition as a sentence and as LaTeX; all `terms` must have the unit `unit`.
 
     key: key of the element in the document. source: number of the equation in the thesis.
     """

@@ -24,7 +24,7 @@ from frictool.equations.notation import Notation, ParameterRow
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 
 Line = Equation | Condition
-ROUNDING = 1e-12  # relative tolerance: degrees, ratios and teeth are multiplied a few times
+ROUNDING = 1e-12  # relative tolerance of products of ratios, tooth numbers and angles
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Derivation:
     """Derived equations of a mechanism.
 
     sections: (title, lines) of each section. checked: number of terms whose dimension was checked.
-    directions: one sentence about each link's driving directions. notes: one line for each omission
-    or assumption.
+    directions: for each link, a sentence about the ends that can drive. notes: a line for each
+    omission or assumption.
     """
 
     name: str
@@ -175,7 +175,7 @@ def _acting(
 
 
 def _difference(one: float, other: float) -> float:
-    """Return one - other, or 0 if only rounding is left, which would appear as an offset."""
+    """Return one - other, or 0 if the difference is only a rounding error."""
     difference = one - other
     return difference if abs(difference) > ROUNDING * max(abs(one), abs(other)) else 0.0
 
@@ -188,9 +188,9 @@ def _trees(
     acting: list[ElementEquations],
     notation: Notation,
 ) -> tuple[list[Equation], list[Condition]]:
-    """Return one equation for each group of blocks tied by rigid links, and its condition of rest.
+    """Return an equation and a condition of rest for each group of blocks tied by rigid links.
 
-    The equation is for a block that a source drives, if the group has one.
+    The equation is that of a block that a source drives, if the group has such a block.
     """
     driven = [element.on for element in document.sources.values()]
     dry: dict[str, list[Term]] = {}

@@ -24,9 +24,8 @@ class ElementEquations:
     """Equations of one element.
 
     efforts: (block, effort in the block's positive direction). curves: texts with the points of the
-    curves. modes: conditions, such as contact or a limit of the drive. dry: for each friction that
-    can stick: the block, the friction's effort (also in `efforts`), and its largest magnitude at
-    rest.
+    curves. modes: conditions, such as contact or a limit of the drive. dry: (block, effort, largest
+    magnitude at rest) of each friction that can stick; the effort is also in `efforts`.
     """
 
     efforts: tuple[tuple[str, Term], ...] = ()
@@ -39,9 +38,9 @@ class ElementEquations:
 def spring(name: str, element: Spring, notation: Notation, start: float) -> ElementEquations:
     """Return the equations of a spring: F = k e + d e' + F0, or F = curve(e) + d e'.
 
-    e is the stretch, k the stiffness, d the damping, and F0 the preload. F acts on the first end
-    against its positive direction. start: q_a - q_b at the start [rad | m]. If the document has no
-    `free`, e is 0 at the start.
+    e is the stretch, k the stiffness, d the damping, and F0 the preload. The effort on the first
+    end is -F. start: q_a - q_b at the start [rad | m]. If the document has no `free`, e is 0 at the
+    start.
     """
     key = f"links.{name}"
     first, second = element.between
@@ -130,7 +129,7 @@ def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
 
 
 def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquations:
-    """Return the equations of a friction: the effort -F on the block, F by its friction law."""
+    """Return the equations of a friction: effort -F on the block, with F of the friction law."""
     key = f"links.{name}"
     block = element.on
     kind = notation.kinds[block]
@@ -159,7 +158,7 @@ def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquat
 
 
 def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
-    """Return the equations of an end stop: its force N, or -k s - d s' beyond compliant ends.
+    """Return the equations of an end stop: a contact force N or, if compliant, -k s - d s'.
 
     s: distance beyond the end. k: stiffness. d: damping.
     """
@@ -232,7 +231,7 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
 def source(name: str, element: Source, notation: Notation) -> ElementEquations:
     """Return the equations of a source.
 
-    The effort of the source is its constant times the current or voltage, or an input.
+    The effort of the source is an input, or a constant times the current or voltage.
     """
     key = f"sources.{name}"
     block = element.on
@@ -283,7 +282,7 @@ def source(name: str, element: Source, notation: Notation) -> ElementEquations:
 def _winding(name: str, element: Source, notation: Notation, drive: Term) -> Condition:
     """Return |R i + K omega| <= U, the limit of the supply voltage.
 
-    R: resistance. i: current. K: constant of the motor. omega: its speed. U: supply voltage.
+    R: resistance. i: current. K: constant of the motor. omega: motor speed. U: supply voltage.
     """
     key = f"sources.{name}.winding"
     assert element.winding is not None
@@ -313,9 +312,9 @@ def _winding(name: str, element: Source, notation: Notation, drive: Term) -> Con
 def _curve(
     text: str, name: str, letter: str, curve: Curve | Level, at: Term, key: str
 ) -> tuple[Term, Condition]:
-    """Return a curve's value at a position, and the statement of its points.
+    """Return a curve's value at a position, and a statement of the curve's points.
 
-    The statement's terms let the dimension check compare the argument with the points' unit.
+    With the statement's terms, the dimension check compares the units of argument and points.
     """
     values, unit = (
         (curve.factor, "") if isinstance(curve, Level) else (curve.value.values, curve.value.unit)

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 class Atom:
     """Symbol of an equation, as text and LaTeX.
 
-    unit: SI unit. value: value of a parameter in SI. made: terms of the sum that the symbol
-    abbreviates; None if it is no abbreviation.
+    unit: SI unit. value: value of a parameter in SI. made: terms of the sum for which the symbol
+    stands; None if the symbol is not an abbreviation.
     """
 
     text: str
@@ -28,10 +28,9 @@ class Atom:
 
 @dataclass(frozen=True)
 class Term:
-    """Product sign * atom^power * ...; 1 without factors.
+    """Product sign * atom^power * ...; the sign alone without factors.
 
-    element: key of the entry in the document that causes the term, such as `links.screw`; "" if
-    there is none.
+    element: key of the term's entry in the document, such as `links.screw`, or "".
     """
 
     factors: tuple[tuple[Atom, int], ...] = ()
@@ -108,8 +107,8 @@ class Term:
 class Equation:
     """Equation (sum of `coefficients`) `of` = sum of `right`.
 
-    unit: unit of every term. key: key of the entry in the document that causes the equation. when:
-    condition under which the equation is valid. source: number of the equation in the thesis.
+    unit: unit of every term. key: key of the equation's entry in the document. when: condition
+    under which the equation is valid. source: number of the equation in the thesis.
     """
 
     coefficients: tuple[Term, ...]
@@ -149,7 +148,7 @@ class Equation:
 
     @property
     def numbers(self) -> str:
-        """Return the equation with the parameters' values; terms with equal symbols are added."""
+        """Return the equation with numbers for the parameters; like terms are added."""
         factor = _valued(self.coefficients)
         whole = "" if factor == "1" else f"({factor}) " if " " in factor else f"{factor} "
         return f"{whole}{self.of.text} = {_valued(self.right)}"

@@ -1,10 +1,10 @@
 """Equations of free bodies (thesis 2.1-2.2), and of trees of rigid links without constraint forces.
 
 The constraint forces lambda are eliminated from the leaves of a tree to its root. Let a child with
-the inertia M and the effort f be at the second end of its link, with q_b = ratio q_a. The child
-needs lambda = M q_b'' - f from the link, and -p lambda acts on the first end (link_ratios.py). At
-the first end, p ratio M is therefore added to the inertia and p f to the effort. If the child is at
-the first end, M/(p ratio) and f/p are added at the second end.
+the inertia M and the effort f be at the second end b of a link, with q_b = ratio q_a. The child
+needs lambda = M q_b'' - f from the link, and -p lambda acts on the first end a (link_ratios.py).
+Therefore p ratio M is added to the inertia at a, and p f to the effort at a. If the child is at a,
+M/(p ratio) and f/p are added at b.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Efforts = Mapping[str, Sequence[Term]]
 def free_body(
     block: str, efforts: Efforts, links: Sequence[LinkEquations], notation: Notation
 ) -> Equation:
-    """Return the equation m q'' = sum of all efforts on a block, rigid links included."""
+    """Return the equation m q'' = sum of all efforts on a block, including those of rigid links."""
     right = [*efforts[block]]
     for link in links:
         if link.b == block:
@@ -48,10 +48,7 @@ class RigidTree:
         self.root, self.links, self.notation = root, links, notation
 
     def equation(self, efforts: Efforts) -> Equation:
-        """Return the equation (sum of inertias) q_root'' = sum of efforts.
-
-        q_root is the position of the root.
-        """
+        """Return (sum of inertias) q_root'' = sum of efforts, all reflected to the root."""
         inertia = [mass.times(self.notation.inertia(block)) for block, _, mass in self._walk()]
         right = self._gathered(efforts, extra=True)
         unit = si_unit("effort", self.notation.kinds[self.root])
@@ -68,9 +65,9 @@ class RigidTree:
         return self._gathered(efforts, extra=False)
 
     def _walk(self) -> Iterator[tuple[str, Term, Term]]:
-        """Yield each block, the root first, with the reflection factors of its effort and inertia.
+        """Yield each block, the root first, with the reflection factors of effort and inertia.
 
-        The walk is iterative, because chains may be longer than the recursion limit.
+        The loop is not recursive, because chains may be longer than Python's recursion limit.
         """
         at: dict[str, list[LinkEquations]] = {}
         for link in self.links:
@@ -115,10 +112,10 @@ def rest_condition(
 ) -> Condition | None:
     """Return the condition for a tree to stay at rest; None if it has no dry friction.
 
-    The sum of the tree's efforts without dry friction must be within the limits of the dry
-    frictions and lossy links. At rest the factor p of a lossy link may have any value between its
-    values for the two directions of power. efforts, dry: all efforts and the dry frictions on each
-    block. bears: largest dry friction on each block at rest.
+    The dry frictions must be able to balance the tree's other efforts. At rest, the factor p of a
+    lossy link may have any value between its values for the two directions of power. efforts: all
+    efforts on each block. dry: dry frictions on each block, which are part of `efforts`. bears:
+    largest dry frictions at rest on each block.
     """
     threads = {
         link.a: _modulus(link.passed.additional)
@@ -171,7 +168,7 @@ def rest_condition(
 
 
 def _modulus(term: Term) -> Term:
-    """Return the magnitude of a term: without its sign, and with |p| and |W| for p and W."""
+    """Return the magnitude of a term: without the sign, and with |p| and |W| for p and W."""
 
     def sized(atom: Atom) -> Atom:
         signed = atom.text.startswith(("p_", "W_"))

@@ -13,7 +13,7 @@ from frictool.friction.law_registry import LAWS
 def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[Term]:
     """Return the terms of the friction F in slip; F opposes the motion.
 
-    A law without `slip_terms` is one term: its name as a function of speed and parameters.
+    A law without `slip_terms` gives one term: its name as a function of speed and parameters.
     """
     symbols = _symbols(name, element, notation)
     speed = notation.speed(element.on)
@@ -58,7 +58,7 @@ def _fall(symbols: dict[str, Term], speed: Term) -> Term:
 
 
 def dry_level(name: str, element: FrictionOf, notation: Notation) -> Term | None:
-    """Return the largest friction at rest; None if it is 0 or depends on a state."""
+    """Return the largest friction at rest; None if it is 0 or depends on the law's inner state."""
     law = LAWS[element.law]
     if law.approximation or law.kind == "dynamic":
         return None

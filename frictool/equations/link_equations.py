@@ -29,10 +29,10 @@ class LinkEquations:
     """Equations of one link.
 
     The link connects the blocks a (first end) and b (second end). force: effort lambda on the block
-    b. passed: transfer of lambda to the block a. rigid: True if the link is a constraint (with
-    backlash: while a flank touches). play: half of the backlash at b [rad | m]. relations:
-    equations of positions and speeds. effort: equations of lambda. modes: conditions for free
-    motion and contact in the backlash.
+    b. passed: transfer of lambda to the block a. rigid: True if the link is a constraint; with
+    backlash, only while a flank touches. play: half of the backlash at b [rad | m]. relations:
+    equations of positions and speeds. effort: equations of lambda. modes: conditions of free motion
+    and contact in the backlash.
     """
 
     name: str
@@ -101,7 +101,7 @@ def link_equations(
 def _relations(
     name: str, link: Transmitting, notation: Notation, ratio: Term, offset: float, constrains: bool
 ) -> tuple[Equation, ...]:
-    """Return the equations of q_b = ratio q_a + o for a constraint, else of its deviation e."""
+    """Return q_b = ratio q_a + o for a constraint, else the equation of e = q_b - ratio q_a - o."""
     a, b = link.between
     key = f"links.{name}"
     source = SOURCES[str(link.__struct_config__.tag)]
@@ -141,7 +141,7 @@ def _yielding(
 ) -> tuple[Equation, ...]:
     """Return the effort lambda = -k s - d s' at the second end for the strain s.
 
-    k: stiffness. d: damping. Stiffness and damping of a belt are along the belt, at its radius r_b.
+    k: stiffness. d: damping. For a belt, k and d are along the belt, at the pulley radius r_b.
     """
     backlash: Backlash | None = getattr(link, "backlash", None)
     compliance = link.compliance or (backlash.compliance if backlash is not None else None)
@@ -175,7 +175,7 @@ def _yielding(
 def _half_width(
     name: str, link: Transmitting, backlash: Backlash, notation: Notation, ratio: Term
 ) -> Term:
-    """Return half of the backlash, at the second end; the width's unit states its end."""
+    """Return half of the backlash, converted to the second end."""
     key = f"links.{name}.backlash.width"
     width = notation.parameter("w", "w", name, backlash.width, key)
     a, b = link.between

@@ -1,4 +1,4 @@
-"""Ratio of a link as a formula, and transfer of the effort from its second to its first end.
+"""Ratio of a link as a formula, and transfer of the effort from the second end to the first end.
 
 q_b = ratio q_a        effort lambda on b, -p lambda on a        p = ratio without losses
 p = ratio/eta for power from a to b (lambda v_b > 0), ratio eta_back for power from b to a
@@ -24,7 +24,7 @@ class EffortTransfer:
 
     The effort -p lambda acts on the block a. factor: p. additional: W, an additional effort on the
     block a, for the screw of thesis (2.12). equations: equations of p and W. reason: sentence about
-    the driving directions (thesis 2.1.6).
+    the ends that can drive (thesis 2.1.6).
     """
 
     factor: Term
@@ -36,7 +36,7 @@ class EffortTransfer:
 def ratio_of(name: str, link: Transmitting, notation: Notation) -> tuple[Term, Term]:
     """Return the signed ratio q_b/q_a, and the deflection of the compliance per unit of q_b.
 
-    The second value is the radius of a belt's pulley; for other links it is 1.
+    The second value is the pulley radius for a belt, and 1 for other links.
     """
     key = f"links.{name}"
     match link:
@@ -77,7 +77,10 @@ def _radius(name: str, link: Screw, notation: Notation) -> Term:
 
 
 def _tangent(name: str, link: Screw, notation: Notation, sign: str) -> Term:
-    """Return tan(alpha), tan(alpha + phi) or tan(alpha - phi), by `sign`, with phi = atan(mu)."""
+    """Return tan(alpha + phi), tan(alpha - phi) or tan(alpha) by `sign`, with tan(phi) = mu.
+
+    alpha is the lead angle.
+    """
     angle = math.atan(tangent_of_lead(f"links.{name}", link))
     if link.lead_angle is not None:
         alpha = notation.parameter(

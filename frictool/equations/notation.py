@@ -1,4 +1,4 @@
-"""Symbols of blocks and parameters, named after the elements that they belong to."""
+"""Symbols of blocks and parameters, with the names of their elements as indices."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ParameterRow:
 
 
 class Notation:
-    """Factory of symbols that collects the parameters of all symbols it creates."""
+    """Factory of symbols, which also collects the table of parameters."""
 
     def __init__(self, document: Mechanism) -> None:
         self.document = document
@@ -95,12 +95,12 @@ class Notation:
         return self.parameter(letter, latex, name, Quantity(value, unit=""), key)
 
     def effort(self, letter: str, name: str, kind: Axis) -> Term:
-        """Return the symbol of an unknown effort on a block of this kind (rotary or linear)."""
+        """Return the symbol of an unknown effort on a rotary or linear block (`kind`)."""
         latex = {"lambda": r"\lambda"}.get(letter, letter)
         return _named(letter, latex, name, si_unit("effort", kind))
 
     def stretch(self, letter: str, name: str, kind: Axis) -> tuple[Term, Term]:
-        """Return the symbols of a position difference and of its rate."""
+        """Return the symbols of a position difference and of the rate of this difference."""
         position, rate, _ = RATES[kind]
         still = _named(letter, letter, name, position)
         return still, symbol(f"{letter}_{name}'", indexed_latex(rf"\dot{{{letter}}}", name), rate)

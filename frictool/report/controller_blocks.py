@@ -90,7 +90,6 @@ def _feedforward(fed: Feedforward, unit: str) -> str:
 
 
 def _sees_velocity(controller: Controller) -> bool:
-    """Return True if any block reads the velocity."""
     law = controller.position_law
     cascade = controller.structure == "speed_cascade"
     brakes = law is not None and law.action == "brake"

@@ -24,7 +24,7 @@ from frictool.report.figure_style import LIMIT, LOG_COLOURS, new_plot
 from frictool.report.plotted_velocity import used_velocity
 from frictool.typing import Vector
 
-DETAIL_COLUMNS = 1000  # columns of a chart, which a reader enlarges
+DETAIL_COLUMNS = 1000  # columns of a decimated curve; fine enough for a reader who enlarges it
 
 
 def log_colours(evidence: list[StreamEvidence]) -> dict[str, str]:
@@ -44,7 +44,7 @@ def draw(
 ) -> None:
     """Draw one curve: strong for a nominal stream, faint for a variant, red for the worst stream.
 
-    over_time: True if the abscissa is time; the decimation is then simpler.
+    over_time: True if the abscissa is time.
     """
     kept = (
         drawn_indices(abscissa, ordinate)
@@ -91,7 +91,7 @@ def draw_references(panel: PlotPanel, evidence: Sequence[StreamEvidence]) -> Non
 
 
 def overview_figures(spec: Spec, evidence: list[StreamEvidence]) -> list[PageFigure]:
-    """Return the figures of all available curves over the whole length of the logs."""
+    """Return the figures of all available curves over the whole duration of the logs."""
     unit = si_unit("position", spec.axis)
     positions = [item for item in evidence if item.has("position")]
     pictures = []

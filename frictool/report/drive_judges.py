@@ -27,7 +27,7 @@ def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
 
 
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the larger of two peaks: of the command, and of the measured drive minus its noise."""
+    """Judge the larger of two peaks: peak command, peak measured drive minus the noise floor."""
     measured = f"of the measured {spec.drive}, less its noise floor"
     peaks: list[JudgedValue] = []
     for item, _ in evidence:
@@ -42,9 +42,9 @@ def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
 def judge_saturation(
     spec: Spec, evidence: JudgedStreams, controller: Controller | None
 ) -> Requirement:
-    """Judge the longest saturation time in one hold (period of constant reference).
+    """Judge the longest saturation time within one hold (period of constant reference).
 
-    A stream without a hold is judged as a whole.
+    In a stream without holds, the saturation time of the whole stream counts.
     """
     metric = REQUIREMENTS["saturation_time_s"]
     durations = []

@@ -1,6 +1,6 @@
 """Evidence for the verdict: position, reference, drive and other data of each stream of the logs.
 
-Log(s) ──streams──▶ StreamEvidence ──holds──▶ HoldMetrics ──worst──▶ Requirement
+The logs' streams ──▶ StreamEvidence ──▶ HoldMetrics of each hold ──▶ Requirement, the worst value
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ NO_CONTROLLER = "a log alone does not contain it; give --controller"
 
 @dataclass(frozen=True)
 class StreamEvidence:
-    """Stream of a log with everything that its judgement needs.
+    """Stream of a log, and the data that its judgement needs.
 
     - source: label of the log
     - resolution: step of the position sensor, rad | m; 0 if unknown
@@ -44,16 +44,15 @@ class StreamEvidence:
     - gaps: signal -> reason why it is missing
     - nominal: True for the nominal plant (`/axis`, or the only stream of its log), False for a
       variant
-    - simulated: True for a simulated log, in which each topic is a plant; a measured log may
-      contain several streams of one rig
-    - load: lowest and highest position of the load behind the backlash, (n,) each; the same array
-      twice if the log contains this position; None if the position is unknown
+    - simulated: True for a stream of a simulated log
+    - load: lowest and highest possible position of the load behind the backlash, (n,) each; the
+      same array twice if the log contains the position of the load; None if it is unknown
     - drive_limit: limit of the drive, A | V; None if unknown
     - modulus_margin: modulus margin of the controller's loop with the stream's plant; None if
       unknown
-    - margin_gap: reason why the margin is unknown, else empty
+    - margin_gap: reason why the margin is unknown; empty if it is known
     - beyond: differences between the stream's rig and the rig for which the controller was
-      verified; empty if there are none
+      verified, as text; empty if there are none
     - worst: True for the stream with the worst value of a requirement, which figures show in red
     """
 
@@ -78,7 +77,7 @@ class StreamEvidence:
         return signal in self.stream.signals
 
     def plotted(self, signal: str) -> Vector:
-        """Return a signal for a plot; values that are not finite are NaN, which leaves a gap."""
+        """Return a signal for a plot; values that are not finite are NaN, which leave gaps."""
         return finite_or_nan(self.stream.signals[signal])
 
     @property
@@ -88,7 +87,7 @@ class StreamEvidence:
 
     @property
     def drawing_order(self) -> int:
-        """Return the rank for drawing: variants first, then nominal streams, then the worst."""
+        """Return the rank for drawing: 0 for variants, then nominal streams, then the worst."""
         return 2 * self.worst + self.nominal
 
     @property
@@ -123,7 +122,7 @@ class StreamEvidence:
     def sensor_error(self) -> Vector | None:
         """Return sensor position - true position (n,).
 
-        Return None if the log lacks a position, or if the difference is within the resolution.
+        Return None if the log lacks one of the two, or if they agree within the resolution.
         """
         if not (self.has("position") and self.has("position_true")):
             return None
@@ -168,7 +167,7 @@ def gather_evidence(
 
 
 def log_labels(logs: Sequence[Log]) -> list[str]:
-    """Return the base name of each log, with a number if several are equal."""
+    """Return the base name of each log, with a number if several logs have the same name."""
     names = [PurePath(log.source).name or log.source for log in logs]
     return [
         name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})"
@@ -177,7 +176,7 @@ def log_labels(logs: Sequence[Log]) -> list[str]:
 
 
 class AboutStream(NamedTuple):
-    """Fields of StreamEvidence that are not computed from the stream's signals."""
+    """Fields of StreamEvidence that do not follow from the stream's signals."""
 
     label: str
     nominal: bool
@@ -214,7 +213,7 @@ def stream_evidence(
     fault = stream.signals.get("controller_fault")
     if (
         fault is not None and fault.any()
-    ):  # after a fault the drive is 0: the rest does not test the controller
+    ):  # after a fault the drive is 0, so that later samples do not test the controller
         begin = float(stream.time[int(np.argmax(fault != 0.0))])
         gaps["position"] = (
             f"the controller sets its fault at {begin:.6g} s, without a valid position, "
@@ -251,7 +250,7 @@ def stream_evidence(
 def _load(
     stream: Stream, position: Vector | None, rig: RigFacts, resolution: float, gaps: dict[str, str]
 ) -> tuple[Vector, Vector] | None:
-    """Return the logged mechanical position, or its bounds from motor position and backlash."""
+    """Return the logged position of the load, or its bounds from motor position and backlash."""
     if "load_position" in stream.signals:
         load = _signal(stream, "load_position", gaps)
         return None if load is None else (load, load)

@@ -1,8 +1,4 @@
-"""Metrics of each hold (period of constant reference) of a stream, and of the whole stream.
-
-HoldMetrics contains each metric of documents/metric_table.py in `values`, in `bounds`, or with a
-reason in `missing`.
-"""
+"""Metrics of each hold (period of constant reference) of a stream, and of the whole stream."""
 
 from __future__ import annotations
 
@@ -19,12 +15,12 @@ from frictool.report.measured_part import MeasuredPart, measure
 
 @dataclass(frozen=True)
 class HoldMetrics:
-    """Metrics of one hold.
+    """Metrics of one hold, each in `values`, `bounds` or `missing`.
 
     - number: number of the hold in its stream, from 1
     - start_s: start of the hold, s
     - values: metric -> value in SI (overshoot in %)
-    - bounds: metric -> (low, high), for the metrics that are known only within bounds
+    - bounds: metric -> (low, high), for a metric that is known only within bounds
     - missing: metric -> reason why it has no value
     """
 
@@ -37,7 +33,7 @@ class HoldMetrics:
 
     @property
     def is_step(self) -> bool:
-        """Return True if the hold (period of constant reference) begins with a step."""
+        """Return True if the hold begins with a step of the reference."""
         return self.hold.origin is not None
 
 

@@ -25,8 +25,8 @@ def as_json(verdict: Verdict, transfers: VertexTransfers | str | None = None) ->
     `verdict` is `pass`, `fail` or `undecided`; `undecided` lists the undecided requirements. A
     metric without a value is null, with its reason in `missing`. A metric that is known within
     bounds only is null, with the bounds in `bounds`. `sensitivity` is null without a controller.
-    `meets_all` is true for a stream that meets every requirement; the modulus margin of a recorded
-    stream is not included.
+    `meets_all` is true for a stream that meets every requirement, except the modulus margin if the
+    stream was recorded.
     """
     spec = verdict.request.spec
     return {
@@ -96,7 +96,7 @@ def _hold(measured: HoldMetrics) -> dict[str, Any]:
 
 
 def _sensitivity(checked: VertexTransfers | None) -> dict[str, Any] | None:
-    """Return the largest gain of each transfer, and the largest ratio of gain to template."""
+    """Return the largest gain of each transfer, and the largest quotient of gain and template."""
     if checked is None:
         return None
     transfers = {

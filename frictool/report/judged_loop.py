@@ -44,7 +44,7 @@ class JudgedLoop:
     def margin(self, log: Log, topic: str) -> tuple[float | None, str]:
         """Return (modulus margin, "") for the plant of the stream `topic`, or (None, reason).
 
-        A simulated log describes the plant of each stream. The margin of an unstable loop is 0.
+        The margin of an unstable loop is 0.
         """
         if not _simulated(log):
             return None, RECORDED
@@ -63,7 +63,7 @@ class JudgedLoop:
     def beyond(self, log: Log) -> str:
         """Return the differences between a log's rig and the rig of the controller's verification.
 
-        The text is empty without a difference, or if the log's rig is unknown.
+        The text is empty without a difference and for an unknown rig.
         """
         if not _simulated(log):
             return self._bench
@@ -77,7 +77,7 @@ class JudgedLoop:
     def played_beyond(self, log: Log) -> str:
         """Return the simulated plant parameters outside the intervals of the verification, or ''.
 
-        A scenario sets these values with `given` or with a drift.
+        A scenario can set such values with `given` or with a drift.
         """
         texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
         plants = [plant for plant in map(LoggedPlant.of_text, texts) if plant is not None]
@@ -100,10 +100,7 @@ def _simulated(log: Log) -> bool:
 
 
 def unstated_words(log: Log) -> str:
-    """Return a message on missing data of rig and model in a simulated log; '' if none is missing.
-
-    The message names the command that writes the log again.
-    """
+    """Return a message on data of rig and model that a simulated log lacks; '' if it lacks none."""
     facts, ranges = (
         facts_of_text(log.metadata.get(FACTS, {})),
         intervals_of_text(log.metadata.get(INTERVALS, {})),

@@ -22,8 +22,7 @@ def with_knowledge(
 ) -> Requirement:
     """Return the requirement with its field `known`, which states the source of the outcome.
 
-    The field also names the proof if the requirement is met and the proof has a value within the
-    limit.
+    If the proof, too, shows that the requirement is met, the field also names the proof.
     """
     if requirement.key == "modulus_margin":
         return replace(requirement, known=_margin(requirement, controller))
@@ -51,7 +50,7 @@ def _margin(requirement: Requirement, controller: Controller | None) -> str:
 
 
 def _proved(requirement: Requirement, proof: Proof) -> list[str]:
-    """Return what the proof states about a requirement, if it holds for the report's limit."""
+    """Return [words for the proof] if it covers the report's limit of a requirement, else []."""
     claims = [
         one for one in proof.requirements if one.key == requirement.key and one.state == "proved"
     ]

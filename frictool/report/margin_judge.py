@@ -23,7 +23,7 @@ def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | N
 
     The requirement is not met if the margin with any plant or any vertex of the controller is too
     small. It is undecided if the plant of a simulated stream is unknown, or if the controller was
-    not verified for the plant or its rig.
+    not verified for this plant or rig.
     """
     limit = spec.modulus_margin
     undecided = Requirement("modulus_margin", "modulus_margin", None, limit, "", None, ">=")

@@ -1,6 +1,6 @@
-"""Part of a stream, and the metrics computed from its samples.
+"""Part of a stream, and the metrics computed from the part's samples.
 
-The part is a hold (period of constant reference), or the whole stream.
+A part is a hold (period of constant reference) or the whole stream.
 """
 
 from __future__ import annotations
@@ -44,12 +44,15 @@ class MeasuredPart:
         return self.of(self.evidence.stream.signals[name])
 
     def late(self, signal: Any) -> Any:
-        """Return the samples of a signal (n,) later than `rest.after_s` after the hold's start."""
+        """Return the samples of a signal from `rest.after_s` after the hold's start on."""
         return None if signal is None else self.of(signal)[self.rest]
 
     @cached_property
     def rest(self) -> slice | None:
-        """Return the samples of the hold later than `rest.after_s`; None if there are too few."""
+        """Return the slice of the samples from `rest.after_s` after the hold's start on.
+
+        Return None if there are too few samples.
+        """
         return late_samples(self.of(self.evidence.stream.time), self.spec.rest.after_s)
 
     @cached_property
@@ -59,8 +62,8 @@ class MeasuredPart:
         return limit_cycle(time, self.signal("position"), self.evidence.resolution)
 
 
-# Parameter of a metric's function -> its value in SI. Signals are (n,); their sample 0 is the step,
-# or the start of the stream. A value that can be absent needs a row in NEEDS as well.
+# Parameter of a metric's function -> value in SI. Signals are (n,) and begin at the step, or at the
+# start of the stream. A parameter whose value can be absent needs a row in NEEDS as well.
 ARGUMENTS: dict[str, Callable[[MeasuredPart], Any]] = {
     # time [s] of each sample, from the origin of the log's clock
     "time": lambda part: part.of(part.evidence.stream.time),
@@ -76,15 +79,16 @@ ARGUMENTS: dict[str, Callable[[MeasuredPart], Any]] = {
     "target": lambda part: part.hold and part.hold.target,
     # step of the position sensor; 0 if unknown
     "resolution": lambda part: part.evidence.resolution,
-    # measured drive, or the command if no drive was measured; each of the two, None if not logged
+    # measured drive, or the command if no drive was measured
     "drive": lambda part: part.of(part.evidence.drive),
+    # command and measured drive; None if not logged
     "command": lambda part: part.of(part.evidence.command),
     "measured": lambda part: part.of(part.evidence.measured),
     # limit of the drive in the bench, None if unknown
     "drive_limit": lambda part: part.evidence.drive_limit,
     # standard deviation of the measured drive's noise
     "drive_noise": lambda part: part.evidence.drive_noise,
-    # t_int [s] of the energy
+    # time t_int [s] over which the energy is integrated
     "energy_window": lambda part: energy_window(part.spec),
     # lowest and highest position behind the backlash, (2, n)
     "load": lambda part: tuple(map(part.of, part.evidence.load or ())),
@@ -94,12 +98,12 @@ ARGUMENTS: dict[str, Callable[[MeasuredPart], Any]] = {
     "rest_position": lambda part: part.late(part.evidence.stream.signals["position"]),
     "rest_command": lambda part: part.late(part.evidence.command),
     "rest_measured": lambda part: part.late(part.evidence.measured),
-    # velocity that the controller used, and the true one of a simulated log
+    # velocity that the controller used, and true velocity, of a simulated log
     "estimated": lambda part: part.signal("velocity_estimated"),
     "velocity": lambda part: part.signal("velocity"),
 }
 
-# Need of a metric -> reason why it is not met, or an empty text.
+# Condition that a metric needs -> reason why the condition does not hold, or an empty text.
 NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
     # a step leads to the hold
     "step": lambda part: NO_STEP if part.hold is None or part.hold.origin is None else "",
@@ -115,7 +119,7 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
         if energy_window(part.spec) is None
         else ""
     ),
-    # the position behind the backlash is known, or its bounds are
+    # the position behind the backlash is known, at least within bounds
     "load_position": lambda part: (
         part.evidence.gaps["load_position"] if part.evidence.load is None else ""
     ),
@@ -146,7 +150,7 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
 
 
 def measure(metric: Metric, part: MeasuredPart) -> MetricResult:
-    """Return a metric's value in SI (a ratio in %), or two bounds of it, or why it is missing."""
+    """Return a metric's value in SI (a ratio in %), its bounds, or the reason why it is missing."""
     needs, function, arguments = _parts_of(metric)
     for reason_of in needs:
         if reason := reason_of(part):
@@ -180,7 +184,7 @@ def function_of(metric: Metric) -> tuple[Callable[..., Any], tuple[str, ...]]:
 
 
 def energy_window(spec: Spec) -> float | None:
-    """Return the window of the energy [s]: the specified one, else the allowed response time."""
+    """Return the time t_int of the energy [s]: `window_s`, else the allowed response time."""
     window: float | None = spec.response_time_95_s if spec.energy is None else spec.energy.window_s
     return window
 

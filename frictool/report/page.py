@@ -1,4 +1,4 @@
-"""Report as one HTML file, which loads no other file."""
+"""Report as one HTML file that works without other files."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from frictool.report.worst_hold import JudgedStreams
 from frictool.verify.loop_wording import plant_units
 from frictool.verify.vertex_transfers import VertexTransfers
 
-BEFORE_S = 0.2  # time shown before the hold to which a requirement links
-AFTER_S = 2.0  # time shown after its start
+BEFORE_S = 0.2  # time shown before the start of the hold to which a requirement links
+AFTER_S = 2.0  # time shown after the start of this hold
 
 
 def page(
@@ -83,9 +83,9 @@ def page(
 
 
 def _places(verdict: Verdict, streams: JudgedStreams) -> dict[str, tuple[str, str]]:
-    """Return requirement -> key of a figure and range to show as JSON, if the value has a place.
+    """Return requirement -> (key of the figure with the worst value, range to show as JSON).
 
-    A step has its own figure; another value is in the figure of the position over time.
+    The figure is that of the step, if the value belongs to one, else the position over time.
     """
     places = {}
     for one in verdict.requirements:

@@ -25,7 +25,7 @@ def shown_velocity(stream: Stream, resolution: float) -> tuple[Vector, str] | No
     position = finite_or_nan(stream.signals["position"])
     samples = _samples(position, resolution)
     slopes = (position[samples:] - position[:-samples]) / (time[samples:] - time[:-samples])
-    # each slope belongs to all samples that it spans; a sample has the mean of its slopes
+    # the velocity at a sample is the mean of all slopes over intervals that contain the sample
     ones = np.ones(samples + 1)
     difference = np.convolve(slopes, ones) / np.convolve(np.ones(slopes.size), ones)
     span = samples * stream.period
@@ -47,10 +47,10 @@ def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | st
 
 
 def _samples(position: Vector, resolution: float) -> int:
-    """Return the number of samples over which the position difference is taken.
+    """Return the number of samples over which the position difference is computed.
 
-    This is the smallest number over which the position changes by 40 sensor steps at top speed, or
-    MOST_SAMPLES if that is less.
+    At top speed, the position changes by at least LEAST_LEVELS sensor steps over this number of
+    samples, which is at most MOST_SAMPLES.
     """
     for samples in range(1, min(MOST_SAMPLES, position.size - 1)):
         if (

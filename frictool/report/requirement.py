@@ -25,13 +25,13 @@ STATES: tuple[State, ...] = get_args(State)
 
 @dataclass(frozen=True)
 class ValueLocation:
-    """Location of a value: a vertex of the controller, or a place in a log.
+    """Location of a value: a vertex of the controller, or a stream of a log, or a hold of a stream.
 
-    - log, stream: log and topic of the value; None for a vertex
+    - log, stream: name of the log, topic of the stream; None for a vertex
     - step: number of the hold (period of constant reference) in `stream`, from 1; None for the
       whole stream
     - time_s: start of the hold, s
-    - vertex: name of a vertex of the controller; None for a place in a log
+    - vertex: name of the vertex; None for a stream or hold
     """
 
     log: str | None = None
@@ -60,7 +60,7 @@ class Requirement:
     - relation: relation of value and limit that the requirement demands
     - reason: remark on the outcome, or why the requirement is undecided
     - where: location of the worst value
-    - details: name -> further number
+    - details: name -> additional number
     - known: source of the outcome (measured, simulated, computed or proved); empty if undecided
     """
 
@@ -182,8 +182,8 @@ class Verdict(ResultView):
     def acceptable(self, allow_undecided: bool) -> bool:
         """Return True if the verdict is `pass`.
 
-        With `allow_undecided`, also return True if at least one requirement is met and the others
-        are undecided.
+        With `allow_undecided`, also return True if at least one requirement is met and none is
+        broken.
         """
         return self.passed or (
             allow_undecided and self.state == "undecided" and any(r.met for r in self.requirements)
@@ -191,7 +191,7 @@ class Verdict(ResultView):
 
     @property
     def plants(self) -> frozenset[str]:
-        """Return the topics of the simulated plants; a plant in two logs counts once."""
+        """Return the topics of the simulated plants, each once."""
         return frozenset(
             evidence.stream.topic for evidence, _ in self.evidence if evidence.simulated
         )

@@ -18,7 +18,7 @@ class RigFacts:
     - resolution: step of the sensor, rad | m; 0 if unknown
     - drive_limit: limit of the drive, A | V; None if unknown
     - backlash: full width of the backlash, rad | m; None if unknown
-    - backlash_unsure: largest deviation of this width in either direction, rad | m
+    - backlash_unsure: largest deviation of the true width from `backlash`, rad | m
     - known: True if there is a bench
     """
 
@@ -30,7 +30,7 @@ class RigFacts:
 
     @staticmethod
     def of(bench: Bench | None) -> RigFacts:
-        """Return the data of a bench; all are unknown without a bench."""
+        """Return the data of a bench, or unknown values without a bench."""
         if bench is None:
             return RigFacts()
         backlash = bench.mechanics.backlash
@@ -43,13 +43,13 @@ class RigFacts:
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:
-        """Return the data as they were in the simulation that wrote the log (`simulated`)."""
+        """Return the data with those of the simulation that wrote the log (`simulated`)."""
         return self.simulated(facts_of_text(log.metadata.get(RECORD, {})))
 
     def simulated(self, facts: Mapping[str, float]) -> RigFacts:
-        """Return the data with the encoder step of a simulation, and the lower of two drive limits.
+        """Return the data with the encoder step of a simulation.
 
-        The two limits belong to the bench and to the simulation.
+        The drive limit is the lower one of bench and simulation.
         """
         limits = [
             limit

@@ -1,7 +1,7 @@
 """Kernels of the metrics of a simulated run, for the thousands of runs of a campaign.
 
-They return the numbers of the functions in `frictool/metrics/` and logs/quality/time_base.py bit by
-bit.
+Their results equal the results of the functions in `frictool/metrics/` and
+logs/quality/time_base.py bit by bit.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
 OFF_LATTICE = -1.0
-MOST_COUNTS = 100  # largest range of the positions in encoder steps, per sample of the run
+MOST_COUNTS = 100  # largest range of the positions in encoder steps, divided by the samples
 
 
 @kernel
@@ -62,9 +62,10 @@ def run_signals(
 def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
     """Return the distances between neighbouring distinct positions, and their sum in steps.
 
-    The quotient of the two sums is the `encoder_step` of positions (n,) that are multiples of
-    `step`. The second value is 0 if there is no such step, and OFF_LATTICE if a position is not a
-    multiple of `step`, or if the positions have too large a range.
+    The sum of the distances divided by the second value is the `encoder_step` of positions (n,)
+    that are multiples of `step`. The second value is 0 if there are too few different positions or
+    no common step, and OFF_LATTICE if a position is not a multiple of `step` or if the range of the
+    positions is too large.
     """
     if step <= 0.0:
         return np.empty(0), OFF_LATTICE
@@ -117,11 +118,11 @@ def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
 def step_metrics(
     position: Vector, origin: float, target: float, final: float, tail: int, resolution: float
 ) -> tuple[int, float, int]:
-    """Return settling sample, overshoot [%] and reversals of a hold after a step.
+    """Return settling sample, overshoot [%] and number of reversals of a hold after a step.
 
     position (n,): samples of the hold. origin, target: reference before and after the step. final:
-    mean of the last `tail` positions. The settling sample is the first one after which the
-    position stays in the 95 % zone; -1 if the axis does not settle.
+    mean of the last `tail` positions. From the settling sample on, the position stays in the 95 %
+    zone; the settling sample is -1 if the axis does not settle.
     """
     amplitude = target - origin
     zone = max(ZONE * abs(amplitude), resolution) * ROUNDED

@@ -2,7 +2,7 @@
 
     record -> position, drive, peaks -> sensor step -> holds -> metrics -> (value, met)
 
-The values equal the values of `judge` on the run's log; there are no reasons and no locations.
+The values equal those of `judge` on the run's log. Reasons and locations are left out.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from frictool.report.worst_hold import limit_of
 from frictool.typing import Vector
 
 Outcome = tuple[float, bool | None]  # value of a requirement, and True if it is met
-# keys that this module judges, and those of them that have a value in each hold
+# keys that this module judges: HOLD_KEYS have a value in each hold
 HOLD_KEYS = ("response_time_95_s", "overshoot_percent", "static_error", "oscillations")
 KEYS = {*HOLD_KEYS, "modulus_margin", "drive_peak", "rest"}
 
@@ -64,10 +64,10 @@ class RunMetrics:
         self._runs: tuple[ConstantRun, ...] = ()
 
     def __call__(self, run: RunRecord, margin: Outcome) -> list[Outcome] | None:
-        """Return the outcomes of a run with the outcome of its modulus margin.
+        """Return the outcomes of a run; `margin` is the outcome of the modulus margin.
 
-        Return None if a signal is not finite, or if a hold is long enough for the requirement
-        `rest`; `judge` decides these runs.
+        Return None for a run that only `judge` can judge: if a signal is not finite, or if a hold
+        is long enough for the requirement `rest`.
         """
         samples = run.time.size
         position: Vector = np.empty(samples)
@@ -90,7 +90,7 @@ class RunMetrics:
         return list(outcomes.values())
 
     def _has_runs(self, reference: Vector) -> bool:
-        """Find the constant runs of `reference`; return False if a sample is not finite."""
+        """Find the stretches of constant reference; return False if a sample is not finite."""
         if reference is not self._reference:
             if not np.isfinite(reference).all():
                 return False
@@ -134,7 +134,7 @@ class RunMetrics:
 
 
 def _worst(values: Sequence[float], limit: float) -> Outcome:
-    """Return the outcome of the largest value, the first of several that agree."""
+    """Return the outcome of the largest value."""
     if not values:
         return math.nan, None
     value = values[largest(values)[1]]

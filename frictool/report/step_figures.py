@@ -22,7 +22,7 @@ from frictool.report.worst_hold import limit_of
 
 Judged = tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
 MOST_STEPS = 12
-NEAR_ORIGIN = 0.05  # as a share of the step amplitude
+NEAR_ORIGIN = 0.05  # largest difference of two origins of the same step, relative to its amplitude
 BAND_SHOWN = 3.0  # half height of the enlarged range, relative to the static error allowed
 BEYOND_SETTLING = 1.6  # shown duration relative to the slowest response
 
@@ -48,8 +48,8 @@ def step_key(judged: Judged, where: ValueLocation) -> str | None:
 def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]:
     """Return the steps of all streams, grouped by initial and final reference.
 
-    If a stream contains a step several times, the first occurrences of all streams form a group,
-    the second ones another group, and so on, at whatever time they occur.
+    If streams contain a step several times, the first occurrences in all streams form a group, the
+    second ones another group, and so on, also if their times differ.
     """
     groups: list[list[tuple[StreamEvidence, HoldMetrics]]] = []
     for evidence, holds in judged:
@@ -83,8 +83,8 @@ def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
 def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float:
     """Return the duration [s] of the figure of a step.
 
-    The figure shows the slowest response and the allowed response time, but ends with the hold. A
-    step that never settles is shown completely.
+    The figure shows the slowest response and the allowed response time, and ends with the hold at
+    the latest. A step that never settles is shown up to the end of the hold.
     """
     longest_hold = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
     responses = [m.values.get("response_time_95", math.inf) for _, m in plays]

@@ -11,7 +11,10 @@ MOST_SHOWN = 40
 
 
 def worst_requirement(verdict: Verdict) -> Requirement | None:
-    """Return the requirement with the least margin to its limit; None if no stream has a value."""
+    """Return the requirement whose worst value is worst relative to its limit.
+
+    The result is None if no stream has a value.
+    """
     located = [r for r in verdict.requirements if r.where is not None and r.where.log is not None]
     return max(located, key=_severity, default=None)
 
@@ -41,9 +44,9 @@ def _with_worst(verdict: Verdict) -> JudgedStreams:
 def select_streams(verdict: Verdict) -> JudgedStreams:
     """Return the streams that a page shows, at most forty, in the order of the evidence.
 
-    If there are more than forty streams, the page shows the nominal ones, the worst one of each
-    requirement and the failing ones, then others at equal distances in the list. The worst stream
-    is marked. The verdict and `--json` always include all streams.
+    Of more than forty streams, the page shows the nominal ones, the worst one of each requirement,
+    failing ones, and then others at equal distances in the list. The worst stream is marked. The
+    verdict and `--json` always include all streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

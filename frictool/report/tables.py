@@ -47,7 +47,7 @@ def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
 
 
 def heading(metric: Metric, spec: Spec) -> str:
-    """Return title and unit of a metric, and for the energy also the time t_int."""
+    """Return title and unit of a metric; for the energy, also the time t_int."""
     unit = metric.unit(spec)
     window = energy_window(spec)
     title = (
@@ -113,7 +113,7 @@ def stream_table(spec: Spec, streams: JudgedStreams) -> TextTable:
 def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
     """Return tables with the worst value of each metric in each log (as thesis table 5.3).
 
-    One table is for the nominal streams, one for all streams. The list is empty for a single log.
+    The tables are for the nominal streams and for all streams. The list is empty for a single log.
     """
     sources = tuple(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
     if len(sources) < 2:
@@ -173,7 +173,7 @@ def _compared(
 
 
 def _worst(holds: list[HoldMetrics], name: str) -> str:
-    """Return the cell of the hold with the highest value or upper bound."""
+    """Return the cell of the hold with the largest value or upper bound of a metric."""
     having = [m for m in holds if name in m.values or name in m.bounds]
     if not having:
         return NOTHING

@@ -17,7 +17,7 @@ NO_MOTION = "the reference does not move, or moves by steps only, which no axis 
 def judge_tracking(key: str) -> Judge:
     """Return the function that judges the tracking error limited by the specification's `key`.
 
-    The function ignores streams whose reference moves in steps only, without a profile.
+    The function ignores streams without a profile whose reference changes by steps only.
     """
     metric = REQUIREMENTS[key]
 

@@ -80,7 +80,7 @@ def judge(
 
 
 def verdict_of(request: ReportRequest) -> Verdict:
-    """Return the verdict of `judge` for a request; raise the errors that `judge` raises."""
+    """Return the verdict for a request, as `judge` does."""
     spec, logs, controller, bench = request.spec, request.logs, request.controller, request.bench
     if not logs:
         raise FrictoolError("there is no log to judge; give at least one")
@@ -113,7 +113,7 @@ def verdict_of(request: ReportRequest) -> Verdict:
 
 def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:
     from frictool.report.judged_loop import (
-        JudgedLoop,  # imported late: a log without a controller does not need it
+        JudgedLoop,  # imported here, because a log without a controller does not need it
     )
 
     return JudgedLoop(controller, bench)
@@ -122,9 +122,8 @@ def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:
 class RunJudge:
     """Judge of the simulated runs of one controller; each run gets a verdict.
 
-    The modulus margin is evaluated only with the plant of the run, not with the controller's
-    vertices. `records`: metadata with the rig and the intervals of the simulated plant, as the log
-    of a simulation has them.
+    The modulus margin is that with the plant of the run, not with the controller's vertices.
+    `records`: metadata of a simulated log, with the rig and the intervals of the plant.
     """
 
     def __init__(
@@ -160,9 +159,10 @@ class RunJudge:
         return tuple(make(self.spec, evidence, None) for make in self._judges)
 
     def outcomes(self, run: RunRecord, plant: LoggedPlant | None) -> list[Outcome] | None:
-        """Return the outcomes of the requirements of a run without building its stream.
+        """Return the outcomes of the requirements of a run, which needs no stream for this.
 
-        Return None if only a call of this object can judge the run (report/run_metrics.py).
+        Return None if only a call of this object, with a stream, can judge the run
+        (report/run_metrics.py).
         """
         if not self._of_run.covers:
             return None
@@ -218,7 +218,7 @@ def _specified_judges(spec: Spec) -> dict[str, Judge]:
 
 
 def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -> bool:
-    """Return True if a stream meets every requirement; the margin of a recorded one is left out."""
+    """Return True if a stream meets every requirement, except the margin of a recorded stream."""
     judges = [
         make for key, make in _specified_judges(spec).items() if REQUIREMENTS[key].scope != "loop"
     ]

@@ -1,4 +1,4 @@
-"""Figure of a verdict: position and drive of the judged streams; the worst one is red."""
+"""Figure of a verdict: position and drive of the judged streams; the worst stream is red."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def largest_value(
 ) -> Requirement:
     """Return the requirement with the largest of the judged values.
 
-    `undecided`: reason if there are no values. With an infinite value the requirement is not met.
+    `undecided`: reason if there are no values. An infinite value does not meet the requirement.
     """
     limit = limit_of(spec, metric.key)
     unit = metric.unit(spec)
@@ -108,7 +108,7 @@ def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Require
 
 
 def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
-    """Yield each reason why streams or holds lack a metric, with the first stream concerned."""
+    """Yield each reason why streams or holds lack a metric, with the first such stream."""
     needed = ("position", "reference", "step" if "step" in HOLD_METRICS[metric].needs else "hold")
     said: set[str] = set()
     for item, holds in evidence:
@@ -122,7 +122,7 @@ def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
 
 
 def judge_cycle(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the largest limit cycle, without the holds that are too short to show one."""
+    """Judge the largest limit cycle; holds that are too short to show a cycle are ignored."""
     return worst_hold(spec, REQUIREMENTS["limit_cycle"], evidence, with_reasons=False)
 
 
