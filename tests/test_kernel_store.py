@@ -263,7 +263,7 @@ def test_a_source_that_changes_after_it_was_read_gives_no_state(tmp_path: Path) 
 
 
 def test_a_module_without_its_source_gives_no_state(tmp_path: Path) -> None:
-    with pytest.raises(UnknownSourcesError, match="the source of kernel is not there"):
+    with pytest.raises(UnknownSourcesError, match="the source of kernel is missing"):
         Sources(tmp_path).state(["kernel"])
 
 

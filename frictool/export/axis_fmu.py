@@ -191,7 +191,7 @@ def _settings(model: Model, start_position: int) -> Iterator[AxisSetting]:
         "inertia",
         ax.INERTIA,
         si_unit("inertia", kind),
-        "inertia seen by the actuator",
+        "inertia reflected to the actuator",
         *POSITIVE,
         quantity=today.inertia,
     )
@@ -308,7 +308,7 @@ def _law_settings(model: Model) -> Iterator[AxisSetting]:
             "fresh",
             al.FRESH,
             "",
-            "breakaway just after a stop relative to that after a long rest",
+            "breakaway just after a stop, divided by the breakaway after a long rest",
             SMALLEST,
             1.0,
         )

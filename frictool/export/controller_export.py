@@ -294,7 +294,7 @@ def _cmsis(controller: Controller, number: Number, origin: ExportOrigin) -> Expo
     """
     if number == "double":
         raise NoSolutionError(
-            f"{controller.name}: CMSIS-DSP's direct form I biquads have no double; use "
+            f"{controller.name}: CMSIS-DSP's direct form I biquads have no double format; use "
             "--number float, q31 or q15"
         )
     arrays = cmsis_arrays(controller, number)

@@ -135,5 +135,5 @@ def refuse_fixed_modes(framed: Sequence[GeneralisedPlant], frame: TransformVaria
                     raise NoSolutionError(
                         f"the pole at {pole if pole.imag else pole.real:.4g} is not {what} and is "
                         "outside the requested region: no controller exists; give the weights "
-                        "stable poles within the region, or widen it"
+                        "stable poles within the region, or widen the region"
                     )

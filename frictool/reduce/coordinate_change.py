@@ -290,7 +290,7 @@ def _spring(here: MechanismView, name: str, spring: Spring) -> dict[str, Link]:
         if len(moving) == 2 and not _one_body(here, moving):
             raise NoSolutionError(
                 f"links.{name}: {moving[0]} and {moving[1]} move {first.ratio:.6g} and "
-                f"{second.ratio:.6g} times as far as the source; allowed: equal ratios; take a "
+                f"{second.ratio:.6g} times as far as the source; allowed: equal ratios; use a "
                 "link with ratio and compliance"
             )
         stretch = CoordinateFrame(

@@ -109,7 +109,7 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
         tolerance * step.whole_s, period
     ):
         return (
-            f"{where}: response time {step.reduced_s:.4g} s of the one inertia, "
+            f"{where}: response time {step.reduced_s:.4g} s of the one-inertia model, "
             f"{step.whole_s:.4g} s of the whole mechanism; allowed: {100 * tolerance:g} % apart"
         )
     return None

@@ -91,7 +91,7 @@ class Sources:
         key = frozenset(modules)
         if key not in self._states:
             if missing := sorted(name for name in key if self._path(name) is None):
-                raise UnknownSourcesError(f"the source of {missing[0]} is not there")
+                raise UnknownSourcesError(f"the source of {missing[0]} is missing")
             self._states[key] = self._follow(key)
         for name in self._states[key].modules:
             if (path := self._path(name)) is not None and self._stamps[name] != _stamp(path):

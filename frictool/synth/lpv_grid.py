@@ -116,8 +116,7 @@ def _sums(
             "for constant plants only"
         )
     return (
-        f"interpolated controllers keep gamma {worst:.4g} at the grid's points, "
-        "while the parameters move"
+        f"interpolated controllers keep gamma {worst:.4g} at the grid points for moving parameters"
     )
 
 

@@ -171,7 +171,7 @@ class _WeightRules:
             )
         if margin is None:
             raise FrictoolError(
-                "modulus_margin: missing in the specification; the weight W2 needs it or "
+                "modulus_margin: missing in the specification; write it, or "
                 "weights.modulus_margin in the design"
             ).at("spec", "modulus_margin")
         if error is None and spec.static_error is not None and travel is not None:
@@ -184,7 +184,7 @@ class _WeightRules:
             )
         if error is None:
             raise FrictoolError(
-                "weights.static_error: missing in the design; W2 needs it or static_error in the "
+                "weights.static_error: missing in the design; write it, or static_error in the "
                 "specification with mechanics.travel in the bench"
             ).at("design", "weights.static_error")
         if bandwidth is None and spec.response_time_95_s is not None:
@@ -198,7 +198,7 @@ class _WeightRules:
             )
         if bandwidth is None:
             raise FrictoolError(
-                "weights.bandwidth_rad_s: missing in the design; the weight W2 needs it or "
+                "weights.bandwidth_rad_s: missing in the design; write it, or "
                 "response_time_95_s in the specification"
             ).at("design", "weights.bandwidth_rad_s")
         return template(bandwidth, margin, error)

@@ -154,7 +154,9 @@ def controller() -> Controller:
 
 
 def test_there_are_no_biquads_in_double(controller: Controller) -> None:
-    with pytest.raises(NoSolutionError, match="have no double; use --number float, q31 or q15"):
+    with pytest.raises(
+        NoSolutionError, match="have no double format; use --number float, q31 or q15"
+    ):
         export(controller, "cmsis", "double", ORIGIN)
 
 

@@ -125,7 +125,7 @@ def check_unit(
     """Raise ElementError if a quantity in SI is not of this dimension for a block of this kind."""
     wanted = si_unit(dimension, kind)
     if quantity is not None and quantity.unit != wanted:
-        hint = f"{whose} {MOTION[kind]}" if whose else f"it is of a block that {MOTION[kind]}"
+        hint = f"{whose} {MOTION[kind]}" if whose else f"the block {MOTION[kind]}"
         raise ElementError(
             f"{key}.unit",
             f"found a multiple of {quantity.unit}; allowed: {wanted} and its multiples, since "
