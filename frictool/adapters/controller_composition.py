@@ -160,7 +160,6 @@ class _Composition:
         return feedforward(self.program, speed, acceleration, gains, most), tracked
 
     def _tracked_speed(self) -> ProgramNode:
-        """Return the speed of the tracked reference since the last sample."""
         program = self.program
         program.block("speed of the tracked reference")
         before = program.states["reference_before"]

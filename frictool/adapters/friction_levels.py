@@ -67,7 +67,6 @@ def viscous_factor(model: Model, wanted: float) -> float | None:
 
 
 def _slopes(model: Model) -> tuple[list[Quantity], list[Quantity]]:
-    """Return the viscous friction of every speed regime, forward and backward."""
     regimes = model.laws.regimes if model.laws is not None else ()
     forward: list[Quantity] = [model.parameters.viscous, *(regime.viscous for regime in regimes)]
     backward: list[Quantity] = [
@@ -78,7 +77,6 @@ def _slopes(model: Model) -> tuple[list[Quantity], list[Quantity]]:
 
 
 def _opposite(model: Model, name: str) -> Quantity:
-    """Return the parameter `name` of the negative direction."""
     backward = model.laws.backward if model.laws is not None else None
     level: Quantity | None = getattr(backward, name) if backward is not None else None
     common: Quantity = getattr(model.parameters, name)

@@ -72,7 +72,6 @@ def _section(numerator: np.ndarray, denominator: np.ndarray) -> Lti:
 
 
 def _series(first: Lti, second: Lti) -> Lti:
-    """Return the series connection: the output of `first` is the input of `second`."""
     n, m = first.order, second.order
     a = np.block([[first.a, np.zeros((n, m))], [second.b @ first.c, second.a]])
     b = np.vstack([first.b, second.b @ first.d])

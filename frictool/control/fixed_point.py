@@ -197,7 +197,6 @@ class _Scaling:
         return min(fraction, FINEST)
 
     def _interval(self, node: ProgramNode) -> Interval:
-        """Return the real interval of a result by the rule of its operation."""
         if node.is_logical:
             return 0.0, 1.0
         of = [self.real[arg.index] for arg in node.args]

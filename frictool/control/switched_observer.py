@@ -193,7 +193,6 @@ def _friction(
     sides: list[_DirectionCells],
     facts: SwitchedParameters,
 ) -> ProgramNode:
-    """Return the magnitude of the slip friction."""
     if not facts.additive:
         known = program.select(is_forward, *(side.friction() for side in sides))
         return program.named("friction_size", wear * program.named("friction_known", known))

@@ -181,7 +181,6 @@ def _starts(model: Model) -> list[float]:
 
 
 def _settings(model: Model, start_position: int) -> Iterator[AxisSetting]:
-    """Yield the parameters that the model has."""
     bench, today, kind = model.bench, model.parameters, model.axis
     actuator, mechanics = bench.actuator, bench.mechanics
     effort, position = si_unit("effort", kind), si_unit("position", kind)
@@ -252,7 +251,6 @@ def _settings(model: Model, start_position: int) -> Iterator[AxisSetting]:
 
 
 def _levels(model: Model) -> Iterator[AxisSetting]:
-    """Yield viscous friction, Coulomb friction and breakaway of both directions."""
     texts = {
         "viscous": ("viscous", al.VISCOUS_PAIR, "viscous friction"),
         "coulomb": ("effort", al.COULOMB_PAIR, "Coulomb friction"),
@@ -275,7 +273,6 @@ def _levels(model: Model) -> Iterator[AxisSetting]:
 
 
 def _law_settings(model: Model) -> Iterator[AxisSetting]:
-    """Yield the parameters of speed regimes, Stribeck effect, dwell and end stops."""
     laws, velocity = model.laws, model.parameters.stribeck_velocity
     for number, regime in enumerate(laws.regimes if laws else (), start=1):
         for side, quantity in ((1, regime.viscous), (0, regime.backward or regime.viscous)):
@@ -330,7 +327,6 @@ def _law_settings(model: Model) -> Iterator[AxisSetting]:
 
 
 def _load_settings(model: Model) -> Iterator[AxisSetting]:
-    """Yield the parameters of the load."""
     load = (model.laws.load if model.laws else None) or Load()
     effort = si_unit("effort", model.axis)
     if load.stiffness is not None:
@@ -362,7 +358,6 @@ def _load_settings(model: Model) -> Iterator[AxisSetting]:
 
 
 def _signals(model: Model, start_position: int) -> Iterator[FmiVariable]:
-    """Yield time, input and outputs."""
     position, velocity = si_unit("position", model.axis), si_unit("velocity", model.axis)
     drive = si_unit(model.bench.actuator.drive, model.axis)
     time = {"name": "time", "causality": "independent", "unit": "s", "variability": "continuous"}
@@ -423,7 +418,6 @@ def _initial(depends_on: tuple[int, ...] | None) -> dict[str, str]:
 def _parameters(
     model: Model, settings: list[AxisSetting], starts: list[float]
 ) -> Iterator[FmiVariable]:
-    """Yield the parameters with their identified values."""
     for one in settings:
         words = {
             "name": one.name,

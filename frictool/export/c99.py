@@ -94,7 +94,6 @@ def _environment() -> jinja2.Environment:
 
 
 def _about(controller: Controller, origin: ExportOrigin) -> dict[str, Any]:
-    """Return the header's facts about the controller."""
     name = c_identifier(controller.name)
     return {
         "id": name,
@@ -112,7 +111,6 @@ def _about(controller: Controller, origin: ExportOrigin) -> dict[str, Any]:
 
 
 def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
-    """Return the program in C: declarations, fields and statements."""
     program = names.program
     assert program.output is not None
     guard = program.guard
@@ -208,7 +206,6 @@ def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dic
 
 
 def _limit(scaled: FixedProgram, drive: ProgramNode) -> int:
-    """Return the drive's limit as a fixed-point integer."""
     limit = next(index for index, name in scaled.program.names.items() if name == "drive_limit")
     return shift_rounded(
         scaled.constants[limit], scaled.fractions[limit] - scaled.fractions[drive.index]
@@ -248,7 +245,6 @@ def _constant(table: NamedArray, numbers: NumberWriter) -> str:
 def _field(
     table: NamedArray, numbers: NumberWriter, program: Program, note: str
 ) -> tuple[str, str]:
-    """Return the declaration of a state field, and its comment."""
     is_constant = all(node.index not in program.updates for node in table.nodes.values())
     comments = [text for text in (state_meaning(table.name, is_constant), note) if text]
     return f"{numbers.kind} {table.name}{table.brackets};", "; ".join(comments)
@@ -295,7 +291,6 @@ def _writes(names: CNames, numbers: NumberWriter) -> list[str]:
 
 
 def _vectors(program: Program, vectors: GoldenVectors, numbers: NumberWriter) -> dict[str, Any]:
-    """Return the golden vectors in the format."""
     visits = visit_conditions(program)
     return {
         "vectors": vectors,
@@ -313,6 +308,5 @@ def _vectors(program: Program, vectors: GoldenVectors, numbers: NumberWriter) ->
 
 
 def _columns(program: Program) -> list[ProgramNode]:
-    """Return the nodes of a row of the vectors."""
     assert program.output is not None
     return [*program.inputs.values(), *program.constant_states, program.output]

@@ -189,7 +189,6 @@ def _program(program: Program, number: Number) -> dict[str, Any]:
 
 
 def _nested(table: NamedArray, value: Callable[[ProgramNode], float], nothing: float) -> Any:
-    """Return the table's values in nested lists."""
     shape = table.shape
     if not shape:
         return value(table.nodes[()])

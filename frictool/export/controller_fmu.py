@@ -64,7 +64,6 @@ def controller_fmu(
 
 
 def _settings(program: Program) -> list[tuple[str, float]]:
-    """Return each scheduled parameter and its first value."""
     return [
         (program.names[node.index], node.value)
         for node in program.states.values()

@@ -273,7 +273,6 @@ def _environment() -> jinja2.Environment:
 
 
 def _c_number(value: float) -> str:
-    """Return a double constant of C."""
     return repr(float(value)).replace("inf", "INFINITY")
 
 

@@ -133,7 +133,7 @@ class _VectorSequence:
 
     @property
     def both(self) -> tuple[SupervisedProgram, SupervisedProgram]:
-        """The controller in the number format, and in double."""
+        """Return the controller in the number format, and in double."""
         return self.formatted, self.in_double
 
     @property
@@ -335,7 +335,7 @@ def _losses(bench: _VectorSequence) -> tuple[int, int]:
 def _commands(bench: _VectorSequence) -> None:
     """Give each command of a supervisor once, while the axis moves.
 
-    The reference changes and becomes invalid while the axis holds.
+    While the command `hold` acts, the reference changes and becomes invalid.
     """
     bench.move(bench.at(0.7), 40)
     bench.command("hold")

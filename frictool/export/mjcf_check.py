@@ -171,7 +171,6 @@ def _record(log: Log) -> tuple[Vector, Vector, float]:
 def _simulated(
     model: Model, source: str, start: float, effort: Vector, period: float
 ) -> tuple[Vector, Vector]:
-    """Return position and speed (n,) of the model."""
     axis = axis_of(model)
     p = replay_parameters(
         axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=0.0)

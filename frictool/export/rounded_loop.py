@@ -213,7 +213,6 @@ def _brake(controller: Controller, number: Number) -> None:
 
 
 def _norms(controller: Controller, linear: LinearController) -> list[tuple[float, str]]:
-    """Return the norm at each vertex, if the document contains its weights."""
     if controller.judged_by is None:
         return []
     loops = loops_of(controller, vertex_points(controller))

@@ -168,7 +168,6 @@ def urdf_files(
 
 
 def _joint(path: Path, root: XmlElement, model: Model, name: str | None) -> XmlElement:
-    """Return the joint to change."""
     kinds = KINDS[model.axis]
     known = [one for one in joints(root) if "name" in one.attributes]
     movable = [one for one in known if one.attributes.get("type") in kinds]

@@ -121,7 +121,7 @@ class _ScheduledPlant:
     def holds(self, small: float) -> bool:
         """Return True if the inequalities in C^ and B^ hold for the regularising weight `small`.
 
-        The inequality in B^ must hold at every corner of the rates.
+        The inequality in B^ must hold for all extreme rates of the parameters.
         """
         p = self.plant
         c, b, first, second = self.hats(small)

@@ -352,7 +352,6 @@ def _unsolved(decay: float, without: float) -> str:
 
 
 def _rows(matrix: Matrix) -> Matrix:
-    """Return the largest absolute value of each row, (m, 1)."""
     return np.array([[_largest(row)] for row in matrix])
 
 

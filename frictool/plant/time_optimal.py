@@ -135,8 +135,6 @@ def shortest_time(axis: DrivenAxis, zone: StepZone) -> float:
 
 
 class _State(NamedTuple):
-    """Position, velocity and effort."""
-
     position: float
     velocity: float
     effort: float
@@ -232,7 +230,6 @@ def _passage(axis: DrivenAxis, parts: list[_Part], position: float) -> float:
 
 
 def _ahead(position: float, state: _State) -> float:
-    """Return the distance of a state beyond a position."""
     return state.position - position
 
 

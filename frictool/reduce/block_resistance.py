@@ -114,7 +114,6 @@ def _loads(packed: PackedMechanism, block: int, x: Vector) -> tuple[Vector, floa
 def _frictions(
     packed: PackedMechanism, block: int, x: Vector
 ) -> tuple[Vector, Vector, tuple[SpeedDependentFriction, ...]]:
-    """Return Coulomb friction and breakaway at positions x (n,), and the speed-dependent parts."""
     frictions = packed.frictions
     falling = []
     slip = np.zeros_like(x)

@@ -156,7 +156,6 @@ def _load(estimates: _Estimates) -> Load | None:
 
 
 def _resonances(one: OneInertia, ends: Ends) -> Resonances | None:
-    """Return the resonances with the intervals of their frequencies."""
     if one.resonances is None:
         return None
 

@@ -151,7 +151,6 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
 
 
 def _unchanged(directed: DirectedResistance, largest: float) -> str:
-    """Return a text that says why the step replaces nothing."""
     varies = (
         max(float(np.ptp(directed.forward)), float(np.ptp(directed.backward))) > NOTHING * largest
     )

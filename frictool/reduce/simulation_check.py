@@ -166,7 +166,6 @@ def _player(
 def _displacements(
     tests: tuple[CheckRun, ...], player: Callable[[CheckRun], Vector]
 ) -> list[Vector]:
-    """Return the displacement (n,) of each run since its start."""
     moves = [player(run) for run in tests]
     return [positions - positions[0] for positions in moves]
 

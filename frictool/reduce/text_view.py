@@ -129,7 +129,6 @@ def _model(model: Model) -> list[str]:
 
 
 def _load(load: Load) -> list[str]:
-    """Return each term of the load as a function of the position x."""
     terms = []
     if load.stiffness is not None:
         terms.append(f"{load.stiffness.value:.5g} {load.stiffness.unit} x")

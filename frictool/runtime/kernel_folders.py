@@ -146,7 +146,6 @@ def _is_still(path: Path, handle: int) -> bool:
 
 
 def _is_held(folder: Path) -> bool:
-    """Return True if a process uses `folder`."""
     taken = _take(folder)
     if taken is None:
         return (folder / USED).exists()

@@ -100,7 +100,6 @@ def remove_stale_parts(folder: Path) -> list[Path]:
 
 
 def _clean_once(folder: Path) -> None:
-    """Remove stale parts of `folder`, once in each process."""
     if folder not in _cleaned:
         _cleaned.add(folder)
         remove_stale_parts(folder)

@@ -152,7 +152,6 @@ def _static_error(spec: Spec) -> float:
 
 
 def _response(model: Model, spec: Spec) -> ShortestTime:
-    """Return the shortest response time as a function of axis and length."""
     bench = model.bench
     count = bench.encoder.resolution
 
@@ -242,7 +241,6 @@ def _longest_step(
 
 
 def _described(plant: PlantPoint, model: Model) -> str:
-    """Return drive and parameters of a plant as text."""
     effort, axis = si_unit("effort", model.axis), driven_axis(model.bench, plant)
     return (
         f"{axis.effort:.4g} {effort} at its limit, inertia {plant.inertia:.4g} "

@@ -70,6 +70,5 @@ def _real(values: ComplexVector, distances: ComplexVector | Vector) -> Vector:
 
 
 def _taken(values: ComplexVector, distances: Vector) -> tuple[complex, ComplexVector]:
-    """Return the value with the smallest distance, and the others."""
     at = int(np.argmin(distances))
     return complex(values[at]), np.delete(values, at)

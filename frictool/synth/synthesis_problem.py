@@ -161,7 +161,6 @@ class SynthesisProblem:
         )
 
     def _reduced(self, k: Lti) -> Lti:
-        """Return the controller reduced to the design's order, if that is lower."""
         order = self.design.order
         return (
             k

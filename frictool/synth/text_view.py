@@ -69,7 +69,6 @@ def _head(controller: Controller) -> list[str]:
 
 
 def _tracking_blocks(controller: Controller) -> list[str]:
-    """Describe profile and feedforward."""
     units = {
         name: si_unit(name, controller.axis)
         for name in ("velocity", "acceleration", "jerk", "inertia", "viscous", "effort")
@@ -232,7 +231,6 @@ def _margins(controller: Controller) -> list[str]:
 
 
 def _beyond(result: SynthesisResult) -> list[str]:
-    """Describe the bounds for the plants between the vertices."""
     controller = result.controller
     lines = []
     bounds = controller.verified.robustness

@@ -92,7 +92,7 @@ class ChosenWeights:
 
 
 def choose_weights(model: Model, spec: Spec, design: Design) -> ChosenWeights:
-    """Return W1 to W5 and the weights on command and eta.
+    """Return the weights W1 to W5, and those of command and eta (plant/generalised_plant.py).
 
     Raises FrictoolError (exit 3) if a weight follows neither from the design nor from the
     specification and the bench.

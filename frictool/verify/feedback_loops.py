@@ -312,7 +312,6 @@ def _one_plus_integral(rate: float, period: float) -> Lti:
 
 
 def _series(first: Lti, second: Lti) -> Lti:
-    """Return the series connection in which `first` feeds `second`."""
     n, m = first.order, second.order
     a = np.block([[first.a, np.zeros((n, m))], [second.b @ first.c, second.a]])
     b = np.vstack([first.b, second.b @ first.d])

@@ -239,7 +239,7 @@ def _filtered(weight: tuple[float, float, float], p: Form, q: Form) -> Form:
 
 @part_kernel
 def _held(loop: KernelLoop, index: int, at: tuple[float, float], space: KernelWorkspace) -> Form:
-    """Return the form of h_1, h_2, a or b (`index` 0 to 3) for sigma - middle = at[0] +- at[1]."""
+    """Return the form of the hold polynomial `index` for sigma - middle = at[0] +- at[1]."""
     centre, slope, radius = shifted(loop.holds[index], at[0], at[1], space.polynomial)
     return centre, 0j, 0j, slope, (radius + loop.errors[index]) * UP
 
@@ -431,7 +431,6 @@ def viscous_rates(loop: KernelLoop, low: float, high: float) -> tuple[float, flo
 
 @part_kernel
 def _total(part: ComplexVector) -> float:
-    """Return the sum of the magnitudes of a matrix."""
     total = 0.0
     for i in range(part.shape[0]):
         for j in range(part.shape[1]):

@@ -215,7 +215,6 @@ class ClusterRun:
             )
 
     def _paused(self) -> bool:
-        """Return True if all workers are paused because of low memory."""
         try:
             workers = self._client.scheduler_info(n_workers=-1)["workers"].values()
         except Exception as error:

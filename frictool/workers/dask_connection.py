@@ -200,7 +200,6 @@ def _failure_of_tls(address: str, context: ssl.SSLContext) -> ssl.SSLError | Non
 
 
 def _causes(error: BaseException | None) -> Iterator[BaseException]:
-    """Yield the error and its causes."""
     for _ in range(DEPTH):
         if error is None:
             return
