@@ -96,8 +96,8 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
     "--breakaway-table",
     type=existing,
     help=(
-        "CSV of single breakaways: effort [N m | N] and rate of the ramp (any unit), with these "
-        "names or in this order. It replaces the breakaway of ramps."
+        "CSV of single breakaways, in place of ramps: effort [N m | N] and rate of the ramp (any "
+        "unit), with these names or in this order."
     ),
 )
 @click.option(

@@ -57,8 +57,8 @@ then 3.
     "--guess",
     is_flag=True,
     help=(
-        "Write a bench.yaml instead of a log, guessed from the names and units of RAW, "
-        "to be checked."
+        "Instead of a log, write a bench.yaml that is guessed from the names and units of RAW; "
+        "check it."
     ),
 )
 @click.option(

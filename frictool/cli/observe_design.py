@@ -115,8 +115,8 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     default="neighbours",
     show_default=True,
     help=(
-        "Switched kinds: allowed switches, between neighbouring intervals, or between any "
-        "intervals of one direction."
+        "Switched kinds: allow switches between neighbouring intervals, or between any intervals "
+        "of one direction."
     ),
 )
 @click.option(

@@ -82,7 +82,7 @@ is 4. If a step is impossible, --reduced writes the mechanism of the steps befor
 @click.option(
     "--reduced",
     type=NamedPath(writes=("YAML",)),
-    help="Also write the last mechanism, with the blocks of kept resonances.",
+    help="Also write the reduced mechanism, with the blocks of kept resonances.",
 )
 @click.option(
     "--plot",

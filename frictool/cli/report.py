@@ -72,7 +72,7 @@ Exit codes: 0 pass; 1 fail or undecided. The outputs are written in either case.
 @click.option(
     "--proof",
     type=existing,
-    help="Proof of a step test of the controller; the outputs name what it proves (proof.yaml).",
+    help="Proof of a step test of the controller (proof.yaml); the outputs list what it proves.",
 )
 @output_option(required=False, help="Page (HTML); - is stdout.", writes=("HTML",))
 @click.option(

@@ -1,4 +1,4 @@
-"""Escapes for text from files and file names, whose control characters a terminal would execute."""
+"""Escapes for control characters in texts of files, because a terminal would execute them."""
 
 from __future__ import annotations
 

@@ -116,11 +116,11 @@ class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `name`: `breakaway`: the least friction of all plants is above 0 [N m | N]. `band`: the band
       is not narrower than an encoder count [rad | m]. `released_effort`: the largest effort of the
-      released drive is below half of the least friction [N m | N]. `count_pulse`: so is the largest
-      effort in response to one encoder count. `frozen_integrator`: integrators keep their values
-      while the drive is released. `arrival_speed`: the axis stops within the band from the speed at
-      which the drive is released [rad/s | m/s]. `stable_loop`: a bound of the linear loop's largest
-      sensitivity is proved.
+      released drive is below half of the least friction [N m | N]. `count_pulse`: the largest
+      effort in response to one encoder count is below half of the least friction.
+      `frozen_integrator`: integrators keep their values while the drive is released.
+      `arrival_speed`: the axis stops within the band from the speed at which the drive is released
+      [rad/s | m/s]. `stable_loop`: a bound of the linear loop's largest sensitivity is proved.
     - `state`: `holds`, `fails`, or `undecided` if a sufficient but not necessary condition fails.
     - `value`: Value of the checked quantity for this controller.
     - `limit`: Value that `value` is compared with.

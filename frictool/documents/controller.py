@@ -521,7 +521,7 @@ class Controller(
     - `limiter`: Release of the drive near the target.
     - `friction_compensation`: Friction effort that is added to the drive.
     - `certificate`: Data that prove the bounds of the loop.
-    - `weights`: Weights of the generalised plant whose norm was verified, if no certificate
+    - `weights`: Weights of the generalised plant in the verified norm; absent if the certificate
       contains them.
     - `schedule`: Controllers of the corners, if the design requests them.
     - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices are

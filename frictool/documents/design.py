@@ -80,8 +80,8 @@ class Design(
 ):
     """Structure, method, weights and blocks of a controller to synthesise: `design.yaml`.
 
-    A key that the method or the structure does not use is an error. So is a block whose input does
-    not exist or whose output is not used.
+    Unused keys are errors: a key that the method or the structure does not read, a block without
+    input, and a block whose output is not read.
 
     - `structure`: `position` closes one loop on the position; `speed_cascade` closes a speed loop
       inside a position law. Method `auto` needs no structure.
@@ -93,9 +93,10 @@ class Design(
       `continuous`: designed in continuous time and discretised by Tustin's rule.
     - `prewarp_rad_s`: Frequency at which the discretisation of domain `continuous` is exact. By
       default 0.
-    - `schedule`: Parameters that span the polytope. By default `regime` for a method with an
-      uncertainty channel, and all but `regime` for other methods. Parameters that are not listed
-      have their centre values, or belong to the uncertainty channel.
+    - `schedule`: Parameters that span the polytope; `regime` is the speed regime (`laws.regimes` of
+      the model). By default `regime` for a method with an uncertainty channel, and all but `regime`
+      for other methods. Parameters that are not listed have their centre values, or belong to the
+      uncertainty channel.
     - `vertices`: `exact`: exact vertices of the polytope. `inertia`: linearised in the inertia.
       `first_order`: linearised in all parameters.
     - `frozen_at`: Plant of the polytope whose controller runs on the target. `centre`: middle of
@@ -266,8 +267,8 @@ class Design(
             )
         if self.form == "sos" and limiter is not None:
             raise ValueError(
-                "`form: sos` cannot be combined with `limiter`, which holds the state of the "
-                "integrator; sections have no such state"
+                "`form: sos` cannot be combined with `limiter`, which keeps the integrator's "
+                "state; sections have no such state"
             )
 
     @property

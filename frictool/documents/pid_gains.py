@@ -51,8 +51,8 @@ def check_gains(design: Design) -> None:
         raise ValueError("`method: pid` needs the key `pid` with the gains")
     if (design.structure == "position") != (design.pid.gain is not None):
         raise ValueError(
-            "pid: structure position takes `gain` (effort per position), structure "
-            "speed_cascade speed_gain (effort per speed)"
+            "pid: structure position takes `gain` (effort per position); structure "
+            "speed_cascade takes speed_gain (effort per speed)"
         )
     if design.structure == "speed_cascade" and design.weights != Weights():
         raise ValueError(

@@ -45,13 +45,17 @@ EXAMPLE = "example: replace"
 class StartingRig:
     """Facts about a rig, from the user or from a log.
 
-    `log`: base name of the log. `log_path`: path of the log, relative to the rig's folder.
-    `axis_source`: source of the kind of axis: the user, the log, or neither. `columns`: channel ->
-    (column, unit). `left`: columns without a channel. `unreadable`: column of `left` -> reason why
-    it cannot be read. `period`: sample period [s]. `step`: step of the encoder [rad | m].
-    `questions`: channel -> note on its column or unit, which the log does not contain. `preset`:
-    drive or robot whose log format has these columns and determined the units. `layout`: layout of
-    the log, as provided by the user.
+    log: base name of the log.
+    log_path: path of the log, relative to the rig's folder.
+    columns: channel -> (column, unit).
+    left: columns without a channel.
+    unreadable: column of `left` -> reason why it cannot be read.
+    period: sample period [s].
+    step: step of the encoder [rad | m].
+    axis_source: source of the kind of axis: the user, the log, or neither.
+    questions: channel -> note on its column or unit, which the log does not contain.
+    preset: drive or robot whose log format has these columns; it determines the units.
+    layout: layout of the log, from the user.
     """
 
     name: str

@@ -12,7 +12,7 @@ COLUMNS = 500  # columns of a plot, about one per printed point of its width
 
 
 def finite_or_nan(values: Vector) -> Vector:
-    """Return a signal (n,) with NaN, a gap in the curve, in place of each infinite value."""
+    """Return a signal (n,) with NaN, a gap in the curve, for each infinite value."""
     return np.where(np.isfinite(values), values, np.nan)
 
 

@@ -1,4 +1,4 @@
-"""JSON objects as text: the format first, and null in place of values that are not finite."""
+"""JSON objects as text: the format is the first key, and null replaces non-finite values."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def json_text(form: str, value: dict[str, Any]) -> str:
 
 
 def finite(value: Any) -> Any:
-    """Return the value with None in place of each number that is not finite."""
+    """Return the value with None for each number that is not finite."""
     if isinstance(value, dict):
         return {str(key): finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

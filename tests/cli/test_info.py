@@ -165,7 +165,7 @@ def test_numbers_that_nothing_measures(tmp_path: Path):
     refused(
         run("info", raw, "--bench", CLUTCH),
         3,
-        "raw.csv:7: column 'current': found 1e+308; allowed: a finite number, 1e+100 at most",
+        "raw.csv:7: column 'current': found 1e+308; allowed: a finite number of at most 1e+100",
     )
 
 

@@ -107,7 +107,7 @@ def speak() -> None:
     ("end", "message"),
     [
         (die, "is damaged: its reader ended with signal SIGSEGV"),
-        (take_all_memory, "need more than 90 MB"),
+        (take_all_memory, "needs more than 90 MB"),
         (fail, "is cut off, damaged, or of a kind that frictool cannot read: .*no such.*thing"),
         (lambda: os._exit(3), "is damaged: its reader ended with code 3"),
         (speak, "a clear line"),

@@ -87,7 +87,7 @@ def test_matrices_structures_and_cells_by_their_path(path: Path):
 @pytest.mark.parametrize(
     ("wanted", "message"),
     [
-        ("gtau", "variable 'gtau' is a 1x1 double; allowed: a real vector: t, counts"),
+        ("gtau", "variable 'gtau' is a 1x1 double; allowed: a real vector, here t, counts"),
         ("matrix", "variable 'matrix' is a 4x3 double"),
         ("note", "variable 'note' is a 1x6 char"),
         ("data", "variable 'data' is a 1x1 struct"),

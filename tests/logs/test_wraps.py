@@ -129,7 +129,7 @@ def test_a_period_that_is_not_the_sensors_is_refused(tmp_path: Path):
     rig = tmp_path / "bench.yaml"
     text = rig.read_text()
     for wrong, words in (
-        ("{value: 180, unit: deg}", "allowed: the numbers of one period of encoder.wrap"),
+        ("{value: 180, unit: deg}", "allowed: values within the period encoder.wrap of"),
         ("{value: 2, unit: turn}", "360, unit: deg"),
     ):
         rig.write_text(with_key(text, f"wrap: {wrong}"))

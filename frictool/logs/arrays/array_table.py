@@ -120,7 +120,7 @@ class ArrayTable:
         if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
             raise LogError(
                 self.source,
-                f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: "
+                f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector, here "
                 f"{listed(self.names)}",
             )
         name = find_array(self.names, wanted)

@@ -282,7 +282,7 @@ def _run(
         connection.send(("error", str(error).removeprefix(f"{path}: ")))
     except MemoryError:
         connection.send(
-            ("error", f"is damaged, or has pieces that need more than {MEMORY // 10**6} MB to read")
+            ("error", f"is damaged, or a part of it needs more than {MEMORY // 10**6} MB to read")
         )
     except BrokenPipeError:  # the parent has stopped reading
         pass

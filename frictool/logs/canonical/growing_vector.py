@@ -19,7 +19,7 @@ class GrowingVector:
         self._most = most
 
     def append(self, values: NDArray[Any], share: float) -> None:
-        """Append values (n,); `share` is the fraction of the file read so far, values included."""
+        """Append values (n,); `share` is the fraction of the file read so far, including them."""
         end = self._size + values.size
         if end > self._data.size:
             seems = int(min(end / share * MARGIN, self._most))

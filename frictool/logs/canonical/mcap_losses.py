@@ -66,9 +66,8 @@ class MissingSamples:
     def check(self, counts: dict[int, int], samples_read: dict[int, int]) -> None:
         """Compute unknown numbers of lost samples from the file's statistics.
 
-        If exactly one loss has no number of samples, this loss gets all samples of the statistics
-        that were neither read nor counted in another loss. Otherwise these samples become further
-        losses.
+        Some samples of the statistics may be neither read nor recorded as lost. If exactly one loss
+        has no number of samples, it gets these samples. Otherwise they become further losses.
 
         counts: channel -> number of samples in the statistics.
         samples_read: channel -> number of samples read.

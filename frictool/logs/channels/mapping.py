@@ -202,8 +202,8 @@ class ChannelMapper:
             name, mask = next(iter(bad.items()))
             row = int(np.argmax(mask))
             error = (
-                f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number, "
-                f"{LARGEST:g} at most; {SALVAGE}"
+                f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number of "
+                f"at most {LARGEST:g}; {SALVAGE}"
             )
             raise fail_at(self._table, block.first_row + row, error)
         dropped = []

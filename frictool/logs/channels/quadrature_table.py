@@ -40,8 +40,8 @@ class QuadratureTable(DerivedTable):
         """Return a message for each encoder with illegal transitions."""
         return tuple(
             f"quadrature {name!r}: {bad} of {moves} transitions change both channels together; "
-            "check that the sample rate is above four times the line rate, and the threshold "
-            "between the levels"
+            "check that the sample rate exceeds four times the line rate, and that the threshold "
+            "is between the levels"
             for name, (bad, moves) in self._illegal.items()
             if bad
         )

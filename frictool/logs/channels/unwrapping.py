@@ -96,7 +96,7 @@ class Unwrapping:
             return self._periodic[channel].follow(shown)
         except ValueError as error:
             key = "wrap" if self._bench.encoder.wrap is not None else "wrap_bits"
-            allowed = f"the numbers of one period of encoder.{key} in bench {self._bench.name!r}"
+            allowed = f"values within the period encoder.{key} of bench {self._bench.name!r}"
             raise LogError(
                 self._source, f"column {self._columns[channel]!r}: {error}; allowed: {allowed}"
             ) from None

@@ -1,8 +1,8 @@
 """Time base of a stream that is read block by block, without keeping its times.
 
-The intervals are counted in classes that are 0.1 % wide. Each class has two sums: the differences
-between its intervals and the stream's first interval, and their squares. The period is the mean of
-the class that contains the median. If all intervals are equal, the period is exact.
+The intervals are counted in classes that are 0.1 % wide. Each class sums the differences between
+its intervals and the stream's first interval, and the squares of these differences. The period is
+the mean of the class that contains the median. If all intervals are equal, the period is exact.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ The kind decides which parameters can be identified.
     steps   the reference is constant except for a few jumps; if there is no reference, the axis
             rests at one position after the other
     ramp    the axis rests for most of the time; during each rest the effort rises from a low level
-            along a line until the axis starts (`ramps`)
+            along a line until the axis starts (ramps.py)
     sines   a few spectral lines contain nearly all power of the reference's acceleration (without a
             reference: of the drive; without a drive: of the position)
     stroke  the axis moves in one direction, or in one direction and back

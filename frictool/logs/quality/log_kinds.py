@@ -7,7 +7,7 @@ KINDS = {
     "ramp": "the effort grows from rest until the axis moves, falls back, grows again (breakaway)",
     "steps": "the reference jumps between positions, or the axis rests at several positions in "
     "turn",
-    "stroke": "the axis goes one way, or one way and back",
+    "stroke": "the axis moves in one direction, or in one direction and back",
     "free": "the axis moves in another way",
     "rest": "the position does not move",
 }

@@ -1,28 +1,27 @@
 """Repeated jumps of one size in a position: detection of a wrap with any period.
 
-A step s from one sample to the next is long if it exceeds half of the position's range. The range
-does not include outliers of one sample. At a wrap, the axis moves by u against the direction of s,
-and the period is P = |s| + u. The four steps around s bound u, so that each long step gives an
-interval that contains P. The search chooses a period that lies in as many of these intervals as
-possible. It then classifies the motion around each long step:
+A step s from one sample to the next is long if it exceeds half of the position's range, without
+outliers of one sample. At a wrap, the axis moves by u against the direction of s, and the period is
+P = |s| + u. The four steps around s bound u, so that each long step gives an interval that contains
+P. The search chooses a P in as many of these intervals as possible. It then classifies the motion
+around each long step:
 
-    forward     the axis moves against s both before and after the step, as an axis that continues
-                across the end of the period
-    backward    the axis moves along s before or after the step, as after a dropout; the step is no
-                wrap
-    at rest     the motion is neither forward nor backward: there is only noise, or the axis rests
+    forward     the axis moves against s before and after the step: it continues across the end of
+                the period
+    backward    the axis moves along s before or after the step, as after a dropout: no wrap
+    at rest     the axis rests, or noise hides its motion
 
-The motion before the step is the sum of the last 2, 8, 32 or 128 steps. The motion after the step
-is the sum of the same number of next steps. The smallest number for which both sums exceed noise
-and one count is used.
+The motion before the step is the sum of the last n steps, and the motion after the step is the sum
+of the next n steps. n is the smallest of 2, 8, 32 and 128 for which both sums exceed noise and one
+count.
 
-Noise at the end of the period causes several long steps of alternating signs. If the number of
-these steps is odd, the first of them counts as the wrap; if it is even, there is no wrap.
+Noise at the end of the period causes several long steps of alternating signs. If their number is
+odd, the first of them counts as the wrap; if it is even, there is no wrap.
 
-Noise may hide the motion of an axis that rests, reverses or creeps at an end of the period. The
-positions before and after each long step then decide: they must be the ends of a known period. A
-sawtooth motion that returns within one sample looks like a wrap. Therefore `RepeatedJump.movable`
-states whether the drive can move the axis that far in one sample.
+Noise may also hide the motion of an axis that rests, reverses or creeps at an end of the period.
+Then the positions before and after each long step must be the ends of a known period. A sawtooth
+motion that returns within one sample looks like a wrap. Therefore `RepeatedJump.movable` states
+whether the drive can move the axis that far in one sample.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Detection of flat tops, where an amplifier, sensor or converter saturates.
 
-Around a maximum, a smooth signal is a parabola. If its values are sorted into classes of equal
-width, the topmost class has at most 1/(sqrt(2) - 1) = 2.4 times as many samples as the next class,
+The values of a signal are counted in classes of equal width. Around a maximum, a smooth signal is a
+parabola: the topmost class has at most 1/(sqrt(2) - 1) = 2.4 times as many samples as the next one,
 for any quantisation. A clipped signal has most samples in the topmost class, and stays at one value
 for several samples.
 

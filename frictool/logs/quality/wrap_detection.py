@@ -2,11 +2,11 @@
 
 The period is one turn or the range of a counter. At a wrap, the position jumps from one end of the
 period to the other while the axis continues at constant speed. The period P is recognised if jumps
-of one size repeat during forward motion and the range of the position is within this size
-(`repeated_jumps.py`).
+of one size repeat while the axis moves on, and if the position stays within a range of this size
+(repeated_jumps.py).
 
-A natural period is 2^b counts of the encoder and, on a rotary axis, half a turn or 2^b turns. A
-wrap is certain in these cases:
+Natural periods are 2^b counts of the encoder and, on a rotary axis, half a turn and 2^b turns, with
+a whole number b. A wrap is certain in these cases:
 
     natural period    the jump occurs three times; once is enough on a slow axis, or if the period
                       is one turn

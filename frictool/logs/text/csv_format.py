@@ -220,7 +220,7 @@ class CsvTable:
         if cell.lstrip("+-") == OVER_RANGE:
             return (
                 f"column {layout.names[issue.what]!r}: found {cell}: the instrument was out of "
-                "range; allowed: a number; measure with a larger range, or remove these samples: "
+                "range; allowed: a number; measure with a larger range; "
                 f"{SALVAGE}"
             )
         shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else EMPTY_CELL
