@@ -120,7 +120,7 @@ def truth(actuator: Actuator, plant: Plant) -> dict[str, Any]:
 
 
 def _planned(folder: Path, logs: Sequence[Path]) -> CommandResult:
-    """Return the result of `plan`, whose next test replaces the last one."""
+    """Run `plan`, which replaces the last test by the next one, and return its result."""
     return run(
         "plan", folder / "bench.yaml", "--spec", folder / "spec.yaml", *logs,
         "-o", folder / "test.mcap", "--model", folder / "identified.yaml", "--json",

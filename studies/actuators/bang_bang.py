@@ -23,8 +23,8 @@ def bang_bang_distance(
 ) -> float:
     """Return the distance covered in the duration 1, which includes the `delay` of the drive.
 
-    friction, breakaway: relative to the full drive. lag, delay: relative to the duration. damping:
-    times the duration.
+    friction, breakaway: divided by the effort of the full drive. lag, delay: divided by the
+    duration. damping: multiplied by the duration.
     """
     forward, backward = (_transition(friction, lag, damping, sign) for sign in (1.0, -1.0))
     moving = -lag * np.log(1.0 - breakaway) if lag > 0.0 else 0.0

@@ -127,7 +127,7 @@ def scenario(actuator: Actuator) -> dict[str, Any]:
 
 
 def scenario_of(actuator: Actuator, plant: Plant) -> dict[str, Any]:
-    """Return `scenario` for one plant, with the plant's start position within a count."""
+    """Return `scenario` for one plant, with the plant's start position."""
     units = _units(actuator)
     start = actuator.start + plant.phase * actuator.encoder_step
     keys = {**units, "coulomb": units["effort"]}

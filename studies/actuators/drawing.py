@@ -99,7 +99,7 @@ class Actuator:
 
 
 def draw(seed: str, number: int) -> Actuator:
-    """Return actuator `number` of a seed; it does not depend on the number of actuators drawn."""
+    """Return actuator `number` of a seed, which does not depend on other drawn actuators."""
     rng = _generator(seed, number)
     period = _significant(_decades(rng, 1e-4, 1e-2), 3)
     samples = round(_decades(rng, 60.0, 1000.0))
@@ -177,10 +177,10 @@ def draw(seed: str, number: int) -> Actuator:
 
 
 def draw_plants(actuator: Actuator, seed: str) -> tuple[Plant, ...]:
-    """Return the PLANTS plants on which a controller is judged; the first one is nominal.
+    """Return the plants on which a controller is judged; the first one is nominal.
 
-    Each corner of the box of intervals occurs with PHASES start positions within a count. The other
-    plants and their start positions are uniformly distributed.
+    Each corner of the parameter intervals occurs with PHASES start positions within an encoder
+    count. The other plants and their start positions are uniformly distributed.
     """
     rng = _generator(f"{seed}: plants of {actuator.name}", 0)
     intervals: list[Interval] = [getattr(actuator, name) for name in VARIED]

@@ -83,7 +83,7 @@ def axis_record(actuator: Actuator, plant: Plant) -> Vector:
 
 
 def play(axis: Vector, reference: Vector, controller: Controller, values: Plant) -> Run:
-    """Return the run of a controller on the axis with the record `axis`.
+    """Simulate a controller on the axis with the record `axis`, and return the signals.
 
     values: parameters of the plant, for a scheduled controller. Raises RuntimeError if the motion
     within a sample does not end.
@@ -169,7 +169,7 @@ def hold_figures(
 
 
 def limits(actuator: Actuator) -> Vector:
-    """Return the limit of each requirement. The last one, that of the margin, is a lower limit."""
+    """Return the limit of each requirement; only the last one, of the margin, is a lower limit."""
     return np.array(
         [
             actuator.response,

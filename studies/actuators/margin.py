@@ -79,7 +79,7 @@ def cascade_margin(actuator: Actuator, plant: Plant, parameters: Vector) -> floa
 
 
 def sampled_axis(actuator: Actuator, plant: Plant) -> Sampled:
-    """Return the axis in slip from the command to the position and its change over a sample."""
+    """Return the slipping axis: input command, outputs position and its change over a sample."""
     continuous = np.zeros((4, 4))  # position, speed, drive, command
     continuous[0, 1] = 1.0
     continuous[1, 1] = -plant.viscous / plant.inertia
@@ -150,7 +150,7 @@ def _distances(loop: Sampled, angles: Vector) -> Vector:
 
 
 def _linear(document: Mapping[str, Any], plant: Plant) -> Sampled:
-    """Return C(z); a scheduled controller is interpolated for the plant's parameters."""
+    """Return the linear controller, which may be interpolated for the plant's parameters."""
     linear, schedule = document["linear"], document.get("schedule")
     if schedule is not None:
         return _scheduled(schedule, plant)
@@ -212,7 +212,7 @@ def _speed_filter(velocity: Mapping[str, Any], period: float) -> Sampled:
 
 
 def _seen(speed: Sampled, gain: float, period: float) -> Sampled:
-    """Return the system with inputs position and motion, and output gain position + F motion/T."""
+    """Return the system from position and motion (change per sample) to gain position + speed."""
     order = speed.a.shape[0]
     entering = np.hstack([np.zeros((order, 1)), speed.b / period])
     return Sampled(speed.a, entering, speed.c, np.array([[gain, speed.d[0, 0] / period]]))

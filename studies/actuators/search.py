@@ -57,7 +57,7 @@ class Solution:
 
 
 def search(actuator: Actuator, plants: Sequence[Plant], candidates: int = CANDIDATES) -> Solution:
-    """Return the first controller that meets all requirements, and the margin, on all plants."""
+    """Return the first controller that meets all requirements and the margin on all plants."""
     rng = np.random.default_rng(0)
     loops = _QuickMargin(actuator, plants)
     active = _extreme(plants)
@@ -190,7 +190,7 @@ def _extreme(plants: Sequence[Plant]) -> list[Plant]:
 
 
 def _violation(actuator: Actuator, parameters: Vector, plants: Sequence[Plant]) -> float:
-    """Return the sum of the relative excess over the limits, each at most 1; 0 if all are met."""
+    """Return the sum of all relative excesses over limits, each at most 1; 0 if all are met."""
     limit, controller = limits(actuator)[:-1], cascade(parameters)
     total = 0.0
     for plant in plants:

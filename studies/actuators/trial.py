@@ -35,7 +35,7 @@ MET, MISSED = 0, 1  # exit codes of synth with a controller
 
 @dataclass(frozen=True)
 class Trial:
-    """Result for one actuator; `worst` and `met` are from the judge, empty without a controller."""
+    """Result for one actuator; the judge computes `worst` and `met`, empty without a controller."""
 
     number: int
     actuator: str  # description of the actuator in one line

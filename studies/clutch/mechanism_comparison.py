@@ -47,10 +47,7 @@ class Compared:
 
     @property
     def response_apart(self) -> float:
-        """Relative difference of the worst responses of the two nominal plants.
-
-        Infinite if one of them never settles.
-        """
+        """Relative difference of the nominal plants' worst responses; inf if one never settles."""
         first, second = self.exhaustive[0].response, self.reduced[0].response
         if first is None or second is None or not np.isfinite([first, second]).all():
             return np.inf
@@ -83,7 +80,7 @@ def compared(law: str, spec: Spec, exhaustive: Log, reduced: Log) -> Compared:
 
 
 def _axes(log: Log) -> Log:
-    """Return the log without the streams of all blocks of a mechanism."""
+    """Return the log without the streams of the mechanism's blocks."""
     return Log(
         tuple(one for one in log.streams if not one.topic.startswith(MECHANISM_TOPIC)),
         log.metadata,

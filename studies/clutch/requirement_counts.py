@@ -72,7 +72,7 @@ class Plant:
 class Counted:
     """Results of one design on all plants.
 
-    margin: worst modulus margin over the vertices, with the delay.
+    margin: worst modulus margin over the vertices, with the bench's delay.
     """
 
     design: str
@@ -108,9 +108,9 @@ def judged(spec: Spec, log: Log) -> list[Plant]:
 
 
 def _energies(log: Log, topic: str) -> tuple[float, float]:
-    """Return (T_e/t_int) sum i^2 over [0, t_int] of the first two steps, as in table 5.3.
+    """Return the energies of the first two steps, (T_e/t_int) sum i^2 over [0, t_int] (table 5.3).
 
-    i is the measured current.
+    T_e is the sample period, and i the measured current.
     """
     stream = next(one for one in log.streams if one.topic == topic)
     reference, current = stream.signals["reference"], stream.signals["current"]

@@ -38,7 +38,7 @@ def records_of(paths: list[Path], bench: Bench) -> list[MotionRecord]:
 
 
 def divided(records: list[MotionRecord], parts: int) -> list[list[MotionRecord]]:
-    """Return `parts` lists; list k contains part k in time of every record."""
+    """Divide every record into `parts` parts in time; return a list of records for each part."""
     edges = [
         np.linspace(0, record.position.size, parts + 1).astype(int).tolist() for record in records
     ]

@@ -28,7 +28,7 @@ PLAYED = ("inertia", "viscous", "coulomb", "offset")
 
 @dataclass(frozen=True)
 class FieldFit:
-    """Values of the sliding parameters, intervals of the identified ones, and other laws."""
+    """Values of the sliding parameters, intervals of identified parameters, and other laws."""
 
     values: dict[str, float]
     intervals: dict[str, Interval]

@@ -49,9 +49,9 @@ def record_files(folder: Path, trajectory: str) -> list[Path]:
 def fitted_errors(
     logs: dict[str, list[Log]], bench: Bench, unseen: bool = True
 ) -> list[list[float]] | str:
-    """Return the errors of frictool, a list for each trajectory; or the reason of a refusal.
+    """Return the errors of frictool for each trajectory, or the reason of a refusal.
 
-    With `unseen`, a trajectory is left out of the fit that predicts it.
+    unseen: True to fit the model of a trajectory to the other trajectories only.
     """
     every = [log for name in TRAJECTORIES for log in logs[name]]
     out = []

@@ -4,11 +4,11 @@
 
 The command reads BUILD/first and BUILD/second (make -C configs/clutch observers).
 
-first    friction is multiplied by 1.5 at 5 s. settled: time after this step from which alpha, or
-         for an additive observer the friction over a period of the sine, stays within 5 %. The
-         other values are over the last 5 s.
-second   alpha from 2 s on, and its mean in the second half of each of the two series of steps,
-         since alpha depends on the trajectory
+first    friction is multiplied by 1.5 at 5 s. settled: time after this step from which the wear
+         alpha stays within 5 % (for an additive observer, the friction over a period of the sine).
+         The other values are over the last 5 s.
+second   range of alpha from 2 s on, and mean of alpha in the second half of each of the two series
+         of steps
 
 The friction error is the rms error over samples in which axis and observer both slip, divided by
 the rms true friction. The true friction is the model's map at the true position, times its wear.

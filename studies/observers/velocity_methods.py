@@ -63,9 +63,9 @@ def by_observer(model: Model, observer: Observer, found: list[Run]) -> float:
 
 
 def without_friction(observer: Observer) -> Observer:
-    """Return an observer without friction and dead zone, equal to a Kalman filter.
+    """Return the observer without friction and dead zone, which is a Kalman filter.
 
-    Its states are position, speed and disturbance.
+    The states of the filter are position, speed and disturbance.
     """
     assert observer.tracking is not None
     plain = msgspec.structs.replace(observer.tracking, cell=0.0, backlash=None, knees=())
@@ -134,10 +134,7 @@ def clutches() -> list[str]:
 
 
 def coverage(model: Model, found: list[Run]) -> tuple[float, float]:
-    """Return the share of samples whose interval contains the true velocity.
-
-    The first share is over all samples, the second over samples in motion.
-    """
+    """Return the share of intervals that contain the true velocity: all, and those in motion."""
     inside, moving = [], []
     for log in found:
         estimator = VelocityEstimator(model)

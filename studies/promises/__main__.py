@@ -134,10 +134,10 @@ def median_precision(bench: Bench, sequence: ExcitationSequence) -> dict[str, fl
 
 
 def counts_of(bench: Bench, seeds: range, by_median: bool = False) -> Iterator[PromiseCount]:
-    """Yield the counts of the test that reaches the precision of the default kind.
+    """Yield the counts of a test that is designed for the precision of the default kind.
 
     Nothing is yielded if the default kind has no precision. Raises NoSolutionError if no test
-    reaches its precision.
+    reaches this precision.
     """
     default = excite(DEFAULT_KIND, bench, ExcitationSettings())
     promised, median = promised_precision(bench), median_precision(bench, default)

@@ -28,7 +28,7 @@ def time_stepping(
 ) -> tuple[float, float, float]:
     """Return (position, velocity, gap) after `duration`.
 
-    The breakaway must equal the Coulomb friction, so that the projection is the whole law.
+    The breakaway must equal the Coulomb friction, because the projection has one friction level.
     """
     assert p.breakaway == p.coulomb
     assert p.backlash_breakaway == p.backlash_coulomb

@@ -2,7 +2,8 @@
 
 Nothing is eliminated, scaled or balanced, and the solver's result is not verified. Each plant has
 separate A^, B^, C^, D^; X and Y are common. The discrete form is the same with the discrete
-bounded-real lemma. (5.61) as one matrix that must be positive:
+bounded-real lemma. (5.61) as one matrix that must be positive, with ()' for the transpose of the
+terms before it:
 
     continuous   -[A X + B2 C^ + ()'      *                     *          *       ]
                   [A^ + (A + B2 D^ C2)'   Y A + B^ C2 + ()'     *          *       ]

@@ -99,10 +99,7 @@ def _slip(
 def _breakaway(
     body: FrictionBody, drive: EffortFunction, t: float, end: float, y: Vector
 ) -> tuple[float, float]:
-    """Return time and direction of the breakaway of a body at rest since t.
-
-    (end, 0) if it does not break away before `end`.
-    """
+    """Return time and direction of a body's breakaway from rest since t; (end, 0) if none."""
 
     def at(s: float) -> float:
         rate = float(y[0]) - drive.target

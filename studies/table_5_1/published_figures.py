@@ -75,7 +75,7 @@ def figures(positions: Vector) -> dict[str, float]:
 def deviation(found: float, printed: str) -> float:
     """Return the deviation relative to the printed value.
 
-    0 if both are infinite, NaN or 0; infinite if only one of them is.
+    The deviation is 0 if both values are infinite, NaN or 0, and infinite if only one of them is.
     """
     known = float(printed)
     if found == known or (math.isnan(found) and math.isnan(known)):
@@ -98,7 +98,7 @@ def is_printed_so(found: float, printed: str) -> bool:
 def missed(found: dict[str, float], printed: tuple[str, ...]) -> list[str]:
     """Return the names of the values that differ from the printed ones by more than 2 %.
 
-    A value that rounds to the printed one does not differ: "0.003" is exact to 17 % only.
+    A value that rounds to the printed value does not differ; "0.003" is exact to 17 % only.
     """
     named = zip(FIGURES, printed, strict=True)
     return [

@@ -65,10 +65,7 @@ def limited(command: float) -> float:
 
 @kernel
 def on_the_way(error: float, velocity: float, braking: float) -> bool:
-    """Return True if friction of `braking` = F_c' [N] stops the mass of 1 kg at the target (5.7).
-
-    The stop may be anywhere within the band.
-    """
+    """Return True if a friction of `braking` [N] stops the mass of 1 kg within the band (5.7)."""
     path = velocity * velocity / (2.0 * braking)
     return path - BAND < abs(error) < path + BAND
 
@@ -79,9 +76,9 @@ def run_pid(
 ) -> int:
     """Simulate the PID, with or without limiter.
 
-    With the limiter, the command is -F_cv tanh(v/v_r) and the integral is frozen while (5.7) holds
-    with F_c' = `coulomb` + `virtual` (5.40). (5.41) has these branches exchanged. Fills positions
-    (n,) [m]; returns a status of engine/status_codes.py.
+    While (5.7) holds with F_c' = `coulomb` + `virtual` (5.40), the limiter freezes the integral,
+    and the command is -F_cv tanh(v/v_r). The printed (5.41) has these branches exchanged. Fills
+    positions (n,) [m]; returns a status of engine/status_codes.py.
     """
     state, memory = np.zeros(STATE_SIZE), np.zeros(2)
     for k in range(positions.shape[0]):

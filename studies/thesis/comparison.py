@@ -30,7 +30,7 @@ class ComparedValue:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Compared values of each table, and problems because of which the reproduction fails."""
+    """Compared values of each table, and the problems that make the reproduction fail."""
 
     tables: dict[str, list[ComparedValue]]
     problems: tuple[str, ...]

@@ -131,7 +131,7 @@ def _verdict(
 
 
 def _scale(truth: dict[str, float], name: str) -> float:
-    """Return the size to which an error is relative: the truth, or Coulomb friction."""
+    """Return the value by which an error is divided: the true value or the Coulomb friction."""
     return truth["coulomb" if name == "offset" else name]
 
 

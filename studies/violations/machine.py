@@ -148,7 +148,10 @@ def _reference(draw: np.random.Generator, test: str, time: Vector, rate: float) 
 
 
 def _moves(draw: np.random.Generator, steps: bool, time: Vector, duration: float) -> Vector:
-    """Return moves between positions -1 to 1 (n,), each followed by a rest; steps are equal."""
+    """Return moves between positions -1 and 1 (n,), each followed by a rest.
+
+    steps: True for equal moves between 0 and 1, False for random moves.
+    """
     out = np.zeros(time.size)
     at, start = 0.1, 0.0
     while at < time[-1]:

@@ -156,7 +156,7 @@ def _second(part: Part, ran: dict[str, Ran], before: dict[str, Ran]) -> None:
 
 
 def _map(part: Part) -> None:
-    """Draw figures 6.1 and 6.2: f, and its levels over the intervals of the observer."""
+    """Draw figures 6.1 and 6.2: the friction f, and its levels in the cells of the observer."""
     model = load(PLANTS["first"], Model)
     known, theta = friction_map(model), np.linspace(0.0, 63.0, 631)
     forward, backward = (np.asarray(friction_at(known, side, theta)) for side in (1, -1))

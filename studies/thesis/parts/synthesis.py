@@ -62,7 +62,7 @@ def _decibels(gains: NDArray[np.complex128] | Vector) -> Vector:
 
 
 def _annex_friction() -> Polytope:
-    """Return table 5.2 with the annex's F_c, with which both published gammas are met."""
+    """Return table 5.2 with the annex's F_c, which reproduces both published gammas."""
     box = polytope(clutch_model())
     middle = box.centre.coulomb
 
@@ -80,9 +80,9 @@ def _annex_friction() -> Polytope:
 
 
 def _position(part: Part) -> None:
-    """Add 5.4.3.1: the problem of the text, and the choice of F_c with which its gamma is met.
+    """Add 5.4.3.1: the problem of the text, and the choice of F_c that reproduces its gamma.
 
-    The frozen controller of this choice is drawn.
+    The figures show the frozen controller of this choice.
     """
     strict, relaxed = (
         minimise(position(BANDWIDTH, *weights), RECENTRING).optimum for weights in (STRICT, RELAXED)
