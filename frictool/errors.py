@@ -22,14 +22,14 @@ EXIT_DONE = 0
 EXIT_NO = 1
 EXIT_INPUT = 3
 EXIT_NO_SOLUTION = 4
-EXIT_INTERRUPTED = 130  # as a shell has it
+EXIT_INTERRUPTED = 130  # the exit code of a shell after Ctrl-C
 
 
 class FrictoolError(Exception):
     """Root of every error that a user is meant to read.
 
-    exit_code: the process's exit code. document_key: kind of a document, such as "design", and its
-    wrong key; the command adds the file and the line. None if no key is to blame.
+    exit_code: exit code of the process. document_key: kind of a document, such as "design", and its
+    wrong key, or None; the command adds the file and the line.
     """
 
     exit_code = EXIT_INPUT

@@ -22,7 +22,7 @@ SINGULAR = 1e12  # condition number above which the information of all experimen
 
 
 def optimal_shares(rate: Matrix, limit: Vector, cost: Vector) -> Vector | None:
-    """Return the shares x_k that minimise the largest ratio of a variance to its limit.
+    """Return the shares of the experiments that minimise the largest quotient variance/limit.
 
     Parameters
     ----------

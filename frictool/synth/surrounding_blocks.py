@@ -10,7 +10,7 @@
     profile, feedforward    synth/tracking_blocks.py
     friction_compensation   levels of the model, or its friction against speed as a table
                             smoothing_speed: the peak that one encoder count causes in the filtered
-                            speed; no rule for a measured speed
+                            speed; no rule for the speed of a sensor
 
 Here v_r is `virtual_speed`, F_cv `virtual_coulomb`, T the period and J the inertia. For the mass of
 table 5.1, v_r is 0.01 m/s. The thesis (5.2.5) has 10 m/s, which hardly brakes.

@@ -210,8 +210,7 @@ def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
 def from_position(feedback: FeedbackLoop) -> Lti:
     """Return the system from -(encoder position) to the drive.
 
-    The system gives the response of the drive to encoder counts, which a measured speed does not
-    contain.
+    The system gives the response of the drive to encoder counts. A measured speed contains none.
     """
     period = feedback.system.period
     if feedback.sees == (ETA,):

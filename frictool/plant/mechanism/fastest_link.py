@@ -25,8 +25,8 @@ class FastestLink(NamedTuple):
 def fastest_link(assembled: AssembledMechanism) -> FastestLink:
     """Return the compliant link with the highest rate.
 
-    The reduced mass m of a link follows from the inertias of its two ends, referred to the second
-    end: 1/m is the sum of 1/inertia. The inertia of an end includes rigidly linked blocks.
+    The reduced mass m of a link is given by 1/m = 1/m_1 + 1/m_2, with the inertias m_1 and m_2 of
+    its ends referred to the second end. The inertia of an end includes rigidly linked blocks.
     """
     mobility = np.zeros(len(assembled.blocks))
     for group in assembled.groups:

@@ -2,14 +2,14 @@
 
     law          gain k of the square-root law: k^2 = 2 braking_share braking
     band         band_share times the largest error at rest, at least one encoder step
-    rest         rest_share of the law's speed at the edge of the band
-    settled      settled_share of step/response
+    rest         rest_share times the speed of the law at the edge of the band
+    settled      settled_share times step/response
     prefilter    prefilter_product/response
     velocity     velocity_product/dead time, at most MOST_FILTER/sample period
 
 `braking`, `step`, `response` and the dead time are scales of design_scales.py; F is the Coulomb
 friction, J the inertia. If k^2 < 2F/J, the law is stored with the formula sqrt(F/J), else with
-sqrt(2F/J); its factor (`virtual_coulomb_factor`) is at least 1.
+sqrt(2F/J); the law's `virtual_coulomb_factor` is at least 1.
 """
 
 from __future__ import annotations
