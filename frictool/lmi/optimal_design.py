@@ -3,9 +3,9 @@
     minimise    max_i  e_i' (sum x_k R_k)^-1 e_i / limit_i
     subject to  sum x_k = 1,  x_k >= 0,  sum x_k cost_k <= 0
 
-(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). x_k is the share of experiment k, R_k
-its information matrix per second, and e_i the i-th unit vector; e_i' (...)^-1 e_i is the variance
-of parameter i. The program is stated with cvxpy and solved by clarabel.
+x_k is the share of experiment k, R_k its information matrix per second, and e_i the i-th unit
+vector; e_i' (...)^-1 e_i is the variance of parameter i. The program is stated with cvxpy and
+solved by clarabel. Sources: Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Second-order sections from the poles and zeros of a discrete system, equal to those of scipy.
 
 The last section has the pole nearest to the unit circle and the zeros nearest to this pole. The
-section before it has the next pole. Large gains near a pole are thus compensated by zeros in the
-same section. The tests compare the sections with `scipy.signal.zpk2sos`. `scipy.signal` is not
-imported here, because the import takes 0.7 s, a third of `synth --vertices-only`.
+section before the last has the next pole, and so on. Zeros in the same section thus compensate the
+large gain near a pole. The tests compare the sections with `scipy.signal.zpk2sos`. `scipy.signal`
+is not imported here, because the import takes 0.7 s, a third of `synth --vertices-only`.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
     (index, job), (index, job), ... ──run_task──▶ result | JobFailure, ...
 
-Therefore an error of one job does not lose the results of the other jobs.
+The error of one job therefore does not lose the results of the other jobs.
 """
 
 from __future__ import annotations

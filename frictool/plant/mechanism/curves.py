@@ -2,7 +2,7 @@
 
 Between two points a curve stays within the range of their values (Fritsch and Butland, SIAM J. Sci.
 Stat. Comput. 5, 1984): its slope at a point is a weighted harmonic mean of the adjacent secants. At
-the first and last point the slope follows from the three-point formula, with the same limits.
+the first and last point the slope follows from the three-point formula, limited in the same way.
 """
 
 from __future__ import annotations

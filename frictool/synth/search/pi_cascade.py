@@ -1,8 +1,8 @@
 """Cascade of a position law and a PI controller of the speed: the simplest candidate.
 
-All plants have the same gain. omega_h is the crossover frequency of the speed loop with the plant
-that has the largest acceleration per unit of the drive, omega_l with the plant that has the
-smallest. The gain and the integral time follow from two products, which the search varies:
+The controller gain is the same for all plants. omega_h is the crossover frequency of the speed loop
+with the plant that has the largest acceleration per unit of the drive, omega_l with the plant that
+has the smallest. The gain and the integral time follow from two products, which the search varies:
 
     gain_product        omega_h (dead time + 1/(bandwidth of the speed filter))
     integral_product    omega_l (integral time)
