@@ -2,9 +2,9 @@
 
     u[k] = c x[k] + d e[k],   x[k+1] = a x[k] + b e[k] + l (limited u[k] - u[k])
 
-x is the state, e the input, u the drive before its limit, and l the anti-windup gain. The order of
-the sums is d e, then c x for the output, and b e, then l (limited u - u), then a x for the state.
-Terms whose coefficient is 0 are left out.
+x is the state, e the input, u the drive before its limit, and l the anti-windup gain. The terms are
+added in this order: d e, c x for the output; b e, l (limited u - u), a x for the state. Terms whose
+coefficient is 0 are left out.
 
 An integrator is a state whose row of `a` equals the row of the identity matrix. It keeps its value
 while the drive is released (section 5.2.2 of the thesis). With `conditional` it also keeps its

@@ -13,13 +13,12 @@ T is the sample period, J the inertia, u the effort, F the friction, and Sigma t
 A cell is an interval of positions in one direction of motion with the gains L1, L2, L3 and the
 friction f_i; f(theta) is a polynomial. y is the measured position; theta, omega and alpha are the
 estimates of position, speed and wear at one sample. theta and omega determine the mode. F has the
-sign of omega. In mode 0, called stuck, alpha keeps its value, since thesis (6.14) treats the
-estimate of alpha as a measurement.
+sign of omega. In mode 0, called stuck, alpha keeps its value.
 
-Limit: the certificate of the thesis, (6.6), assumes that the mode is known. It is not valid at
-samples at which plant and observer are in different modes. Sigma should be some encoder steps per
-period. With a coarse encoder, the speed is below this Sigma during most of the travel, and both
-observers fail (figures: docs/theory/observers.md).
+Limit: the certificate of the thesis, (6.6), assumes that the mode is known. The certificate is not
+valid at samples at which plant and observer are in different modes. Sigma should be some encoder
+steps per period. With a coarse encoder, the speed is below this Sigma during most of the travel,
+and both observers fail (figures: docs/theory/observers.md).
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Switched-observer gains with the least noise amplification for a given bound of the model error.
 
-switched_observer_gains.py states the inequality (6.6) of the thesis and its symbols. Its optimum is
-flat. Since (6.6) contains no noise, the optimal gains correct the error within one or two samples
-and therefore amplify the noise of a coarse encoder. Here the gains minimise nu subject to
+switched_observer_gains.py states the inequality (6.6) of the thesis and its symbols. Many gains are
+nearly optimal. Since (6.6) contains no noise, the optimal gains correct the error within one or two
+samples and therefore amplify the noise of a coarse encoder. Here the gains minimise nu subject to
 
     |z| <= factor gamma* |Delta|    gamma*: the smallest gamma with the requested decay
     |z| <= nu |w|                   y = C_i x + n_i w: noise w, which enters the error as -L_i n_i w
