@@ -16,8 +16,8 @@ LIMIT = 1.0  # z_max, largest displacement without drift
 class DriftResult:
     """Displacement from 5 s to 102 s, during 194 cycles, in SI and relative to z_max.
 
-    z_max is the largest presliding displacement. The times are in units of time of the test, which
-    is 1 s for thesis table 3.1.
+    z_max is the largest presliding displacement. The times are for a unit of time of 1 s, as in
+    thesis table 3.1.
     """
 
     displacement: float

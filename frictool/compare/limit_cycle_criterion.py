@@ -31,7 +31,7 @@ class LimitCycleResult:
         """Return `+` or `-` by comparison with the event-exact law.
 
         `+`: the cycle lasts, and its period differs from that of the exact law by at most 5 %; or
-        the cycle dies out with the two laws.
+        the cycles of this law and of the exact law die out.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

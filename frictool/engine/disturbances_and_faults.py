@@ -139,7 +139,7 @@ def true_command(command: float, limit: float, row: Vector) -> float:
 def faulty(reported: float, step: float, last: float, row: Vector) -> float:
     """Return the reading [rad | m] of an encoder with faults; without faults it is `reported`.
 
-    last: reading at the last sample. step: resolution [rad | m].
+    last: reading at the previous sample. step: resolution [rad | m].
     """
     if row[ENCODER_FAULT] == INVALID:
         return math.nan

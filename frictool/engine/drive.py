@@ -9,7 +9,7 @@ sine            amplitude, frequency, phase
 spring          proportional = stiffness, r = free end of the spring (3.7.2)
 PID             all three gains (3.40)
 
-decaying        decaying e^(-decay_rate t): the lag of a drive, for dynamic laws only
+lag of a drive  u also contains decaying e^(-decay_rate t), for dynamic laws only
 
 u is the effort, x the position, v the velocity, r the position reference, q the integral of x - r.
 Apart from the sine, u is linear in time and state. With a fixed sign of the friction, the motion
@@ -83,7 +83,7 @@ def ramped(effort: float, rate: float, start: float = 0.0) -> EffortFunction:
 
 
 def spring(stiffness: float, speed: float, position: float = 0.0) -> EffortFunction:
-    """Return a spring [N/m] whose free end moves at `speed` [m/s] (3.7.2).
+    """Return the effort of a spring [N/m] whose free end moves at `speed` [m/s] (3.7.2).
 
     position [m]: free end at t = 0.
     """

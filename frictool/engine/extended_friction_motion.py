@@ -242,7 +242,7 @@ def rest_piece(
     refused: float,
     piece: Vector,
 ) -> tuple[float, float]:
-    """Return the duration [s] of a rest, and the direction of a breakaway at its end, or 0.
+    """Return the duration [s] of a rest, and the direction of the final breakaway (0: none).
 
     `motion_pieces.rest_piece` explains the parameters.
     """

@@ -53,18 +53,18 @@ def follow_goal(
     goal: Vector,
     period: float,
 ) -> tuple[int, Vector, Vector]:
-    """Follow a goal (n,) [rad] from `state` (7,), in place.
+    """Simulate an axis whose firmware follows a logged goal (n,).
 
     Parameters
     ----------
     p, load
         Axis (engine/effort_replay.py `replay_parameters`) and load (plant/position_load.py).
     state
-        State of the axis, changed in place.
+        State (7,) of the axis, changed in place.
     law, drive
-        Firmware, and its logged inputs.
+        Parameters of the firmware; logged gain, supply voltage and torque switch.
     goal
-        Logged goal (n,), rad.
+        Goal (n,), rad.
     period
         Sample period of the log, s.
 

@@ -81,7 +81,7 @@ def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
 
 @kernel
 def gross(state: Vector, t: float, drive: Vector) -> float:
-    """Return the sum of the magnitudes of the effort's terms, the scale of its rounding error.
+    """Return the scale of the effort's rounding error: the sum of the magnitudes of all terms.
 
     The sum includes the effect of the rounding of t.
     """
@@ -110,7 +110,7 @@ def rest_piece(
     piece: Vector,
     probe: Vector,
 ) -> tuple[float, float]:
-    """Return the duration [s] of a rest, and the direction of a breakaway at its end, or 0.
+    """Return the duration [s] of a rest, and the direction of the final breakaway (0: none).
 
     refused: direction of a slip that has just ended at the instant at which it began (0: none). In
     this direction the threshold is raised slightly.

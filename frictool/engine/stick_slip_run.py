@@ -93,9 +93,9 @@ def segment_arrays(
 
 
 def _extended(state: Vector) -> Vector:
-    """Return a state (8,) of an extended body, made from a state (5,) if necessary.
+    """Return the state (8,) of an extended body from a state (8,) or (5,).
 
-    The added film velocity is settled; the added time at rest is 0 at rest and inf in slip.
+    A state (5,) gets a film in steady state, and the time at rest 0 at rest or inf in slip.
     """
     if state.size == EXTENDED_SIZE:
         return state

@@ -30,7 +30,8 @@ from frictool.observe.second_observer import SecondObserver, check_observer
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.wear_estimator import WearEstimator
 
-LEAST_RANGE = 5.0  # K, range of a log's temperature above which the model should have temperature
+# K; for logs with a larger temperature range, the model should have friction over temperature
+LEAST_RANGE = 5.0
 BEYOND = 2.0  # K beyond the temperatures of the model's logs that still are no extrapolation
 UNKNOWN_LAW = (
     "the model has no friction over temperature: a change of friction with the log's temperature "
@@ -162,7 +163,7 @@ class LogObserver:
             ]
         return [
             "no move determines the wear: within the bench's travel the axis never slips long "
-            "and fast enough with its load carried along"
+            "and fast enough with the load attached"
         ]
 
     def _figures(self) -> dict[str, Any]:

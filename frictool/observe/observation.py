@@ -57,7 +57,7 @@ def observe(
     commissioning : Commissioning, optional
         wear of the unit at commissioning
     observer : Observer, optional
-        second observer; a tracking observer replaces the velocity estimator
+        additional observer; a tracking observer replaces the velocity estimator
     settings : ObservationSettings, optional
         time window, stream, and confidence of the intervals
     provenance : Provenance, optional

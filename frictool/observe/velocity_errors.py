@@ -5,7 +5,7 @@
 
 The zero-phase velocity is the reference from which errors are computed. It needs later samples, and
 is computed in blocks with margins as long as the filter's memory. The comparison favours the
-low-pass: its best cut-off is not known in advance.
+low-pass, whose cut-off is chosen afterwards.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Verdict on the wear, or on its ratio to commissioning if known, against a limit.
+"""Comparison of a limit with the ratio of the wear to commissioning or, if unknown, the wear.
 
 Errors of the actuator's constant cancel in the ratio. The first rule that applies to the estimate's
 interval decides:
@@ -48,7 +48,7 @@ def judge(
     ratio: EstimateRange | None = None,
     doubts: Sequence[str] = (),
 ) -> WearVerdict:
-    """Return the verdict on the `ratio` of the wear to commissioning; without a ratio, on the wear.
+    """Return the verdict on `ratio`, the wear relative to commissioning, or on the wear if None.
 
     doubts: reasons why the log may be from another rig (rig_plausibility.py). With doubts, a wear
     below the limit is undecided; a wear above the limit stays exceeded.

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from frictool.report.judged_loop import JudgedLoop
 
 UNKNOWN = RigFacts()
-NO_CONTROLLER = "a log alone does not contain it; give --controller"
+NO_CONTROLLER = "a log does not contain the margin; give --controller"
 
 
 @dataclass(frozen=True)

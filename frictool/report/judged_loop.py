@@ -84,8 +84,8 @@ class JudgedLoop:
         points = [point for plant in plants for point in plant.points()]
         outside = parameters_outside(self.controller, enclosing_box(points)) if points else ()
         words = (
-            f"simulated plants lie outside the intervals of {self.controller.name}, where only "
-            "margins computed for each plant are valid"
+            "simulated plants are outside the intervals for which "
+            f"{self.controller.name} was verified; only margins computed for each plant are valid"
         )
         return f"{words}: {'; '.join(outside)}" if outside else ""
 

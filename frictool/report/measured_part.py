@@ -205,7 +205,7 @@ def _cut_short(part: MeasuredPart) -> str:
     allowed = part.spec.response_time_95_s
     duration = float(time[-1] - time[0])
     return (
-        f"held for {duration:.3g} s only, less than the response time allowed"
+        f"held for {duration:.3g} s only, less than the allowed response time"
         if allowed is not None and duration < allowed
         else ""
     )

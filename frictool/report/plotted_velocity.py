@@ -37,7 +37,7 @@ def shown_velocity(stream: Stream, resolution: float) -> tuple[Vector, str] | No
 def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | str:
     """Return (controller's speed estimate (n,), true speed (n,)), or a reason as text."""
     if not simulated:
-        return "only a simulated log knows the true velocity"
+        return "only a simulated log contains the true velocity"
     missing = [name for name in ("velocity_estimated", "velocity") if name not in stream.signals]
     if missing:
         return (

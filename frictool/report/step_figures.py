@@ -69,7 +69,7 @@ def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]
 def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
     """Return True if both steps have the same target and nearly the same origin.
 
-    The origins may differ slightly, because a record's first step begins at the measured position.
+    The origins may differ slightly: that of a record's first step is the measured position.
     """
     assert one.hold.origin is not None
     assert other.hold.origin is not None

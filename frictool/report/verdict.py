@@ -159,10 +159,9 @@ class RunJudge:
         return tuple(make(self.spec, evidence, None) for make in self._judges)
 
     def outcomes(self, run: RunRecord, plant: LoggedPlant | None) -> list[Outcome] | None:
-        """Return the outcomes of the requirements of a run, which needs no stream for this.
+        """Return the outcomes of the requirements of a run, computed without a stream.
 
-        Return None if only a call of this object, with a stream, can judge the run
-        (report/run_metrics.py).
+        Return None if the run can be judged only with a stream (report/run_metrics.py).
         """
         if not self._of_run.covers:
             return None

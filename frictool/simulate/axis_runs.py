@@ -1,8 +1,8 @@
 """Closed loops of all variants of an axis.
 
 The runs of the variants use all cores; batches limit the memory for records. With compiled
-controller code, or with commands of a supervisor, the variants run one after another, and
-engine/closed_loop.py simulates one sample at a time.
+controller code, commands of a supervisor or scheduled parameters, the variants run one after
+another.
 """
 
 from __future__ import annotations
@@ -44,8 +44,7 @@ def play(
     """Yield each variant and its record (n, 7) in `loop`, under a load that depends on position.
 
     Each run starts at rest, in the middle of the backlash, with the prefilter at the measured
-    position. With scheduled parameters, too, the variants run one after another. Raises
-    NoSolutionError if a variant cannot be simulated.
+    position. Raises NoSolutionError if a variant cannot be simulated.
     """
     samples = loop.reference.size
     total = len(variants)

@@ -145,7 +145,7 @@ def compiled_target(
 ) -> CompiledTarget:
     """Compile the C code in `folder`, exported from the document with the digest `sha256`.
 
-    `controller`: path of the document in messages. `inputs`: names of the inputs at every sample.
+    `controller`: path of the document in messages. `inputs`: names of the controller's inputs.
     `scheduled`: names of the scheduled parameters. Raises InputFileError if the folder has no
     sources of this controller, if no compiler is on the PATH, or if the compilation fails.
     """

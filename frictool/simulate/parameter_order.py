@@ -59,7 +59,7 @@ def check_least(
                 f"{problem}; allowed: at most this {parameter.label}; or also write a range of "
                 f"{parameter.label}",
             )
-        without = "without a range" if ends.document == names.model else "left out"
+        without = "without a range" if ends.document == names.model else "if left out"
         problem = (
             f"found {_shown(ends)} {unit}, below {label} of "
             f"{'up to ' if below.low < below.high else ''}{most}"
@@ -67,7 +67,8 @@ def check_least(
         refuse(
             ends.document,
             ends.key,
-            f"{problem}; allowed: at least this {label}; {without}, it is proportional to {label}",
+            f"{problem}; allowed: at least this {label}; {without}, {parameter.label} is "
+            f"proportional to {label}",
         )
 
 

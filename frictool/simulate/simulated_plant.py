@@ -1,9 +1,8 @@
 """Interface of a simulated plant: one axis or a mechanism.
 
-scenario ──▶ variants ──▶ play: the loop of each ──▶ VariantRun: record of the axis, further
-streams, warnings ──▶ log
-
-The implementations are simulate/axis_plant.py and simulate/mechanism_plant.py.
+A scenario has one or more variants of the plant. `SimulatedPlant.play` simulates the control loop
+with each variant and yields a VariantRun. The implementations are simulate/axis_plant.py and
+simulate/mechanism_plant.py.
 """
 
 from __future__ import annotations

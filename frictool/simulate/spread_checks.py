@@ -63,8 +63,7 @@ def check_spread(
             refuse(
                 name,
                 "drive",
-                f"found {scenario.drive}; allowed: {rig.drive}, which {names.model} has, for "
-                "quantities of the drive",
+                f"found {scenario.drive}; allowed: {rig.drive}, the drive of {names.model}",
             )
     for index, one in enumerate(spread.disturbances):
         key = f"spread.disturbances[{index}]"

@@ -123,7 +123,7 @@ def test_damage_in_the_middle_is_told_by_its_line(path: Path) -> None:
     lines = path.read_text().split("\n")
     for damaged in ("[1, 0]x", "[1]", "{}", '["a", 1, [], []]', "null"):
         path.write_text("\n".join([lines[0], lines[1], damaged, *lines[2:]]))
-        with pytest.raises(InputFileError, match=r"trials.jsonl:3: is no line of stored trials"):
+        with pytest.raises(InputFileError, match=r"trials.jsonl:3: is not a line of stored trials"):
             TrialStore(path, HEADER)
 
 

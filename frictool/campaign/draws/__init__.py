@@ -1,1 +1,1 @@
-"""Varied factors of a campaign, draws from their space, and the scenario of each draw."""
+"""Factors that a campaign varies, draws of their values, and the scenario of each draw."""

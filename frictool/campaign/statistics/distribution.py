@@ -47,7 +47,7 @@ class Quantile:
 class Histogram:
     """Histogram of finite values: edges (k + 1,) and counts (k,); both are empty without values.
 
-    If the limit of the metric is within the range of the values, the limit is an edge.
+    If the limit of the metric lies between the smallest and the largest value, it is an edge.
 
     `outside`: number of finite outliers, which are in no bin.
     """
@@ -182,8 +182,8 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
 def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
     """Return a histogram with equal bins.
 
-    If the limit is within the range of the values, it is an edge. Values equal to the limit are
-    then in the bin that meets the requirement.
+    If the limit lies in or next to the range of the bins, it is an edge. Values equal to the limit
+    are then in the bin that meets the requirement.
     """
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))
@@ -209,8 +209,8 @@ def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
 def _reach(values: Vector, limit: float) -> tuple[float, float]:
     """Return the range of the histogram.
 
-    Outliers are outside, since they would compress all other values into one bin. The range
-    includes the limit if the limit is among the values.
+    Outliers are outside, since they would compress all other values into one bin. The limit is
+    inside if it lies between the smallest and the largest value.
     """
     low, high = float(values.min()), float(values.max())
     fifth, last = (float(q) for q in np.quantile(values, (0.05, 0.95)))

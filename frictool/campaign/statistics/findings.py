@@ -98,7 +98,7 @@ class Findings:
     def draws_needed(self) -> int | None:
         """Return the number of draws that would show the required rate at the present pass rate.
 
-        Returns None if the outcome is not NOT SHOWN.
+        Returns None for other outcomes than NOT SHOWN.
         """
         if self.outcome != "NOT SHOWN" or self.required is None:
             return None

@@ -22,7 +22,7 @@ from frictool.typing import Vector
 
 
 class JointShare(NamedTuple):
-    """Share of the variance that two factors explain together.
+    """Shares of the variance that two factors explain.
 
     `joint`: share that the two factors explain, alone or together.
     `beyond`: share that they explain only together, the index S_ij.

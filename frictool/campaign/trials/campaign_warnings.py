@@ -67,8 +67,8 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
         return ()
     if deviations := parameters_outside(controller, _drawn(plant, space, setting.scenario)):
         return (
-            f"draws lie outside the intervals of {controller.name}, where only margins "
-            f"computed for each plant are valid: {'; '.join(deviations)}",
+            f"draws are outside the intervals for which {controller.name} was verified; only "
+            f"margins computed for each plant are valid: {'; '.join(deviations)}",
         )
     return ()
 

@@ -1,7 +1,7 @@
-"""Distribution of trials to workers; each batch of results is stored when it arrives.
+"""Distribution of trials to workers.
 
-draws ──not stored yet──▶ jobs ──share──▶ TrialResult in any order ──▶ TrialStore ──▶ Trials in
-order
+Draws without a stored result are jobs. The workers return results in any order; each batch is
+stored when it arrives. `Trials` has the results in the order of the draws.
 """
 
 from __future__ import annotations

@@ -138,7 +138,7 @@ class TrialStore:
             try:
                 self._take(path, number, json.loads(line), header)
             except (ValueError, KeyError, TypeError, IndexError):
-                message = "is no line of stored trials; choose another file, or remove this one"
+                message = "is not a line of stored trials; choose another file, or remove this one"
                 raise InputFileError(path, message, line=number) from None
         self._file.truncate(sum(len(line) + 1 for line in lines))
         if not lines:

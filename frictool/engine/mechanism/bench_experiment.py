@@ -77,8 +77,8 @@ def play_ramps(
 ) -> int:
     """Apply the drive values `rows` (n,) of a ramp test, as engine/bench_experiment.py does.
 
-    Fills `position` and `drive` (n,), and `played` (1,) with the number of rows applied. Returns a
-    status of engine/status_codes.py.
+    Fills `position` and `drive` (n,), and `played` (1,) with the number of applied values. Returns
+    a status of engine/status_codes.py.
     """
     waiting = np.zeros(delay + 1)
     progress = RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step))

@@ -4,9 +4,9 @@
     controlled source, held until k + 1
 
 engine/closed_loop.py describes the loop. A sample period is divided into parts with constant inputs
-(`MechanismInputs`). With a winding, each part is divided again into PARTS shorter ones, because the
-winding's drive limit changes with speed and is computed once for each. Drifts change parameters of
-the mechanism from sample to sample (`DriftedNumbers`).
+(`MechanismInputs`). With a winding, whose drive limit changes with speed, each part is divided
+again into PARTS shorter ones with constant limits. Drifts change parameters of the mechanism from
+sample to sample (`DriftedNumbers`).
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ NOBODY = -1  # index for no controlled source
 
 
 class ControlPorts(NamedTuple):
-    """Indices of the controlled source and of the blocks that carry the sensor and are the load.
+    """Indices of the controlled source, the sensor's block and the load's block.
 
     source: NOBODY if no source is controlled. step: encoder resolution [rad | m]. The load's
     position q is recorded in the sensor's coordinate: sensor_start + (q - load_start)/load_ratio.
@@ -64,10 +64,10 @@ class ControlPorts(NamedTuple):
 class MechanismInputs(NamedTuple):
     """Inputs of a mechanism, constant in each of the parts into which a sample period is divided.
 
-    first (n + 1,): index of the first part of each sample, then the number m of parts. durations
-    (m,): durations of the parts [s]. drives (m, u): commands of the u sources [A | V | N m | N];
-    (0, u) stands for zeros. blocks (d,): indices of the blocks on which `efforts` act. efforts (m,
-    d): efforts [N m | N], or (0, d) for none.
+    first (n + 1,): index of the first part of each of n samples, then the number m of parts.
+    durations (m,): durations of the parts [s]. drives (m, u): commands of the u sources [A | V | N
+    m | N]; (0, u) stands for zeros. blocks (d,): indices of the blocks on which `efforts` act.
+    efforts (m, d): efforts [N m | N], or (0, d) for none.
     """
 
     first: IntVector

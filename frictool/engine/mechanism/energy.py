@@ -3,7 +3,7 @@
 Together with the `work` of the state, these energies give the balance:
 
     kinetic + stored - (kinetic + stored at the start) = work of sources and external efforts
-        - losses in joints, couplings, frictions, pressings, impacts and stops
+        - losses in joints, couplings, frictions, cams, impacts and stops
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ def _is_there(
 ) -> bool:
     """Return True if the guard at `index` is at its target, and no other guard has been passed.
 
-    Here a force has passed its guard below FAR, a speed or a position below BROKEN.
+    Here the guard of a force is passed below FAR, another guard below BROKEN.
     """
     if is_forced(k, modes, index):
         if not FAR <= guard[index] < BROKEN:

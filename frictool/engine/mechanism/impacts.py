@@ -43,7 +43,7 @@ def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> floa
 
 @inset_kernel
 def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> float:
-    """Set a group's speed, `speed` for its first block; return the kinetic energy lost [J]."""
+    """Set the speeds in a group, `speed` for the first block; return the lost energy [J]."""
     n = k[ly.BLOCKS]
     before = y[n + group]
     for i in range(n):
@@ -56,8 +56,8 @@ def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> 
 def _until(s: float, rate: float, goal: float, absorbed: float) -> float:
     """Return the impulse at which the approach speed s of two flanks reaches `goal`.
 
-    The impulse ends earlier if the flanks then have returned the energy `absorbed`, which they have
-    absorbed before. rate: change of s per unit of impulse.
+    The result is at most the impulse at which separating flanks have returned all the energy that
+    they have absorbed, `absorbed`. rate: change of s per unit of impulse.
     """
     if rate >= 0.0:
         return math.inf

@@ -185,7 +185,7 @@ def try_step(
 
 @part_kernel
 def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float) -> bool:
-    """Compute the dense output of a tried step and of its work; return False if a law fails."""
+    """Compute the dense output of state and work in a tried step; return False if a law fails."""
     workspace = state.workspace
     seen = stages(machine, state, t, h, AFTER + 1, SLOPES, 0)
     path_of(h, workspace.slopes, workspace.slopes[st.PATH :])

@@ -93,10 +93,10 @@ def rest_of(law: Law, p: Vector) -> Vector:
 def sizes_of(law: Law, p: Vector) -> Vector:
     """Return the scale (z,) of each inner state of a law, for error tolerances.
 
-    If the force kept its slope for a contact that never moved, it would reach the Coulomb force
-    p[0] after a certain displacement. The scale is the change of the state over this displacement.
-    It is inf for states that do not change at the start of motion, such as memory, and for all
-    states of a law that is not dynamic.
+    When a contact first moves, the force grows with the displacement. If the initial slope stayed
+    constant, the force would reach the Coulomb force p[0] after some displacement; the scale is the
+    change of the state over this displacement. The scale is inf for states that do not change at
+    first, such as memory, and for all states of a law that is not dynamic.
     """
     z = rest_of(law, p)
     if not isinstance(law.kernels, DynamicKernels):

@@ -113,7 +113,7 @@ def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
 def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: bool) -> float:
     """Return the speed change of the group's first block per unit of impulse.
 
-    towards: direction in which the block moves. The result is NaN if the group jams.
+    towards: direction in which the first block moves. The result is NaN if the group jams.
     """
     k, p, group, block, _ = hit
     impulse = force

@@ -48,10 +48,7 @@ def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
 def _flank_left(
     k: IntVector, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int
 ) -> tuple[float, float]:
-    """Return the force of a pressed flank, or the distance of an open one as a force; and its rate.
-
-    A distance is multiplied by the stiffness.
-    """
+    """Return (f, f'): force of a pressed flank, or stiffness times distance of an open flank."""
     n = k[ly.BLOCKS]
     row = ly.coupling_row(k, coupling)
     a, b = ly.coupling_a(k, coupling), ly.coupling_b(k, coupling)
@@ -112,8 +109,8 @@ def is_broken(
 ) -> bool:
     """Return True if the guard at `index` has been passed.
 
-    begin: guards at the beginning of the step. The guard of an open flank or stop that was below 0
-    at the beginning counts only if the gap is closing; otherwise the contact has just opened.
+    begin: guards at the beginning of the step. If the guard of an open flank or stop is below 0
+    there, the contact has just opened; the guard is then passed only if the gap is closing.
     """
     if guard[index] >= BROKEN:
         return False

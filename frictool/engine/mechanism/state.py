@@ -207,7 +207,6 @@ def rest(
 
 
 def _workspace(c: dict[str, int], size: int, modes: int, work: int) -> Workspace:
-    """Return a workspace for these numbers of elements, and these sizes of y, modes and work."""
     n = c["blocks"]
     longest = max(size, modes, work, 2 * c["sources"] + n, n + 1)
     return Workspace(

@@ -121,7 +121,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @inset_kernel
 def unload(tree: JointTree) -> bool:
-    """Set the branch of a self-locking joint to 0 if the joint is loaded on another side.
+    """Set the branch of a self-locking joint to 0 unless its load is on the branch's side.
 
     The tree is at rest. Returns True if it has self-locking joints.
     """

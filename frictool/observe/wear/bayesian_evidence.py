@@ -46,8 +46,8 @@ def best_fit(gram: Vector, right: Vector) -> Vector:
 def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vector:
     """Return the logarithms (m,) of the evidence of the data under m priors, up to a constant.
 
-    best: (p,), least-squares fit. means (m, p), beliefs (m, p, p): means and covariances of the
-    priors.
+    gram: (p, p), C' C. best: (p,), least-squares fit. means (m, p), beliefs (m, p, p): means and
+    covariances of the priors.
     """
     off = best - means
     whole = np.eye(best.size) + gram @ beliefs
@@ -61,8 +61,9 @@ def mixture(
 ) -> tuple[Vector, Vector]:
     """Return the posterior mean (p,) and covariance (p, p) under a mixture of m priors.
 
-    means (m, p), beliefs (m, p, p): means and covariances of the priors. beforehand: (m,),
-    logarithms of the weights of the priors.
+    gram: (p, p), C' C. right: (p,), C' effort. best: (p,), least-squares fit. means (m, p), beliefs
+    (m, p, p): means and covariances of the priors. beforehand: (m,), logarithms of the weights of
+    the priors.
     """
     weights = scipy.special.softmax(evidences(gram, best, means, beliefs) + beforehand)
     chosen = np.flatnonzero(weights > NEGLIGIBLE)
