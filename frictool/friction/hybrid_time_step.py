@@ -23,35 +23,38 @@ from frictool.friction.parameter import Axis
 
 @dataclass(frozen=True)
 class HybridBench:
-    """Bench data for the hybrid versions, in SI.
+    """Bench data for the hybrid versions.
 
-    sample_period: sample period T_s of the controller. encoder_step: encoder step delta_x. inertia:
-    inertia or mass m. effort_limit: largest effort u_max. stribeck_velocity: Stribeck velocity v_s;
-    0 if the friction drops to the Coulomb friction as soon as the body moves.
+    - sample_period: sample period T_s of the controller, s
+    - encoder_step: encoder step delta_x, m | rad
+    - inertia: mass or inertia m, kg | kg m^2
+    - effort_limit: largest effort u_max, N | N m
+    - stribeck_velocity: Stribeck velocity v_s, m/s | rad/s; 0 if the friction drops to the Coulomb
+      friction as soon as the body moves
     """
 
-    sample_period: float  # T_s [s]
-    encoder_step: float  # delta_x [m | rad]
-    inertia: float  # m [kg | kg m^2]
-    effort_limit: float  # u_max [N | N m]
-    stribeck_velocity: float = 0.0  # v_s [m/s | rad/s]; 0 if the friction drops immediately
+    sample_period: float
+    encoder_step: float
+    inertia: float
+    effort_limit: float
+    stribeck_velocity: float = 0.0
 
 
 @dataclass(frozen=True)
 class HybridSettings:
-    """Simulation parameters of a hybrid version, in SI.
+    """Simulation parameters of a hybrid version.
 
-    convergence_rate: p0, rate at which the velocity of a stuck body decays. capture_velocity:
-    Sigma, speed below which a slipping body may be captured. step, shortest_step: longest and
-    shortest integration step T_e, T_e_min. hold_time: T_0, shortest time at rest before a breakaway
-    against the direction of the velocity.
+    - convergence_rate: p0, rate at which the velocity of a stuck body decays, 1/s
+    - capture_velocity: Sigma, speed below which a slipping body may be captured, m/s | rad/s
+    - step, shortest_step: longest and shortest integration step T_e and T_e_min, s
+    - hold_time: T_0, shortest time at rest before a breakaway against the velocity, s
     """
 
-    convergence_rate: float  # p0 [1/s]
-    capture_velocity: float  # Sigma [m/s | rad/s]
-    step: float  # T_e max [s]
-    shortest_step: float = 0.0  # T_e min [s]
-    hold_time: float = 0.0  # T_0 [s]
+    convergence_rate: float
+    capture_velocity: float
+    step: float
+    shortest_step: float = 0.0
+    hold_time: float = 0.0
 
 
 def _positive(owner: HybridBench | HybridSettings, may_be_zero: tuple[str, ...]) -> None:

@@ -44,8 +44,7 @@ def straight_slip(p: Vector) -> tuple[float, float]:
 class StaticKernels(NamedTuple):
     """Kernels of a law in which friction is a function of velocity.
 
-    band: half width of the velocities that are treated as rest. seen_velocity: rate of the
-    position. The argument `direction` of a kernel is +1 or -1, the direction of the motion.
+    The argument `direction` of a kernel is +1 or -1, the direction of the motion.
     """
 
     slip_force: Kernel  # (v, direction, p) -> force [N | N m]
@@ -55,11 +54,7 @@ class StaticKernels(NamedTuple):
 
 
 class DynamicKernels(NamedTuple):
-    """Kernels of a law with an internal state z (n,), float64.
-
-    rate: writes z'. commit: records an accepted step in the memory. reset: returns z of a body that
-    has never moved.
-    """
+    """Kernels of a law with an internal state z (n,), float64."""
 
     rate: Kernel  # (z, v, p, out) -> status; writes z' to out
     force: Kernel  # (z, zdot, v, p) -> force [N | N m]
@@ -70,8 +65,7 @@ class DynamicKernels(NamedTuple):
 class HybridKernels(NamedTuple):
     """Kernels of a law with two modes (friction/hybrid_kernels.py).
 
-    mode_after: returns the next mode. enter: prepares the state z for the new mode. The kernels
-    depend on the effort u [N | N m] and the velocity v [m/s | rad/s].
+    The kernels depend on the effort u [N | N m] and the velocity v [m/s | rad/s].
     """
 
     mode_after: Kernel  # (mode, v, u, z, p) -> mode

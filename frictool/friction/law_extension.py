@@ -53,13 +53,15 @@ class PackedExtension(NamedTuple):
 class FrictionExtension:
     """Parameters of an extension in SI; the default values leave the law unchanged.
 
-    backward_values: values of the law's parameters that differ for motion in the negative
-    direction. forward, backward: position factor of each direction, as coefficients of
-    `position_polynomial.normalised_coefficients`. travel: positions (low, high) of these
-    polynomials [m | rad]. fresh: breakaway just after a stop divided by the breakaway after a long
-    rest, in (0, 1]. rise_time: rise time of the breakaway [s], tau in friction/rising_breakaway.py.
-    regimes: (knee, slope) pairs of friction/speed_regimes.py. lag, delay: time constant and pure
-    delay of the film velocity [s]. boundary: speed below which no film forms [m/s | rad/s].
+    - backward_values: values of the law's parameters that differ for the negative direction
+    - forward, backward: coefficients of the position factor of each direction
+      (`position_polynomial.normalised_coefficients`)
+    - travel: range (low, high) of positions for which the factors are valid, m | rad
+    - fresh: breakaway just after a stop divided by the breakaway after a long rest, in (0, 1]
+    - rise_time: rise time tau of the breakaway (friction/rising_breakaway.py), s
+    - regimes: (knee, slope) pairs of friction/speed_regimes.py
+    - lag, delay: time constant and pure delay of the film velocity, s
+    - boundary: speed below which no film forms, m/s | rad/s
     """
 
     backward_values: Mapping[str, float] = field(default_factory=dict)
@@ -177,7 +179,7 @@ class FrictionExtension:
         if self.rise_time > 0.0 and (dynamic or "breakaway" not in names):
             reason = "never rests" if dynamic else "has no breakaway"
             raise ValueError(
-                f"{law.name} {reason}: it takes no dwell (breakaway that rises with time at rest)"
+                f"{law.name} {reason}: it has no breakaway that rises with time at rest (dwell)"
             )
         if stores and by_direction:
             raise ValueError(

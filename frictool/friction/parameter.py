@@ -22,13 +22,14 @@ ROTARY = {"N": "N m", "m": "rad", "kg": "kg m^2"}  # unit on a linear axis -> on
 class LawParameter:
     """Name, unit and bounds of one parameter.
 
-    `linear_unit`: SI unit on a linear axis; empty if the parameter has none. `exclusive`: True if
-    the minimum itself is not allowed. `at_least`: name of another parameter that is a lower bound
-    of this one. `letters`: symbol in text and in LaTeX; by default the name. `simulation_only`:
-    True if the parameter belongs to the simulation and is not identified. `comparison_value`:
-    function that computes the parameter from the values of a friction.yaml (`frictool compare`) or
-    of a model.yaml (`frictool simulate`). If it is None, the parameter is the value of the same
-    name; if there is no such value, it is `default`.
+    - linear_unit: SI unit on a linear axis; empty if the parameter has none
+    - exclusive: True if the minimum itself is not allowed
+    - at_least: name of another parameter that is a lower bound of this one
+    - letters: symbol in text and in LaTeX; by default the name
+    - simulation_only: True if the parameter belongs to the simulation and is not identified
+    - comparison_value: function that computes the parameter from the values of a friction.yaml
+      (`frictool compare`) or a model.yaml (`frictool simulate`); None to use the value with the
+      name of the parameter or, without one, `default`
     """
 
     name: str

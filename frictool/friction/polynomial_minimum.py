@@ -2,8 +2,8 @@
 
 The minimum lies at an end or at a zero of the derivative. The zeros of a derivative of degree 1 or
 2 have a closed form. A derivative of a higher degree has at most one zero between neighbouring
-zeros of the next derivative; the code computes these zeros recursively. The eigenvalues of a
-companion matrix would lose all digits if the highest coefficient is nearly zero.
+zeros of the next derivative; the code computes these zeros recursively. If they were computed as
+eigenvalues of a companion matrix, a nearly zero highest coefficient would cost all digits.
 """
 
 from __future__ import annotations

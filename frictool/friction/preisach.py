@@ -2,18 +2,18 @@
 
     F = int_S+ mu - int_S- mu          S+, S-: sets of relays (alpha, beta), alpha >= beta, that
                                        are up and down; mu: density of the relays
-    E(alpha, beta)                     integral of mu over the triangle between beta and alpha:
+    E(alpha, beta)                     integral of mu over the triangle between beta and alpha, or
                                        half the change of F from a reversal at beta to alpha
     virgin (demagnetised)              F = sign(z) E(|z|, -|z|)
-    after a reversal (z_m, F_m)        F = F_m +- 2 E(max(z, z_m), min(z, z_m))
+    after a reversal (z_m, F_m)        F = F_m +- 2 E(max(z, z_m), min(z, z_m)), + if z rises
 
-The evaluation uses the reversals that are not wiped out (friction/reversal_memory.py) instead of
-the relays. The table ((n+1)^2,) contains E at the nodes -1, -1 + 2/n .. 1, in rows of equal alpha;
-beta is the column. Displacements are in units of z_max, forces in units of F_s. E is bilinear
-between nodes, and linear in alpha - beta in the cells on the diagonal. The density mu is therefore
-uniform in each cell off the diagonal. In the cells on the diagonal it is concentrated in relays of
-zero width, which give the elastic part of F. Friction loops run clockwise, so that mu is negative
-off the diagonal.
+F is computed from the stored reversals (friction/reversal_memory.py) instead of the relays. The
+table ((n+1)^2,) contains E at the nodes -1, -1 + 2/n .. 1, in rows of equal alpha; beta is the
+column. Displacements are in units of z_max, forces in units of F_s. E is bilinear between nodes,
+and linear in alpha - beta in the cells on the diagonal. The density mu is therefore uniform in each
+cell off the diagonal. In the cells on the diagonal, mu is concentrated in relays of zero width,
+which give the elastic part of F. Friction loops run clockwise, so that mu is negative off the
+diagonal.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def slip_force(v: float, direction: float, p: Vector) -> float:
 
 @kernel
 def slip_slope(v: float, direction: float, p: Vector) -> float:
-    """Return the derivative of `slip_force` by v; -inf at v = 0 for an exponent below 1."""
+    """Return d(slip_force)/dv; -inf at v = 0 for an exponent below 1."""
     drop = p[BREAKAWAY] - p[COULOMB]
     exponent = p[STRIBECK_EXPONENT]
     ratio = abs(v) / p[STRIBECK_VELOCITY]

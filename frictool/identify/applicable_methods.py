@@ -63,7 +63,7 @@ def _nothing_to_use(stream: StreamSurvey, kind: str | None) -> str | None:
 
 def _no_sliding(stream: StreamSurvey, kind: str | None) -> str | None:
     if kind == "ramp":
-        return "the axis rests for most of the time; sliding needs a log of motion"
+        return "the axis rests for most of the time; record a log of motion"
     if stream.velocity is not None and not stream.velocity[0] < 0.0 < stream.velocity[1]:
         return (
             "the axis moves in one direction only, which does not separate Coulomb "
@@ -74,7 +74,7 @@ def _no_sliding(stream: StreamSurvey, kind: str | None) -> str | None:
 
 def _too_rough(stream: StreamSurvey) -> str | None:
     if stream.base.gaps:
-        return f"the log has {stream.base.gaps} gaps; the filters of this method allow none"
+        return f"the log has {stream.base.gaps} gaps, over which this method cannot filter"
     step = stream.signals[POSITION].step
     if step is None or stream.velocity is None:
         return None

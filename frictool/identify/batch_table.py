@@ -174,8 +174,8 @@ def population_lines(parameters: dict[str, Population], bench: Bench) -> list[st
         figures = f"{one.count:>6}{one.mean:>12.5g}{one.spread:>12.3g}{one.expected:>12.3g}"
         lines.append(f"{name:<{width}}{figures}  {unit_of(name, bench):<11} {conclusion(one)}")
     lines.append(
-        "spread: standard deviation of the values; expected: standard deviation of "
-        "one population with these intervals"
+        "spread: standard deviation of the values; expected: standard deviation that "
+        "the intervals explain"
     )
     return lines
 

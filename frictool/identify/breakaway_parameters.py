@@ -68,7 +68,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     ):
         raise UnusableLogs(
             "the breakaways are in one direction only, and neither a log nor the bench gives the "
-            "offset, which shifts them"
+            "offset; add ramps in the other direction, or state mechanics.offset in the bench"
         )
     return ramp
 

@@ -262,7 +262,7 @@ OPTIONS = (
         float,
         0.0,
         1.0,
-        "weight of a squared error one stroke back",
+        "weight of a squared error one stroke earlier",
         "0.99",
         low_open=True,
     ),
@@ -270,7 +270,7 @@ OPTIONS = (
     MethodOption("filter_order", int, 1, 12, "order of the Butterworth filter", "4"),
     MethodOption("padding", int, 0, None, "number of padding samples at each end", "12"),
     MethodOption("skip", int, 0, None, "samples left out at the start", "49"),
-    MethodOption("decimate", int, 1, 1000, "use one of this many samples", "10"),
+    MethodOption("decimate", int, 1, 1000, "use one sample in this many", "10"),
 )
 
 

@@ -51,7 +51,7 @@ CONCENTRATED = 0.5
 VISIBLE = 1.0
 AT_END = 1e-3  # largest distance from an end of the bench's range that counts as at the end
 METHODS = (DEFAULT, OUTPUT_ERROR)
-NO_OFFSET = "the goal determines no constant effort beside the zero angle of the pendulum"
+NO_OFFSET = "along a goal, a constant effort looks like another zero angle of the pendulum"
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ def _without_effect(simulated: ServoSimulation, fit: SimulationFit) -> dict[str,
         if name in known:
             low, high = known[name].interval
             if float(np.max(np.abs(column))) * (high - low) < VISIBLE * count:
-                out[name] = "near the fit it does not change the position; record faster goals"
+                out[name] = "it does not change the fitted position; record faster goals"
     return out
 
 
@@ -340,7 +340,7 @@ def _constant_reasons(records: Sequence[MotionRecord], bench: Bench) -> dict[str
     known = servo_quantities(bench)
     out = {}
     if not _has_pendulum(records) and known["constant"].low is not None:
-        out["constant"] = "no pendulum is known, which would determine the drive constant"
+        out["constant"] = "only a log with a known pendulum determines the drive constant"
     if not _was_off(records) and known["back_emf"].low is not None:
         out["back_emf"] = "no log moves with its torque disabled; record a free swing"
     return out

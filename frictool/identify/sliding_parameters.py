@@ -138,8 +138,8 @@ def without_unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> O
     if error is None:
         return outcome
     reason = (
-        "with values in the bench's ranges for the others, the model does not explain the effort: "
-        f"force error {100 * error:.3g} % (allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
+        "with values in the bench's ranges for the other parameters, the model does not explain "
+        f"the effort: force error {100 * error:.3g} % (allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
     )
     lost = [name for name in SLIDING if name in outcome.from_logs]
     return outcome.merge(Outcome(refused=dict.fromkeys(lost, reason)))

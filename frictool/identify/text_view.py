@@ -62,7 +62,7 @@ def law_lines(model: Model) -> list[str]:
         backward = {name: estimate for name, estimate in backward.items() if estimate is not None}
         lines.append(
             f"backward: {', '.join(shown(name, estimate) for name, estimate in backward.items())}; "
-            f"{', '.join(backward)} above are forward"
+            f"the values of {', '.join(backward)} above are those forward"
         )
     if laws.temperature is not None:
         lines += temperature_lines(laws.temperature)
@@ -83,8 +83,8 @@ def temperature_lines(law: FrictionOverTemperature) -> list[str]:
     known = {name: one for name, one in changes.items() if one is not None}
     unchanged = "" if known else "; the logs show no change with the temperature"
     lines = [
-        f"friction holds at {law.reference.value:.4g} degC, from logs at {low:.4g} to {high:.4g} "
-        f"degC{unchanged}"
+        f"the parameters are those at {law.reference.value:.4g} degC, from logs at {low:.4g} to "
+        f"{high:.4g} degC{unchanged}"
     ]
     ends = dict(zip(changes, temperature_factors(law, np.array([low, high])), strict=True))
     for name, change in known.items():
@@ -144,8 +144,8 @@ def presliding_lines(model: Model) -> list[str]:
     if presliding is None:
         return []
     lines = [
-        f"presliding, by {presliding.law} which predicts best: {shown('z_max', presliding.limit)}, "
-        f"{shown('stiffness', presliding.stiffness)}"
+        f"presliding, by {presliding.law}, which predicts best: "
+        f"{shown('z_max', presliding.limit)}, {shown('stiffness', presliding.stiffness)}"
     ]
     for name in ("lugre", "elasto_plastic", "maxwell_slip"):
         law = getattr(presliding, name)
@@ -298,7 +298,7 @@ def table(outcome: IdentifiedModel) -> str:
         lines += rate_lines(result.over_rate, model.parameters.breakaway.unit)
     if result.fit is not None and result.fit.dropped:
         lines.append(
-            "set to 0, because strokes left out of the fit are predicted as well without: "
+            "set to 0, because they do not improve the prediction of strokes left out of the fit: "
             f"{', '.join(result.fit.dropped)}"
         )
     if result.fit is not None:

@@ -80,7 +80,9 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
     # half a count relative to z_max: uncertainty of the reversal within its count
     counts = 0.5 * loops.count * float(value[0]) / loops.breakaway.value
     if not np.all(np.isfinite(statistical) & (statistical < MOST_UNSURE)):
-        raise UnusableLogs("the loops determine a parameter only to within a factor of ten")
+        raise UnusableLogs(
+            "the loops determine a parameter only to within a factor of ten; record more loops"
+        )
     estimates = []
     for k, centre in enumerate(value):
         width = half_width(
