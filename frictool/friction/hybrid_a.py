@@ -3,8 +3,9 @@
     mode 0   v' = -p0 v, F = u           C_{0->1}: |u| > F_s and (sign u = sign v or t_0 >= T_0)
     mode 1   Stribeck's law              C_{1->0}: (3.2)
 
-v is the velocity, u the effort, F the friction, F_s the breakaway, and p0 the rate at which the
-velocity of a stuck body decays. C_{i->j} is the condition for the switch from mode i to mode j.
+v is the velocity, u the effort, F the friction, m the mass, F_s the breakaway, and p0 the rate at
+which the velocity of a stuck body decays. C_{i->j} is the condition for the switch from mode i to
+mode j.
 
 The state is z = [t_0], the time at rest, counted up to T_0. (3.30) has t_0 > T_0. Since (3.28)
 stops t_0 at T_0, that condition would never be met; the code uses >=. T_0 = 0 gives the simplified

@@ -3,11 +3,12 @@
     mode 0   z' = v, m v' = u - k1 z - k2 v     C_{0->1}: (z >= z_max, u > F_s, v >= 0)
                                                        or (z <= -z_max, u < -F_s, v <= 0)
     mode 1   Stribeck's law, z = +-z_max        C_{1->0}: (3.2)
-    k1 = F_s/z_max, k2 = 2 sqrt(m F_s/z_max)    (3.35): F_s at z_max, critically damped
+    k1 = F_s/z_max, k2 = 2 sqrt(m F_s/z_max)    (3.35)
 
-m is the mass, u the effort, v the velocity, and F_s the breakaway. C_{i->j} is the condition for
-the switch from mode i to mode j. The state is z = [z], the presliding displacement, which is
-limited to +-z_max. The code corrects three points of the thesis:
+m is the mass, u the effort, x the position, v the velocity, and F_s the breakaway. With k1 and k2,
+the spring force is F_s at z_max, and the damping is critical. C_{i->j} is the condition for the
+switch from mode i to mode j. The state is z = [z], the presliding displacement, which is limited to
++-z_max. The code corrects three points of the thesis:
 
 - (3.12) and (3.13) exchange k1 and k2; the code follows (3.17) and (3.32).
 - (3.13) and (3.32) have x = x_{1->0} + z. Here x_{1->0} is x - z at the switch, so that x is

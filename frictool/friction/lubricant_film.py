@@ -35,8 +35,7 @@ STATIC, BOUNDARY, PARTIAL, FULL = 1, 2, 3, 4
 def film_force(at_film: float, v: float, film: float, viscous: float) -> float:
     """Return F = `at_film` + sigma_v (v - film), the friction [N | N m] at velocity v.
 
-    at_film: friction of the law at the film velocity [N | N m]. film: film velocity. viscous:
-    viscous coefficient sigma_v.
+    `at_film` is the friction of the law at the film velocity `film`; `viscous` is sigma_v.
     """
     return at_film + viscous * (v - film)
 

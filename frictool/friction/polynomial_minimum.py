@@ -46,7 +46,7 @@ def _derivative(b: list[float]) -> list[float]:
 
 
 def sign_changes(b: list[float], low: float, high: float) -> list[float]:
-    """Return the positions in [low, high] at which the polynomial changes sign, rising.
+    """Return the sign changes of the polynomial in [low, high], in rising order.
 
     A double zero may be among them.
     """

@@ -2,10 +2,10 @@
 
     C_s(x, direction) = b_n x^n + .. + b_0          C_r = (mean C_r/mean C_s) C_s
 
-C_s is the breakaway, C_r the Coulomb friction. The parameters F_s and F_c of a law are their means
-over the travel; the polynomial divided by its mean is a factor on both. Outside the travel the
-factor keeps its value at the nearer end, since a polynomial fitted within the travel is not valid
-beyond. Coefficients are in order of rising powers.
+C_s is the breakaway, C_r the Coulomb friction. The parameters F_s and F_c of a law are the means of
+C_s and C_r over the travel; the polynomial divided by its mean is a factor on both. Outside the
+travel the factor keeps its value at the nearer end, since a polynomial fitted within the travel is
+not valid beyond. Coefficients are in order of rising powers.
 """
 
 from __future__ import annotations

@@ -124,7 +124,8 @@ class EffectRegression:
 
         The result is 0 unless few rows determine viscous friction. The noise is assumed to be the
         same in all strokes, so that more strokes do not reduce the variance, and independent
-        between the rows of a stroke. Its rms is at most that of the residual, which contains it.
+        between the rows of a stroke. The rms of the noise is limited to the rms of the residual,
+        which contains the noise.
         """
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)

@@ -21,6 +21,6 @@ def late_samples(time: Vector, after: float) -> slice | None:
 def peak_to_peak(rest_position: Vector) -> float:
     """Return the peak-to-peak value of the position (n,) [rad or m].
 
-    An axis at rest may have one sensor step.
+    Even at rest, the value may be one sensor step.
     """
     return float(np.ptp(rest_position))

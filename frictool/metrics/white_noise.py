@@ -36,7 +36,7 @@ def deviation_of(second_differences: Vector) -> float:
 def noise_floor(signal: Vector) -> float:
     """Return the peak that the white noise on `signal` (n,) reaches.
 
-    The peak is sqrt(2 ln n) + 2 standard deviations of the noise.
+    The peak is (sqrt(2 ln n) + 2) times the standard deviation of the noise.
     """
     return noise_deviation(signal) * peak_factor(signal.size)
 

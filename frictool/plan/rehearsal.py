@@ -48,7 +48,7 @@ class HalfWidthSample:
 
     @property
     def upper(self) -> float:
-        """Return the upper bound of a half width; inf if a rehearsal did not identify it.
+        """Return the upper bound of a half width; inf if a rehearsal refused the parameter.
 
         If the rehearsals ended early, the largest half width is returned in place of a bound.
         """

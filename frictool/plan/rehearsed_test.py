@@ -1,10 +1,10 @@
 """Design of tests that reach a requested precision in rehearsals.
 
-The result is the shortest test with the precision, or the most precise test of a given duration.
-`precise_strokes` and `precise_ramps` design a test from the Cramér-Rao bound. `identify` reports
-wider intervals than this bound; rehearsals of the test measure the ratio of the two for each
-parameter. The design is repeated with the measured ratios until the upper bound of every half width
-is at most the requested half width.
+The result is the shortest test with the precision, or the most precise test of a given duration. A
+rehearsal simulates a test and its identification (rehearsal.py). `precise_strokes` and
+`precise_ramps` design a test from the Cramér-Rao bound. `identify` reports wider intervals than
+this bound; rehearsals measure the ratio of the two for each parameter. The design is repeated with
+the measured ratios until the upper bound of every half width is at most the requested half width.
 
 An effect such as a delay widens the interval of a parameter if the strokes do not separate the
 effect from the parameter; repeating the strokes does not help. The first mix of strokes is

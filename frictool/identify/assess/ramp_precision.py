@@ -1,10 +1,10 @@
 """Expected precision of the breakaway from ramps (thesis 4.3).
 
 A motion is visible when the axis reaches the next encoder edge, after a distance s of at most one
-count. Let the effort be a ramp of R [N m/s | N/s], and let friction not drop at the onset. The axis
-then reaches the edge after the time t = (6 inertia s/R)^(1/3), in which the effort grows by R t.
-`identify` subtracts the mean of this excess. Two errors remain. The scatter of s averages out over
-the onsets. The error of the assumed inertia does not average out.
+count. If the effort is a ramp of R [N m/s | N/s] and friction does not drop at the onset, the axis
+reaches the edge after the time t = (6 inertia s/R)^(1/3). In this time, the effort grows by R t.
+`identify` subtracts the mean of this growth. Two errors remain: the scatter of s, which averages
+out over the onsets, and the error of the assumed inertia, which does not.
 """
 
 from __future__ import annotations

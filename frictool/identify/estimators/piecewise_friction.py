@@ -70,7 +70,7 @@ class StrokeMeans:
         return np.asarray(np.add.reduceat(values, self.starts) / lengths)
 
     def piece(self, low: float, high: float) -> Vector:
-        """Return the regressor (m,) of unit viscous friction between two speeds, rad/s | m/s."""
+        """Return the regressor (m,) of viscous friction between the speeds `low` and `high`."""
         return self.sign * self.mean(np.clip(self.speed, low, high) - low)
 
     def share_beyond(self, knee: float) -> Vector:
