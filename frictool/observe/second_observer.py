@@ -1,4 +1,4 @@
-"""Additional observer of an observer.yaml, with an own output stream along the log."""
+"""Additional observer (observer.yaml), which runs along a log and writes a separate stream."""
 
 from __future__ import annotations
 

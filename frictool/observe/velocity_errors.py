@@ -111,7 +111,7 @@ class VelocityErrors:
         )
 
     def _compare(self, last: bool) -> None:
-        """Compare the pending samples; unless `last`, not those that depend on later samples."""
+        """Compare the pending samples that later samples cannot change; all of them if `last`."""
         pending = self.pending
         if not pending.position:
             return

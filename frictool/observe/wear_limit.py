@@ -133,7 +133,7 @@ def _parts(
 
 
 def _reference(wear: EstimateRange, ratio: EstimateRange) -> EstimateRange:
-    """Return the wear at commissioning, from its ratio (inverse of `EstimateRange.over`)."""
+    """Return the wear at commissioning from wear and ratio (inverse of `EstimateRange.over`)."""
     value = wear.value / ratio.value
 
     def widened(whole: float, part: float) -> float:

@@ -150,7 +150,7 @@ def _over_time(
 
 
 def _origin(evidence: list[StreamEvidence]) -> str:
-    """Return the first word of a caption: whether the logs were measured or simulated."""
+    """Return the first words of a caption: Measured, Simulated, or both."""
     if all(item.simulated for item in evidence):
         return "Simulated"
     return "Measured and simulated" if any(item.simulated for item in evidence) else "Measured"

@@ -11,7 +11,7 @@ MOST_SHOWN = 40
 
 
 def worst_requirement(verdict: Verdict) -> Requirement | None:
-    """Return the requirement whose worst value is worst relative to its limit.
+    """Return the requirement whose worst value is farthest beyond its limit, or nearest to it.
 
     The result is None if no stream has a value.
     """
@@ -28,7 +28,7 @@ def _severity(requirement: Requirement) -> tuple[bool, float]:
 
 
 def _with_worst(verdict: Verdict) -> JudgedStreams:
-    """Return the streams with the worst one marked, if its log has several plants."""
+    """Return the streams; the worst stream is marked if its log has several plants."""
     worst = worst_requirement(verdict)
     if worst is None or worst.where is None:
         return verdict.evidence

@@ -1,4 +1,4 @@
-"""Frequency responses of every vertex, and the templates that limit them (thesis 5.13 to 5.16)."""
+"""Gains of all vertices over frequency, with limiting templates (thesis figures 5.13 to 5.16)."""
 
 from __future__ import annotations
 

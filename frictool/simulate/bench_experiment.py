@@ -267,7 +267,7 @@ def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Ve
 
 
 def _next_change(values: Vector) -> NDArray[np.int64]:
-    """Return for each index the next index at which `values` (n,) changes, or n, (n,)."""
+    """Return (n,): for each index, the next index at which `values` (n,) changes, or n."""
     edges = np.append(np.flatnonzero(np.diff(values)) + 1, values.size)
     return edges[np.searchsorted(edges, np.arange(values.size), side="right")]
 

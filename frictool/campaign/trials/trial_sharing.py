@@ -24,7 +24,7 @@ MOST_TOGETHER = 500
 
 
 class JobSharing(Protocol):
-    """Function `share` of workers/job_sharing.py, for chosen processes or a chosen cluster."""
+    """Interface of a function that runs jobs in processes or a cluster (workers/job_sharing.py)."""
 
     def __call__(
         self, function: Callable[[Any], Any], jobs: Sequence[Any], batch: int, instead: Any

@@ -66,7 +66,7 @@ def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
 def _hand_over_rest(
     k: IntVector, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool
 ) -> None:
-    """Add to the parent the force interval that a block at rest needs through their joint."""
+    """Add to the parent the force interval that a block at rest needs from the joint to it."""
     n = k[ly.BLOCKS]
     joint = ly.joint_of(k, i)
     parent = ly.parent_of(k, i)
@@ -129,7 +129,7 @@ def direction_of(modes: IntVector, y: Vector, n: int, block: int) -> float:
 def _hand_over(
     k: IntVector, p: Vector, i: int, y: Vector, modes: IntVector, w: Vector, whole: bool
 ) -> None:
-    """Add to the parent the force that a moving block needs through their joint."""
+    """Add to the parent the force that a moving block needs from the joint to it."""
     n = k[ly.BLOCKS]
     joint = ly.joint_of(k, i)
     parent = ly.parent_of(k, i)

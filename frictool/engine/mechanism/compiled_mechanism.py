@@ -194,7 +194,7 @@ def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
 def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
     """Return the sections of a mechanism.
 
-    Raises ValueError if its joints have no solution, or a friction law is not in the registry.
+    Raises ValueError if the joints have no solution, or a friction law is not in the registry.
     """
     f, c, j = packed.frictions, packed.couplings, packed.joints
     values = [f.law_values[f.law_start[i] : f.law_start[i + 1]] for i in range(f.block.size)]

@@ -20,7 +20,7 @@ ATTEMPTS = 50  # most iterations
 
 @inset_kernel
 def stop_tree(k: IntVector, index: int, p: Vector, y: Vector, modes: IntVector) -> float:
-    """Stop the tree with the root at `index` in the order; return its kinetic energy [J]."""
+    """Stop the tree whose root is at `index` in ORDER; return the lost kinetic energy [J]."""
     n = k[ly.BLOCKS]
     energy = 0.0
     at = index
