@@ -268,7 +268,7 @@ class IdentifyViews:
 class IdentifyCommand:
     """Arguments and options of `frictool identify` for one model, with the loaded bench.
 
-    `shown`: option -> value of the options that affect the model.
+    `shown`: the options that affect the model, name -> value.
     """
 
     logs: tuple[Path, ...]

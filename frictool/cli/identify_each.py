@@ -37,7 +37,7 @@ TABLE = "parameters.csv"  # in the folder of the models
 class IdentifyEachCommand:
     """Arguments and options of `frictool identify --each`, with the loaded bench.
 
-    `shown`: option -> value of the options that affect one model.
+    `shown`: the options that affect a model, name -> value.
     """
 
     each: str

@@ -1,4 +1,4 @@
-"""Option --layout: properties of a raw file without a bench, which its content does not show."""
+"""Option --layout: properties of a raw file that its content does not show, without a bench."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ STDOUT = Path("-")
 def command_line(name: str, arguments: dict[str, Any]) -> str:
     """Return the text of a command for the provenance, with options in the order of `arguments`.
 
-    The text contains only the base names of files, and no output.
+    Input files have their base names; output files are left out.
     """
     words = ["frictool", name]
     for key, value in arguments.items():

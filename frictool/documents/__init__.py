@@ -1,8 +1,8 @@
 """Types of the YAML documents that pass between commands, with strict reading and writing.
 
 `identify` turns a `bench` into a `model`. `synth` turns the model, a `spec` and a `design` into a
-`controller`. `simulate` plays a `scenario` with the controller and writes logs, which `report`
-judges.
+`controller`. `simulate` simulates a `scenario` with the controller and writes logs. `report` judges
+these logs.
 """
 
 from typing import TYPE_CHECKING

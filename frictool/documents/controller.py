@@ -214,10 +214,10 @@ class FrictionCompensation(
     - `speeds`: Rising signed speeds of a table [rad/s | m/s]; beyond its ends, the friction is
       extrapolated linearly.
     - `efforts`: Friction at each speed of the table [N m | N].
-    - `positions`: Rising positions of a second table [rad | m], which is added; beyond its ends, it
-      is constant.
-    - `forward`: Coulomb friction at each position minus its mean, in the positive direction
-      [N m | N].
+    - `positions`: Rising positions [rad | m] of a table of additional friction; beyond the table,
+      this friction is constant.
+    - `forward`: Coulomb friction at each position, minus the mean Coulomb friction, in the positive
+      direction [N m | N].
     - `backward`: The same in the negative direction [N m | N]. By default `forward`.
     - `observer_rad_s`: Bandwidth of the observer.
     - `inertia`: Inertia of the observer [kg m^2 | kg].

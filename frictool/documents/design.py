@@ -99,8 +99,8 @@ class Design(
       uncertainty channel.
     - `vertices`: `exact`: exact vertices of the polytope. `inertia`: linearised in the inertia.
       `first_order`: linearised in all parameters.
-    - `frozen_at`: Plant of the polytope whose controller runs on the target. `centre`: middle of
-      the intervals. `identified`: identified values.
+    - `frozen_at`: The controller for this plant of the polytope runs on the target. `centre`: the
+      middle of the intervals. `identified`: the identified values.
     - `scheduled`: True to store the vertices' controllers as well. A target that knows the
       parameters at run time can then interpolate between these controllers.
     - `grid`: Settings of a synthesis on a grid of parameters.
@@ -112,8 +112,8 @@ class Design(
     - `pole_bound_rad_s`: Largest magnitude of the controller's poles.
     - `integrator`: True for a controller with an integrator. A method that solves matrix
       inequalities moves the slow pole of the reduced controller to 0.
-    - `relax`: `auto` relaxes the weights on disturbance and effort only as far as the bound gamma =
-      1 of the norm requires; `synth --plot` draws this trade-off.
+    - `relax`: `auto` reduces the weights on disturbance and effort, but only until the norm has the
+      bound gamma = 1; `synth --plot` draws this trade-off.
     - `prefilter`: Low-pass filter of the position reference.
     - `profile`: Profile with bounded jerk from the present position to the reference, in place of a
       prefilter.

@@ -1,4 +1,4 @@
-"""Strict reading of a YAML document into its type.
+"""Strict reading of a YAML document as an object of its document type.
 
 The nodes are matched with the fields of the type, so that every error names the key, the value
 found and the allowed values.

@@ -54,7 +54,7 @@ def summary_of(kind: type[msgspec.Struct]) -> str:
 
 
 def meanings_of(kind: type[msgspec.Struct]) -> dict[str, str]:
-    """Return key -> meaning for each key that the docstring or COMMON explains, in their order."""
+    """Return key -> meaning for each key with a meaning in the docstring or in COMMON."""
     meanings = {
         key: " ".join(text.split())
         for keys, text in ITEM.findall(inspect.cleandoc(kind.__doc__ or ""))

@@ -160,7 +160,7 @@ class TemperatureChange(
 class FrictionOverTemperature(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Temperature for which the friction of `parameters` is valid, and its change with temperature.
+    """Change of the friction with temperature, and temperature for which `parameters` are valid.
 
     - `reference`: Temperature for which the parameters and the other laws are valid.
     - `over`: Temperatures of the logs. Beyond them the friction is extrapolated.

@@ -334,7 +334,7 @@ class Cam(
     tag_field="kind",
     tag="cam",
 ):
-    """Cam on a block: a spring presses a roller onto a profile, and the block onto its slideway.
+    """Cam profile on a block: a spring presses a roller onto it, and the block onto a slideway.
 
     The block is subject to `force` tan(`angle`) in the block's positive direction, and to Coulomb
     friction.

@@ -1,8 +1,8 @@
 """Metrics of a verdict, and the keys of a specification that limit them.
 
-The fields of `spec.yaml`, the units and headings of a report, the definitions on its page and in
-docs/metrics.md, and the columns of a campaign follow from the records of this table. The columns of
-a page are in the order of the records, the keys of a specification in the order of `rank`.
+The fields of `spec.yaml`, the units, headings and definitions of a report, docs/metrics.md, and the
+columns of a campaign follow from the records of this table. The columns of a page are in the order
+of the records; the keys of a specification are in the order of `rank`.
 """
 
 from __future__ import annotations
@@ -95,8 +95,8 @@ class Metric:
       a quantity (`positive(dimension)`), or a record (`Energy`, `Settling`); None if another metric
       has the key
     - meaning: meaning of the key, for the schema
-    - requirement: name of the requirement in a verdict, from which its title follows; by default
-      name and title are those of the metric
+    - requirement: name of the requirement in a verdict, if it differs from that of the metric; the
+      title of the requirement follows from it
     - rank: position of the key in a specification; by default it comes last
 
     Raises ValueError for an unknown dimension.

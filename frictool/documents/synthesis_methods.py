@@ -1,8 +1,8 @@
 """Synthesis methods by name: keys of a design that the method reads, and texts that describe it.
 
 Everything that a design, its schema or a help text says about a method follows from the method's
-record. The module in `synth/` that implements a method, and its function, have the name of the
-method; the module is imported when the method runs.
+record. A module in `synth/` with the name of the method implements it, by a function of the same
+name. The module is imported when the method runs.
 """
 
 from __future__ import annotations

@@ -39,8 +39,8 @@ class PeriodicSignal:
     def follow(self, shown: Vector) -> Vector:
         """Remove the wraps from the next samples `shown` (n,); return the unwrapped samples (n,).
 
-        Raises ValueError if the values do not wrap at this period: a step is longer than half a
-        period, but the values cover more than one period.
+        Raises ValueError if a step exceeds half a period, as at a wrap, although the values cover
+        more than one period.
         """
         if not shown.size:
             return shown

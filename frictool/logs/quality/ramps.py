@@ -82,9 +82,9 @@ def _direction(position: Vector, end: int) -> float:
 
 
 def _line(drive: Vector) -> tuple[float, float, float]:
-    """Return the drive's level at the end of a rest, its rise, and its correlation with time.
+    """Return level at the end of a rest, rise, and squared correlation with time of the drive.
 
-    Rise and squared correlation are computed from the second half of the rest.
+    Rise and correlation are those of the second half of the rest.
     """
     half = drive[drive.size // 2 :]
     if np.ptp(half) == 0.0:

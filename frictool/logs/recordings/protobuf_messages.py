@@ -57,8 +57,8 @@ def _add(pool: Any, files: dict[str, Any]) -> None:
 def _mapping(message: Any) -> dict[str, object]:
     """Return a message as a mapping of its fields.
 
-    A field that is not set has its default value; messages and optional fields that are not set are
-    omitted.
+    Messages and optional fields that are not set are omitted. Any other field that is not set has
+    its default value.
     """
     values: dict[str, object] = {}
     for field in message.DESCRIPTOR.fields:

@@ -79,7 +79,7 @@ def parts_of(folder: Path) -> list[Path]:
 
 
 def are_parts(paths: Sequence[Path]) -> bool:
-    """Return whether the names of the files are names of the parts of one split recording."""
+    """Return whether the files have the names of the parts of one split recording."""
     matches = [_NUMBERED.fullmatch(path.stem) for path in paths]
     alike = (
         len(
