@@ -136,8 +136,8 @@ def _table_4_7(part: Part, found: Identification) -> None:
         )
     part.say(
         "table_4_7",
-        "On the SIMULATED clutch, whose breakaway is that of the printed coefficients: what was "
-        "put in comes out.",
+        "On the SIMULATED clutch, whose breakaway has the printed coefficients: the "
+        "identification returns them.",
     )
     assert found.fit is not None
     assert found.laws is not None

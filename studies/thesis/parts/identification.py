@@ -253,13 +253,12 @@ def _ramp(part: Part) -> None:
     part.say(
         "section_4_3",
         f"u_max is {(largest - RAMP.breakaway) / STEP:.1f} steps xi of the ramp above the "
-        "breakaway that was put in.",
+        "simulated breakaway.",
     )
     first = found.time < 2.0
     part.draw(
         "4.6",
-        "The force as the law has it: it grows by xi a sample, and begins at 0 when the encoder "
-        "has moved.",
+        "The force grows by xi per sample, and starts again at 0 when the encoder has moved.",
         draw("ramp law", "t, s", [("u, N", [Curve(found.time[first], found.effort[first])])]),
     )
     part.draw(

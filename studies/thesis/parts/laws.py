@@ -51,7 +51,7 @@ def laws() -> Part:
     part.say(
         "table_2_1",
         f"Speed of simulation: + where the stick-slip test of 60 s runs at least {REAL_TIME:g} "
-        "times faster than it lasts.",
+        "times faster than real time.",
     )
     for picture in pictures(found):
         if picture.title:  # the number of the figure in the thesis
@@ -96,7 +96,7 @@ def _caption(found: Comparison, number: str) -> str:
         "3.25": ("drift", ("hybrid_a", "hybrid_b", "hybrid_c")),
     }.get(number)
     if chosen is None:
-        return "What the test plays, on our parameters of table 3.1."
+        return "Input of the test, with the parameters of table 3.1."
     test, names = chosen
     text = "; ".join(_law_caption(found, test, law) for law in names)
     if test == "stick_slip":

@@ -23,7 +23,7 @@ def mechanism() -> Part:
         f"The springs leave at most {100 * share.max():.0f} % of the slideway's friction (2.27).",
     )
     plausible = (
-        "The springs' and the profile's data are ours: the thesis draws them and prints none."
+        "The data of springs and profile are assumed: the thesis draws them and prints no number."
     )
     part.draw(
         "2.12",
@@ -33,8 +33,8 @@ def mechanism() -> Part:
     )
     part.draw(
         "2.13",
-        "Forward and backward (2.28); it changes its sign with the motion everywhere, which is "
-        "(2.27).",
+        "Forward and backward (2.28). The resistance opposes the motion everywhere, as (2.27) "
+        "requires.",
         cart,
     )
     part.draw(

@@ -136,8 +136,8 @@ def _position(part: Part) -> None:
     )
     part.say(
         "section_5_4_3_1",
-        "W3 by (5.58) times the current that cancels table 5.2's largest friction is "
-        f"{floor:.1f}, which rejecting it costs.",
+        f"The rejection of table 5.2's largest friction costs {floor:.1f}: W3 by (5.58) times the "
+        "current that cancels this friction.",
     )
     part.say(
         "section_5_4_3_1",
@@ -147,8 +147,8 @@ def _position(part: Part) -> None:
     guaranteed = MARGIN / lyapunov.optimum
     part.say(
         "section_5_4_3_1",
-        f"gamma = {lyapunov.optimum:.2f} guarantees M_mod/gamma = {guaranteed:.2f} of a "
-        "controller that is not frozen.",
+        f"gamma = {lyapunov.optimum:.2f} guarantees M_mod/gamma = {guaranteed:.2f} for a "
+        "scheduled controller.",
     )
     part.say(
         "section_5_4_3_1",
@@ -304,10 +304,10 @@ def _draw_annex(part: Part, controllers: dict[str, Lti], apart: float) -> None:
     near = slice(*np.searchsorted(FREQUENCIES, NEAR).tolist())
     apart_there = float(np.max(np.ptp([curve.y[near] for curve in curves], axis=0)))
     caption = (
-        f"Largest sensitivity {peak:.1f} dB. Between {NEAR[0]:g} and {NEAR[1]:g} rad/s all "
-        f"are at most {apart_there:.1f} dB apart; far "
+        f"Largest sensitivity {peak:.1f} dB. Between {NEAR[0]:g} and {NEAR[1]:g} rad/s, the "
+        f"curves are at most {apart_there:.1f} dB apart. At much lower frequencies, errors are "
+        "smaller without viscous friction."
     )
-    caption += "below, where the errors are small, without viscous friction they are smaller."
     part.draw("C.8", caption, draw("annex sensitivities", "rad/s", rows, log=True))
     friction = [Curve(FREQUENCIES, _decibels(loop[:, 0, 1]), name) for name, loop in loops.items()]
     offset = float(np.max(np.abs(friction[1].y - friction[2].y)))
