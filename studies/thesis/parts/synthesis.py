@@ -238,7 +238,7 @@ def _draw_position(
     part.draw(
         "5.17",
         f"At {BANDWIDTH:g} rad/s the two gains are {at[0]:.4f} and {at[1]:.4f} A/rad; at low "
-        "frequencies they part, the pole being at 0.",
+        "frequencies they differ, because the sampled controller integrates.",
         draw("controller of 5.4.3", "rad/s", rows, log=True),
     )
 
