@@ -1,8 +1,8 @@
 """Regression of the effort that tests effects which the model does not include.
 
 Each effect, such as a spring or a delay, is a hypothesis with its own columns of the regressor
-matrix. `estimators/explanation_search.py` computes the columns. Unseen strokes are strokes that a
-fit did not use; the fit's prediction of their effort decides between hypotheses.
+matrix. `estimators/explanation_search.py` computes the columns. The prediction of the effort of
+strokes outside the fit decides between hypotheses.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class AcceptedEffects:
     - what: names of the effects in the order of acceptance
     - significance: p-value of the effect that was accepted last
     - shift: change of each sliding parameter if the model had these effects
-    - held_out: squared prediction error for unseen strokes, relative to that without the effects
+    - held_out: squared error for strokes outside the fit, relative to that without the effects
     - scatter: half width of the interval of each shift; 0 for a missing parameter
     """
 
@@ -166,7 +166,7 @@ class EffectRegression:
         """Return the effects, single or in groups, that explain the residual.
 
         The result also has effects that could replace an effect of the model, because they predict
-        unseen strokes equally well.
+        strokes outside the fit equally well.
         """
         if self._values(self.used) is None or self.rows.squares(self.used) is None:
             return []
@@ -192,7 +192,7 @@ class EffectRegression:
     def _alike(
         self, best: Hypothesis, tried: Sequence[tuple[float, Hypothesis]]
     ) -> list[tuple[float, Hypothesis]]:
-        """Return `best` and each significant hypothesis that predicts unseen strokes as well."""
+        """Return `best` and each significant hypothesis that predicts equally well."""
         least = self.rows.squares([*self.used, best])
         return [
             (significance, one)
@@ -212,7 +212,7 @@ class EffectRegression:
         Before the fit, the delay is known to be within +-`known` [s]. The regression with a column
         for the delay gives a second interval of the delay. Both are averaged with their inverse
         variances as weights. If the fitted delay is longer than `known` and improves the prediction
-        of unseen strokes, only the fitted delay is used.
+        of strokes outside the fit, only the fitted delay is used.
 
         The shift of a parameter is the delay times a rate, which the regression gives. `slopes`
         replaces the rates of some parameters, in units of the parameter per second.
@@ -254,7 +254,7 @@ class EffectRegression:
         log hardly determines. Each shift is therefore at most `known` times the parameter.
 
         Return None if the eccentricity is not in `free`, or if it does not improve the prediction
-        of unseen strokes.
+        of strokes outside the fit.
         """
         eccentric = next((one for one in self.free if one.term == ECCENTRICITY), None)
         if eccentric is None:

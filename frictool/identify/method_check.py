@@ -126,7 +126,8 @@ def _scores(
     sides = halves(records)
     choices: list[tuple[Sides, Rows, str]] = [((records, records), [rows, rows], "the logs")]
     if sides is not None:
-        choices.insert(0, (sides, [motion_rows(side, bench) for side in sides], "unseen strokes"))
+        both = [motion_rows(side, bench) for side in sides]
+        choices.insert(0, (sides, both, "strokes left out of the fit"))
     for compared, rows_of, how in choices:
         scores = regression_scores(
             compared, rows_of, ComparedData(records, bench, fixed_settings, fits)

@@ -88,7 +88,7 @@ _ROWS = (
         "auto",
         "least squares, power balance, sines or output error: chosen from encoder and motion, "
         "with the reason",
-        "any log; drops terms that do not improve the prediction of unseen strokes",
+        "any log; drops terms without which strokes left out of the fit are predicted as well",
         ("window",),
         velocity=True,
         load=True,
@@ -177,7 +177,7 @@ _ROWS = (
     IdentificationMethod(
         "output-error",
         "fit of the position simulated with the measured effort; load terms by the prediction of "
-        "unseen strokes",
+        "strokes left out of the fit",
         "a model for simulation; several strokes with a measured effort",
         load=True,
         known_terms="simulation_error",

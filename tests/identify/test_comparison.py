@@ -209,8 +209,8 @@ def test_a_requested_method_that_simulates_far_worse_is_told(method: str) -> Non
     )
     assert (requested.code, plain.code) == (0, 0)
     told = re.search(
-        rf"warning: {method} predicts unseen strokes worse .* simulated position is (\S+) m "
-        r"instead of (\S+) m",
+        rf"warning: {method} predicts strokes left out of the fit worse .* simulated position is "
+        r"(\S+) m instead of (\S+) m",
         requested.stderr,
     )
     assert told is not None, requested.stderr

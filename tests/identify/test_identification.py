@@ -195,7 +195,7 @@ def test_a_fit_that_leaves_much_of_the_effort_says_so() -> None:
     assert found.fit is not None
     assert 0.2 < found.fit.residual < 0.5
     warning, force, position = found.warnings
-    worse = "ordinary predicts unseen strokes worse than least-squares: the "
+    worse = "ordinary predicts strokes left out of the fit worse than least-squares: the "
     assert force.startswith(f"{worse}force error is ")
     assert position.startswith(f"{worse}rms error of the simulated position is ")
     assert warning.startswith(

@@ -1,8 +1,7 @@
 """Choice of the method by the decision scheme (thesis, figure 4.4) on the recorded motion.
 
 First, loads and disturbing effects that the logs support are searched (`explanation_search`). The
-following steps fit them together with the sliding parameters. Unseen strokes are strokes that a fit
-did not use.
+following steps fit them together with the sliding parameters.
 
 1. If differentiated velocities are too inaccurate (`assess/identifiability.py`), the method is
    sines, and steps 2 to 4 are left out. Steps 2 to 4 are used nevertheless if sines have no finite
@@ -12,8 +11,8 @@ did not use.
    not viscous + Coulomb, and `power_balance` is preferred.
 3. Otherwise `least_squares` is preferred.
 4. The methods of steps 2 and 3, without and with the load terms that the simulation selects, and
-   output error are compared by their prediction of unseen strokes (`method_comparison`). The
-   preferred method is used if its error is at most a tenth larger than the smallest error.
+   output error are compared by their prediction of strokes outside the fit (`method_comparison`).
+   The preferred method is used if its error is at most a tenth larger than the smallest error.
 5. An inertia that is not identified yet comes from the weak form if `assess` proposes this,
    otherwise from output error, which differentiates nothing.
 
@@ -23,7 +22,7 @@ of the above steps if they identify one. If friction then does not fall with spe
 above steps is used, because it also has the samples near the reversals.
 
 Viscous friction, and an offset that the bench does not declare, are dropped if the prediction of
-unseen strokes does not become worse.
+strokes outside the fit does not become worse.
 """
 
 from __future__ import annotations

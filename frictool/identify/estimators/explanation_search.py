@@ -1,8 +1,7 @@
-"""Search for loads and disturbing effects that explain the effort of unseen strokes.
+"""Search for loads and disturbing effects that explain the effort of strokes outside the fit.
 
-A hypothesis is a load or an effect, with one or more columns of the regressor matrix. Unseen
-strokes are strokes that a fit did not use. `auto` adds one hypothesis at a time to inertia,
-viscous, Coulomb and offset:
+A hypothesis is a load or an effect, with one or more columns of the regressor matrix. `auto` adds
+one hypothesis at a time to inertia, viscous, Coulomb and offset:
 
 - loads: a spring; gravity on a rotary axis; harmonics of a ripple, with wave numbers from the
   spectrum of the residual over the position (`position_spectrum`)
@@ -466,7 +465,7 @@ def _spans_a_turn(trial: Trial) -> bool:
 
 
 def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Trial]:
-    """Return the other trials that predict unseen strokes as well as the best one.
+    """Return the other trials that predict strokes outside the fit as well as the best one.
 
     Their prediction errors are at most EQUAL times as large, and not significantly larger.
     """

@@ -1,6 +1,6 @@
-"""Choice of the method whose model predicts unseen strokes best.
+"""Choice of the method whose model predicts strokes outside the fit best.
 
-Unseen strokes are strokes that a fit did not use. The candidates are the regressions that `auto`
+The candidates are the regressions that `auto`
 requests, without and with the load terms that the simulation selects, and output error. Each
 candidate is fitted to one half of the logs and predicts the other half. The predictions are
 compared by the rms error of the simulated position and by the force error.
@@ -63,7 +63,7 @@ MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
 
 @dataclass(frozen=True)
 class PredictionScore:
-    """Errors of a candidate method on unseen strokes.
+    """Errors of a candidate method on strokes outside the fit.
 
     - name, terms: name of the method, and load terms of its fit
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
@@ -105,7 +105,7 @@ class ComparedData:
 
 
 def best_by_prediction(data: ComparedData) -> SlidingFit:
-    """Return the fit of the method whose model predicts unseen strokes best."""
+    """Return the fit of the method whose model predicts strokes outside the fit best."""
     records = data.records
     bench = data.bench
     first = data.fits[0]

@@ -322,7 +322,7 @@ def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, 
 def output_error(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the fit by open-loop output error, with the load terms that best predict unseen data.
+    """Return the fit by open-loop output error, with the load terms that predict best.
 
     Raises UnusableLogs if the records do not determine the parameters, or if the bench declares
     Coulomb friction by direction or an effect that cannot be simulated.

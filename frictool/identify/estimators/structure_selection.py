@@ -1,4 +1,4 @@
-"""Choice of the load terms of a simulated axis by the prediction of unseen data.
+"""Choice of the load terms of a simulated axis by the prediction of strokes outside the fit.
 
 Each record is cut into halves at the reversal nearest to its middle, where a simulation can begin
 at rest. A model that is fitted to one half by output error simulates the other half. Load terms

@@ -8,8 +8,8 @@ scaled to [-1, 1]. Only phi is differentiated, by its exact second difference. S
 start a sixth of their length apart.
 
 Friction over position, and knees over speed, have additional columns if these improve the
-prediction of unseen strokes (`weak_structure`). Coulomb friction and offset are then means over the
-range of positions, and viscous friction is that below the first knee.
+prediction of strokes outside the fit (`weak_structure`). Coulomb friction and offset are then means
+over the range of positions, and viscous friction is that below the first knee.
 
 The expected precision (assess/weak_form_precision.py) determines the length of the window, and
 whether the inertia is identifiable. The encoder's noise decreases the fitted inertia by at most the
@@ -223,7 +223,7 @@ def _why(structure: FrictionStructure) -> str | None:
     )
     parts += [f"above a speed of {knee:.4g}" for knee in structure.knees]
     return (
-        f"friction has separate columns {' and '.join(parts)}, which predict unseen strokes better"
+        f"friction has separate columns {' and '.join(parts)}, which improve the prediction"
         if parts
         else None
     )

@@ -1,7 +1,7 @@
-"""Choice of position polynomials and speed knees for the weak form, by unseen strokes.
+"""Choice of position polynomials and speed knees for the weak form by their predictions.
 
-Friction is a polynomial of the position. Its order is the smallest order that predicts unseen
-strokes, which the fit did not use, as well as the best order does. The order is 0 unless the best
+Friction is a polynomial of the position. Its order is the smallest order that predicts strokes
+outside the fit as well as the best order does. The order is 0 unless the best
 order reduces the prediction error significantly and by at least a fifth.
 
 Viscous friction changes at knees of the speed. Each new knee is placed at the speed at which it
@@ -79,7 +79,7 @@ def with_structure(
 
 
 class _Comparison:
-    """Comparison of polynomial orders on unseen strokes, with fixed knees."""
+    """Comparison of polynomial orders on strokes outside the fit, with fixed knees."""
 
     def __init__(
         self,

@@ -114,7 +114,7 @@ def _explanation_table(outcome: IdentifiedModel) -> TextTable:
             "Possible cause",
             "Treatment",
             "Effort, rms",
-            "Prediction error on unseen strokes, relative to the error without this cause",
+            "Error on strokes left out of the fit, relative to the error without this cause",
             "Predict equally well",
             "To decide",
         ),

@@ -1,4 +1,4 @@
-"""Selection of parameters by the prediction of unseen strokes.
+"""Selection of parameters by the prediction of strokes outside the fit.
 
 Each half of the strokes is predicted by a fit to the other half. A sliding parameter is dropped if
 its interval contains 0 and the prediction error is not larger without it. The dropped parameter has
@@ -89,7 +89,7 @@ def needless(
     high: Vector,
     candidates: list[int],
 ) -> list[int]:
-    """Return the columns of `candidates` that do not improve the prediction of unseen strokes.
+    """Return the columns of `candidates` that do not improve the prediction.
 
     The columns are removed one at a time, beginning with the least significant one.
 

@@ -9,7 +9,7 @@
 Coulomb friction that differs by direction is not a load term, because it cannot be separated from
 the offset.
 
-A term is added to the model only if it improves the prediction of unseen data
+A term is added to the model only if it improves the prediction of strokes outside the fit
 (`structure_selection`, `term_selection`). If the bench declares its terms (`load.terms`), no other
 terms are considered.
 """
