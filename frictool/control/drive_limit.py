@@ -4,8 +4,8 @@
 
 The second condition applies if the drive is the current of a winding: resistance R, supply voltage
 V, torque constant K (equal to the back-EMF constant in SI units), measured speed v. The lag of the
-measured speed delays this limit. Property: with the anti-windup of the difference equation the loop
-is linear again as soon as the drive leaves the limit.
+measured speed delays this limit. With the anti-windup of the difference equation, the loop is
+linear again as soon as the drive leaves the limit.
 """
 
 from __future__ import annotations

@@ -151,7 +151,7 @@ class _ScheduledPlant:
 def lyapunov(solution: GriddedSolution, values: Values) -> Matrix:
     """Return the Lyapunov matrix P(r) of the loop with a scheduled controller.
 
-    P solves [X I; I 0] P = [I Y; 0 N'].
+    P solves [X I; I 0] P = [I Y; 0 N'], with X and Y of the solution and N' = I - X Y.
     """
     back = scipy.linalg.block_diag(np.linalg.inv(solution.t), np.eye(len(solution.t)))
     return np.asarray(back.T @ _balanced(solution, values) @ back)

@@ -163,7 +163,7 @@ class _QuietProblem:
         self.count = count + 1
 
     def smallest(self) -> float:
-        """Return the smallest gamma of the solver; 0 if there is none."""
+        """Return the smallest gamma that the solver finds, or 0 if it finds none."""
         square = float(
             solve(
                 np.eye(self.count)[-1],

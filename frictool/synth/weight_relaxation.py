@@ -201,7 +201,7 @@ class _TradeSearch:
         return min(0.0, max(math.log(DEEPEST), values[0] + slope * (effort - known[0])))
 
     def _refine(self) -> None:
-        """Try one more effort in the widest gap next to the best effort or to the largest W1."""
+        """Try one more W3, next to the best W3 or to the W3 with the largest W1."""
         if not self.curve or len(self.tried) < 2:
             return
         ordered = sorted(self.tried)

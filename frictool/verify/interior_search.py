@@ -53,7 +53,7 @@ def interior_points(box: Box, count: int, seed: int) -> tuple[PlantPoint, ...]:
 
 
 def _radical_inverse(index: NDArray[np.int64], base: int) -> NDArray[np.float64]:
-    """Return the number in [0, 1) whose digits are those of `index`, in reverse order."""
+    """Return the number in [0, 1) with the digits of `index` in reverse order, in base `base`."""
     inverse = np.zeros(len(index))
     share = 1.0 / base
     rest = index.copy()
