@@ -117,7 +117,7 @@ def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
 
 
 def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
-    """Return the largest shortfall, at most 0 if all requirements are met; a search minimises it."""
+    """Return the largest shortfall; it is at most 0 if all requirements are met."""
     if runs.failed:
         return FAILED
     worst = shortfalls(runs, reserve).max(axis=0, initial=-1.0)
