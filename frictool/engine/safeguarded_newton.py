@@ -23,7 +23,7 @@ def bracket_step(
         high = t
     new = t - ahead / slope if slope < 0.0 else low
     if ahead == 0.0 or (slope < 0.0 and abs(new - t) <= ROUNDING * t):
-        # t is now an end of the bracket; the step was not tested against the new bracket
+        # tested before the bracket, because t is now one of its ends
         return low, high, t, True
     if not low < new < high:
         new = 0.5 * (low + high)

@@ -152,7 +152,7 @@ class LogObserver:
         ]
 
     def _silent(self) -> list[str]:
-        """Return the reason why no wear was estimated, if so."""
+        """Return [reason why no wear was estimated], or [] with an estimate."""
         if self.wear.estimate.moves:
             return []
         if self.feed.gaps * OFTEN > self.feed.samples:

@@ -22,7 +22,7 @@ from frictool.typing import IntVector, Vector
 
 MAX_PIECES = 200  # most linear pieces that a search visits
 FOUND = 1e-13  # tolerance of a zero, relative to the efforts
-PASSED = 1e-9  # overshoot of a search beyond the end of a piece, relative to its step
+PASSED = 1e-9  # overshoot of a search step beyond the end of a piece, relative to the step
 
 
 class JointTree(NamedTuple):

@@ -1,6 +1,7 @@
-"""Energy of a mechanism: kinetic energy, and energy stored in compliant links and constant efforts.
+"""Energy of a mechanism: kinetic energy, and energy stored in compliant links and pushes.
 
-Together with the `work` of the state, these energies give the balance:
+A push is a constant or position-dependent effort. Together with the `work` of the state, these
+energies give the balance:
 
     kinetic + stored - (kinetic + stored at the start) = work of sources and external efforts
         - losses in joints, couplings, frictions, cams, impacts and stops

@@ -64,7 +64,8 @@ CERTAIN = 4.0  # difference of log evidence above which wear is reported
 ALIKE = 1.0  # difference of log evidence below which two kinds are similar
 MEMORY = 60.0  # moves, time constant of the weights
 FEWEST = 2  # fewest moves for a classification
-SEEN = 0.2  # largest standard deviation of a wear that is reported, from the moves alone, per WEAR
+# largest standard deviation of a reported wear, from the moves alone, relative to WEAR
+SEEN = 0.2
 LEFT = 0.25  # least degrees of freedom of a residual, relative to the number of rows
 UNEVEN = 0.08  # standard deviation within a zone, relative to the range of wear over the zones
 LOOSE = -1  # index of the widest prior of friction over speed
