@@ -132,7 +132,7 @@ def _enough(planned: CommandResult) -> bool:
 
 
 def _designed(actuator: Actuator, seed: str, folder: Path) -> str:
-    """Design a controller for the identified model; return the outcome by the judge."""
+    """Design a controller for the identified model; return the outcome as text."""
     controller = folder / "controller.yaml"
     designed = run(
         "synth", folder / "identified.yaml", "--spec", folder / "spec.yaml", "--vertices-only",

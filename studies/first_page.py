@@ -105,7 +105,7 @@ def _verdict(axes: Axes, verdict: Verdict, plants: int) -> None:
 
 
 def _share(one: Requirement) -> float:
-    """Return the figure divided by its limit, or the inverse for a lower limit."""
+    """Return value/limit for an upper limit, limit/value for a lower one."""
     value = 0.0 if one.value is None else one.value
     return one.limit / value if one.relation == ">=" else value / one.limit
 

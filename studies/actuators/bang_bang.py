@@ -59,7 +59,7 @@ def _transition(friction: float, lag: float, damping: float, command: float) -> 
 
 
 def _braked(state: Vector, backward: Matrix, steps: int, lag: float) -> float | None:
-    """Return the distance at which the brake stops the axis; None if not within `steps` steps."""
+    """Return the distance at which the axis stops under the brake; None if it takes more steps."""
     state = state.copy()
     if lag == 0.0:
         state[2] = -1.0

@@ -212,7 +212,7 @@ def _speed_filter(velocity: Mapping[str, Any], period: float) -> Sampled:
 
 
 def _seen(speed: Sampled, gain: float, period: float) -> Sampled:
-    """Return the system from position and motion (change per sample) to gain position + speed."""
+    """Return the system from (position, change per sample) to gain * position + speed."""
     order = speed.a.shape[0]
     entering = np.hstack([np.zeros((order, 1)), speed.b / period])
     return Sampled(speed.a, entering, speed.c, np.array([[gain, speed.d[0, 0] / period]]))

@@ -74,7 +74,7 @@ def rotor_torque(theta: Vector) -> tuple[Vector, Vector]:
 
 
 def slideway(theta: Vector) -> tuple[Vector, Vector]:
-    """Return mu_c F_s1 and F_res [N] at the cart, from both directions of the identified map."""
+    """Return friction mu_c F_s1 and residual spring force F_res [N] at the cart at theta [rad]."""
     forward, backward = rotor_torque(theta)
     to_cart = EFFICIENCY / RATIO
     return (0.5 * (forward + backward) - BRUSHES) * to_cart, 0.5 * (forward - backward) * to_cart

@@ -1,10 +1,10 @@
 """Score of servo models on the pendulum records: fit four trajectories, predict the fifth, rotate.
 
-The score is the mean over the records of the mean |simulated - measured position|, rad, from goal,
-gain and supply voltage, from the first sample at rest, without a restart. BAM's published M6 was
-fitted to records of all five trajectories, with the supply `vin` of the records (15 V). Further
-rows show it with the measured voltage (about 12 V), and with a limit of the goal's speed, which is
-in BAM's code today and not among the published parameters.
+The score is the mean of |simulated - measured position| [rad] over each record, and then over the
+records. A simulation starts at the first sample, at rest, and reads only goal, gain and supply
+voltage. BAM's published M6 was fitted to records of all five trajectories, with the supply `vin` of
+the records (15 V). Further rows show M6 with the measured voltage (about 12 V), and with a limit of
+the goal's speed. BAM's code has this limit today; the published parameters do not include it.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ class Row:
 
 @functools.cache
 def designed(kind: str) -> Observer:
-    """Return the observer of a kind, designed as in the Makefile for the second test."""
+    """Return the observer of a kind, designed as in configs/clutch/Makefile for the second test."""
     if kind.startswith("multiplicative"):
         quiet = 4.0 if kind == "multiplicative" else None
         return multiplicative.design(
@@ -82,10 +82,7 @@ def designed(kind: str) -> Observer:
 
 
 def truth(log: Run, piece: MotionBlock) -> Vector:
-    """Return the true dry friction (n,) [N m] at the encoder's positions.
-
-    It has the sign of the velocity.
-    """
+    """Return the true dry friction (n,) [N m], with the sign of the velocity."""
     return _of_map(piece, log.velocity, np.full(piece.time.size, log.unit.wear))
 
 
@@ -104,7 +101,7 @@ def by_observer(kind: str, log: Run) -> Found:
 
 
 def by_estimator(log: Run) -> Found:
-    """Return the errors of the estimator of `observe run`."""
+    """Return the errors of the wear estimator that `observe run` uses."""
     piece = log.pieces[0]
     wear, velocity = WearEstimator(believed()), VelocityEstimator(believed()).take(piece)[0]
     known = np.full(piece.time.size, wear.estimate.wear.value)

@@ -1,8 +1,8 @@
 """Coverage of the wear's intervals while wear grows: python -m studies.observers.wear_drift
 
-Each row is a rate of growth over 20 pieces of two moves each. The columns are the share of the 95 %
-intervals that contain the true wear, their median half width, and the rms error after the first 8
-moves, over 3 sequences of random targets under the speed form.
+In each row, the wear grows at one rate over 20 pieces of two moves each. The columns are the share
+of the 95 % intervals that contain the true wear, their median half width, and the rms error without
+the first 8 estimates. The axis moves to random targets, in 3 sequences, with the speed controller.
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ class TestCost:
 
 
 def count(bench: Bench, test: PreciseTest, seeds: range, cost: TestCost) -> Iterator[PromiseCount]:
-    """Yield the outcome of each promised parameter."""
+    """Yield the outcome of all trials for each parameter with a promised half-width."""
     rows = [row for seed in seeds for row in trial(bench, test, seed)]
     for name in test.half_widths:
         of_name = [row for row in rows if row.parameter == name]

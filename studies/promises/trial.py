@@ -39,7 +39,7 @@ class TrialRow:
 
 
 def trial(bench: Bench, test: PreciseTest, seed: int) -> list[TrialRow]:
-    """Return a row of each promised parameter."""
+    """Return a row for each parameter for which the test promises a half-width."""
     model = truth(bench, seed)
     result = identified(bench, model, test.sequence, seed)
     rows = []

@@ -116,7 +116,10 @@ class Slow:
         return end, 0.0
 
     def breakaways(self, end: float) -> tuple[list[float], Vector]:
-        """Return the breakaway times from rest at 0 up to `end`, and (x, v, q, w) at `end`."""
+        """Return the breakaway times from rest at 0 up to `end`, and the state at `end`.
+
+        The state is position, velocity, integral of the position error, and lagged velocity.
+        """
         t, y, found, lag = 0.0, np.zeros(4), [], self.extension.lag
         while t < end:
             later, direction = self.rest(t, end, y)

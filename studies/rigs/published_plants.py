@@ -1,7 +1,7 @@
 """Published problems with numbers: annex C (section 5, table 3), and the position loop of 5.4.3.
 
-The thesis does not state d, the unit of the uncertainty channel, and W4 of (25) can be understood
-in more than one way. A `Reading` is one choice.
+The thesis does not state d, which is the unit of the uncertainty channel. W4 of (25) can be
+understood in more than one way. A `Reading` is one choice of these values.
 """
 
 from __future__ import annotations

@@ -146,7 +146,6 @@ def _alone(natural: float, damping: float) -> float:
 
 
 def _first(log: Log) -> Stream:
-    """Return the nominal plant's stream."""
     return next(stream for stream in log.streams if stream.topic == MAIN_TOPIC)
 
 
