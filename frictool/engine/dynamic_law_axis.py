@@ -2,12 +2,12 @@
 
     J v' = K i(t) - offset - load(x) - F(z, z', v)        x' = v        z' = rate(z, v)
 
-x is the position, v the velocity, z the inner state of the law, and F the friction. The drive i(t)
-is an exponential. The contact deflects under any effort, so that the axis has no exact rest, and
-does not stick and slip as in engine/axis_motion.py. The motion is integrated by the Rosenbrock
-method of engine/dynamic_law_motion.py. The length of a step is kept from one call to the next.
-Impacts at end stops are located on the dense output of a step. An axis that is pressed against a
-stop rests there exactly. The axis has no backlash.
+x is the position, v the velocity, z the inner state of the law, F the friction, and J the inertia.
+The effort K i(t) of the drive is an exponential of time. The contact deflects under any effort, so
+that the axis has no exact rest, and does not stick and slip as in engine/axis_motion.py. The motion
+is integrated by the Rosenbrock method of engine/dynamic_law_motion.py. The length of a step is kept
+from one call to the next. Impacts at end stops are located on the dense output of a step. An axis
+that is pressed against a stop rests there exactly. The axis has no backlash.
 
 The parameters of the axis (plant/axis_friction_laws.py) are followed by the DYNAMIC_SIZE values of
 the law, and then by the load. The values of the law are: HEAD numbers (addresses of kernels, sizes

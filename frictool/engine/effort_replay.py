@@ -47,7 +47,7 @@ def replay_parameters(axis: AxisParameters) -> Vector:
 def period_coefficients(p: Vector, period: float, out: Vector) -> None:
     """Fill `out` (2, 6) with the coefficients of a slip over one period: rows backward, forward.
 
-    Column 0 is the Coulomb friction. From the other columns follow speed and distance
+    Column 0 is the Coulomb friction. Speed and distance follow from the other columns
     (engine/slip_closed_form.py).
     """
     rate = 1.0 / p[ax.LAG] if p[ax.LAG] > 0.0 else 0.0

@@ -187,7 +187,7 @@ def _advance_extended(
 
 @bare_kernel
 def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
-    """Set the state to the end of a piece; without row views, whose references numba counts."""
+    """Set the state to the end of a piece."""
     for row in range(3):
         total = 0.0
         for k in range(terms - 1, -1, -1):

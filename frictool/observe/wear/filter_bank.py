@@ -46,10 +46,10 @@ class FilterBank:
     """Bank of k filters for the same n parameters.
 
     After each move, the parameter `name` makes a random step with the standard deviation `walk`
-    [SI]. The other parameters make a step only after a detected change. restrictions: one for each
-    slope in UNMODELLED; they differ only in the prior. variance: prior variance of a row's residual
-    [(N m)^2 | N^2]. states (k, n), spreads (k, n, n): means and covariances, relative to the prior
-    mean, in units of the prior standard deviations.
+    [SI]. The other parameters make a step only after a detected change. restrictions: map from the
+    parameters to a row for each filter; the maps differ only in the prior. variance: prior variance
+    of a row's residual [(N m)^2 | N^2]. states (k, n), spreads (k, n, n): means and covariances,
+    relative to the prior mean, in units of the prior standard deviations.
     """
 
     def __init__(
