@@ -258,7 +258,7 @@ def _smallest(problem: BoundedRealInequalities, gamma: float) -> Vector:
 
 
 def _widest(problem: BoundedRealInequalities, gamma: float, smallest: Vector) -> Vector:
-    """Return the unknowns with the largest b in [R bI; bI S] >= 0 at a nearly minimal trace."""
+    """Return the unknowns with the largest b in [R bI; bI S] >= 0 at nearly least trace(R + S)."""
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(
         np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None]

@@ -240,7 +240,7 @@ def _refused(
 
 
 def _inertia_bounds(report: StepReport, chain: ReductionChain) -> str:
-    """Return the bounds of the reflected inertia if an interval covers the error, else ""."""
+    """Return the bounds of the reflected inertia as text if an interval contains both, else ""."""
     if report.covered is None:
         return ""
     least, most = (

@@ -88,7 +88,7 @@ def _peak(system: Lti, tolerance: float, looks: ArrayLike | None) -> tuple[float
 
 
 def _first_looks(system: Lti) -> NDArray[np.float64]:
-    """Return frequencies [rad/s] near likely peaks, from the ends, the poles and a coarse grid."""
+    """Return frequencies [rad/s] from which the search for the peak starts."""
     if not system.order:
         return _ends(system)
     poles = np.linalg.eigvals(system.a)

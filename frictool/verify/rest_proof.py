@@ -51,8 +51,8 @@ def prove_rest(controller: Controller, certificate: Certificate) -> RestProof | 
 def least_friction(controller: Controller, box: Box) -> float:
     """Return the smallest friction [N m | N] of all plants in `box`, also inside the backlash.
 
-    The friction inside the backlash is proportional to the friction of the axis. The Coulomb
-    friction is the bound, because a breakaway is never below it.
+    The friction inside the backlash is proportional to the friction of the axis. A breakaway
+    is never below the Coulomb friction.
     """
     mechanics = controller.bench.mechanics
     low = box.coulomb[0]

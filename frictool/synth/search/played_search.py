@@ -248,7 +248,7 @@ class CandidateSearch:
             spread *= 2.0  # all candidates were equal
 
     def _objective(self, unit: Vector) -> float:
-        """Return the shortfall at a point of the unit cube; raise _FoundError if there is none."""
+        """Return the shortfall at a point of the unit cube; raise _FoundError for a solution."""
         if self.tried >= self.most:
             raise _ExhaustedError
         self.tried += 1
