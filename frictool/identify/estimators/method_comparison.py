@@ -171,7 +171,7 @@ def _winner(
     if apart is not None and twin is not None and rest:
         against = f"its {apart} contradicts that of {twin.name}; both models lack an effect"
     elif doubtful is not None and rest:
-        against = f"its {doubtful} does not differ from 0 with certainty"
+        against = f"its {doubtful} may be 0"
     else:
         return winner, _spanning(fit, regression) if simulated else fit, ""
     second, other, _ = _winner(rest, scores, declared)

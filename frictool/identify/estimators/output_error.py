@@ -169,7 +169,7 @@ def simulation_error(
     if servo is not None and any(segment.reference is None for segment in simulated.segments):
         raise UnusableLogs(
             "a closed loop needs the controller's reference in the log (channel reference); "
-            "leave the controller out"
+            "log it, or leave the controller out"
         )
     known = {**start_values(start, bench), **fixed}
     result = estimate(simulated, known)
@@ -329,8 +329,7 @@ def output_error(
     """
     if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
         raise UnusableLogs(
-            "output-error fits an offset and cannot fit coulomb_by_direction; write offset "
-            "instead in load.terms"
+            "output-error cannot fit coulomb_by_direction; write offset in its place in load.terms"
         )
     effects = declared_effects(bench)
     if effects:
