@@ -71,7 +71,7 @@ def identify_servo(
     ------
     UnusableLogs
         If the method does not suit a servo, if the logs show no motion under torque, or if the
-        firmware along the goal does not explain the measured position.
+        simulation along the goal does not explain the measured position.
     LogError
         If a log occurs twice.
     """

@@ -4,7 +4,7 @@
 
 xi is the position scaled to [-1, 1], and P_k is a Legendre polynomial, so that c_0 is the mean over
 the range of positions. Orders are compared by their leave-one-out errors at the same breakaways.
-The smallest order is chosen whose error is within two standard errors of the smallest error. The
+The chosen order is the lowest with an error within two standard errors of the smallest error. The
 same rule decides between one polynomial per direction and a common polynomial with an offset of the
 effort.
 """

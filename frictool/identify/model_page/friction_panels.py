@@ -1,4 +1,4 @@
-"""Panels of friction: over speed, over position, and over both.
+"""Panels of friction over speed, position and temperature.
 
 - Over speed: every sample in slip, and the curve of the model with the interval of friction. If
   friction depends on position, the samples are shown minus its deviation from the mean.
