@@ -31,7 +31,7 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
 
     Viscous and Coulomb friction may be 0. Only the part of their interval above 0 is compared with
     the bench's interval. The ratio of the interval's ends is limited in two cases only: if the
-    interval is wider than the bench's interval without an overlap, or if the bench has a value
+    interval is wider than the bench's interval and does not overlap it, or if the bench has a value
     without an interval.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"

@@ -148,8 +148,8 @@ def _of_windows(
     """Return the changes of the parameters with longer smoothing windows, beyond chance.
 
     The first-order approximations of SERIES hold if the window is longer than the lag or the period
-    of the resonance. A fit that includes one is also compared with the regressions over the same
-    windows and over the longest windows.
+    of the resonance. A fit with an approximation is also compared with the regressions over the
+    same windows and over the longest windows.
     """
     before = plain.intervals()
     out = []

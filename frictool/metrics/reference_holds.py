@@ -90,7 +90,7 @@ def holds_of(
 
 
 def _initial_origin(position: Vector, target: float) -> float | None:
-    """Return the initial position if the axis follows at least half of a first step, else None."""
+    """Return the initial position if the axis moves half of the distance to `target`, or None."""
     distance = abs(target - float(position[0]))
     moves = distance > 0.0 and float(np.ptp(position)) >= 0.5 * distance
     return float(position[0]) if moves else None

@@ -173,7 +173,7 @@ def breakaway(
 
 
 def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
-    """Raise UnusableLogs if a load starts the axis: the breakaway at a position is not positive."""
+    """Raise UnusableLogs if the breakaway at a position is not positive: a load starts the axis."""
     position = np.linspace(law.low, law.high, GRID_POINTS)
     for side, powers in zip(("forward", "backward"), law.powers, strict=True):
         level = np.polynomial.polynomial.polyval(position, np.array(powers))

@@ -10,9 +10,8 @@ position, v the velocity, u the effort, and T the sample period.
 
 - c * x: acceleration by the Savitzky-Golay filter
 - dx: central difference (x[k+1] - x[k-1])/(2 T)
-- u_: mean of the effort with the triangular weights by which a second difference of positions
-  averages the acceleration (`effort_weights`): (u[k-1] + u[k])/2 for a held effort, about
-  (1, 4, 1)/6 for an effort behind a long lag
+- u_: mean effort over the time of the second difference (`effort_weights`): (u[k-1] + u[k])/2 for a
+  held effort, about (u[k-1] + 4 u[k] + u[k+1])/6 for an effort behind a long lag
 
 The window W is the smallest odd number of samples with which the noise of the position causes at
 most a share s of the rms acceleration. W is between 11 samples and a sixth of the median stroke.
