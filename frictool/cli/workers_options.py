@@ -30,7 +30,7 @@ def workers_options(function: F) -> F:
 
 
 def refuse_both(cores: int | None, cluster: str | None) -> None:
-    """Raise UsageError if both options are given."""
+    """Raise UsageError if --cores and --cluster are combined."""
     if cores is not None and cluster is not None:
         raise click.UsageError(
             "--cores applies to this machine; with --cluster, the cluster determines the "

@@ -48,7 +48,7 @@ class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Opposite(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Friction levels of the negative direction; None for a level of both directions."""
+    """Friction levels of the negative direction; None if both directions have the same level."""
 
     coulomb: PositiveEffort | None = None
     breakaway: PositiveEffort | None = None
@@ -69,7 +69,7 @@ class SpeedRegime(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Levels(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Position-dependent friction over a travel.
 
-    Each polynomial, divided by its mean over the travel, is a factor on the levels of its
+    Each polynomial, divided by its mean over the travel, is a factor on the friction levels of its
     direction.
 
     - `over`: Travel on which the polynomials apply; the friction is constant beyond it.

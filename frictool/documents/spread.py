@@ -1,7 +1,8 @@
 """`spread:` of scenario.yaml: variations of a campaign besides the ranges of bench and model.
 
 `simulate` ignores this key. Every value is drawn uniformly from its range and independently of the
-other values. From the range of the breakaway, the part below the drawn Coulomb friction is removed.
+other values. A breakaway is drawn from those values of its range that are not below the drawn
+Coulomb friction.
 """
 
 from __future__ import annotations

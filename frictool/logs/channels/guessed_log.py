@@ -85,9 +85,10 @@ def guess_log(path: Path, layout: Layout | None = None) -> GuessedLog:
 def _lost(
     time: Vector, rows: NDArray[np.bool_], finite: dict[str, NDArray[np.bool_]]
 ) -> list[DataLoss]:
-    """Return a loss for each run of omitted rows; `rows` (n,) is True for the rows kept.
+    """Return a loss for each group of successive rows that are omitted.
 
-    A loss names the columns without numbers, and the times of the rows before and after the run.
+    `rows` (n,) is True for the rows kept. A loss names the columns without numbers, and the times
+    of the rows before and after the group.
     """
     lost = LossList()
     edges = np.flatnonzero(np.diff(rows.astype(np.int8), prepend=1, append=1))

@@ -86,7 +86,7 @@ class FlatTopDetector:
 
 
 class _ExtremeCounts:
-    """Numbers of samples in the outermost and in the next class, and the longest outermost run."""
+    """Numbers of samples in the outermost and the next class, and longest outermost sequence."""
 
     def __init__(self) -> None:
         self.samples = self.neighbouring = self.longest = self._run = 0

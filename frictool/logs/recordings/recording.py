@@ -54,7 +54,10 @@ class MessageGap(NamedTuple):
 
 
 class Decoder(Protocol):
-    """Decoder of the messages of one topic."""
+    """Decoder of the messages of one topic.
+
+    The path of a number is its name within a message, such as `position[0]` or `pose.x`.
+    """
 
     def names(self, data: bytes) -> list[str]:
         """Return the paths of the numbers in a message; raise ValueError if `data` is damaged."""
