@@ -110,7 +110,7 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
     ):
         return (
             f"{where}: response time {step.reduced_s:.4g} s of the one-inertia model, "
-            f"{step.whole_s:.4g} s of the whole mechanism; allowed: {100 * tolerance:g} % apart"
+            f"{step.whole_s:.4g} s of the whole mechanism; they may differ by {100 * tolerance:g} %"
         )
     return None
 
