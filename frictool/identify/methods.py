@@ -88,7 +88,7 @@ _ROWS = (
         "auto",
         "least squares, power balance, sines or output error: chosen from encoder and motion, "
         "with the reason",
-        "any log; drops terms without which strokes left out of the fit are predicted as well",
+        "any log; drops terms that do not improve the prediction of strokes left out of the fit",
         ("window",),
         velocity=True,
         load=True,

@@ -168,7 +168,7 @@ def misfit(
     The start is the distance from the rest position to the first change.
 
     - time: times of the encoder's changes, (n,), s
-    - seen: distance between the first and each change, (n,), rad | m
+    - seen: distance from the first change to each change, (n,), rad | m
     - ramp: |effort| at time 0, and its rate per s
     - axis: inertia, viscous, coulomb
     - expected: preferred start, rad | m

@@ -35,7 +35,7 @@ class BreakawayOnset:
     - level: |effort| at time 0 on the line that is fitted to |effort| at rest, N m | N
     - rate: slope of this line, N m/s | N/s
     - time: times of the encoder's changes, (n,), s
-    - seen: distance between the first and each change, (n,), rad | m
+    - seen: distance from the first change to each change, (n,), rad | m
     - position: middle of the encoder count in which the axis rested, rad | m
     - rested: time at rest before the onset, s
     - timing: weight of the expected rest position, defined in `onset.py`

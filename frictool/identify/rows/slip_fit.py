@@ -179,7 +179,7 @@ def known_inertia(bench: Bench) -> Interval:
 
 
 def _bearable_share(result: SlidingFit, confidence: float) -> float:
-    """Return the largest share of noise with which the inertia decreases by at most BIAS_SHARE."""
+    """Return the share of noise that decreases the inertia by BIAS_SHARE standard deviations."""
     inertia = result.parameters.get("inertia")
     if inertia is None or inertia.value <= 0.0:
         return LARGEST_SHARE
