@@ -73,10 +73,10 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
       the speed).
     - `form`: Realisation that runs on the target: `discrete` with `anti_windup`, or `sos` with
       `sos_anti_windup`. Sections run in transposed direct form II.
-    - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of the chain.
-    - `conditional`: True if an integrator state keeps its value while the drive is limited and the
-      state's input has the direction of the limit. The state then also keeps its value while a
-      position law sets the drive to 0; otherwise it becomes 0 there.
+    - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of `sos`.
+    - `conditional`: True if an integrator state keeps its value in two cases: the drive is limited
+      and the state's input has the direction of the limit, or a position law sets the drive to 0.
+      If false, a position law sets the state to 0 together with the drive.
     """
 
     discrete: StateSpace

@@ -19,7 +19,7 @@ Series = Callable[[int, int], NDArray[Any]]
 
 @dataclass(kw_only=True)
 class SeriesTable(LibraryTable):
-    """Table with functions (Series) as columns, which load a range of rows.
+    """Table whose columns are functions (Series) that load a range of rows.
 
     rows: number of rows of every column.
     times: function that loads times of rows in ns; None if the file has no times.

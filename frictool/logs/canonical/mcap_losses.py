@@ -58,7 +58,7 @@ class MissingSamples:
             self.lost.append(CanonicalLoss(reason, first=last))
 
     def until(self, time: int) -> None:
-        """Close the open loss at the time, in ns, of the next readable sample."""
+        """Set the end of the open loss to the time, in ns, of the next readable sample."""
         if self._endless is not None:
             self.lost[self._endless] = self.lost[self._endless]._replace(last=time)
             self._endless = None

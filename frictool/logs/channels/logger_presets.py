@@ -73,8 +73,8 @@ class LoggerPreset(NamedTuple):
     def entries(self, columns: Mapping[str, Vector]) -> dict[str, PresetColumn]:
         """Return the entry of each known column.
 
-        If a value is too large for the unit of its column, the log has other units. The user then
-        has to state the unit of every column whose entry limits the values (`most`).
+        If a value is too large for the unit of its column, the log does not have the preset's
+        units. The user then has to state the unit of every column with a limit (`most`).
         """
         known = {name: entry for name in columns if (entry := self.column(name)) is not None}
         if not any(entry.exceeded(columns[name]) for name, entry in known.items()):

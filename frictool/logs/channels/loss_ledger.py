@@ -50,7 +50,7 @@ class LossLedger:
             inbox.clear()
 
     def reach(self, after: int) -> None:
-        """Close the open losses at the time, in ns, of the next sample."""
+        """Set the end of the open losses to the time, in ns, of the next sample."""
         for loss in self._open:
             self._losses.append(replace(loss, end_s=after / NS))
         self._open.clear()

@@ -2,8 +2,8 @@
 
     {"t": 0.001, "axis": {"pos": [0.1, 0.2]}}  ->  t, axis.pos[0], axis.pos[1]
 
-A file may also be one JSON document with one list of samples, as BAM writes it. Each sample is a
-row; the numbers outside the list are constant columns.
+A file may also be one JSON document with one list of samples, as the tool BAM writes it. Each
+sample is a row; the numbers outside the list are constant columns.
 
     {"kp": 32, "entries": [{"position": 0.1}, {"position": 0.2}]}  ->  kp, position
 
