@@ -158,7 +158,7 @@ _Ends = list[tuple[AxisSet, float]]  # sets of states, and the time [s] after wh
 def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
     """Return the set of states after a rest, and the duration of the rest [s].
 
-    A breakaway ends the rest, or the time `left` [s].
+    The rest ends with a breakaway, or after the time `left` [s].
     """
     forward, backward = thresholds(state, p)
     drive = _held_drive(state.drive, command, p, left)
@@ -244,7 +244,7 @@ def _shifted(
 def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
     """Return the sets of states after a slip, and the duration of the slip [s].
 
-    A contact in the backlash, a stop, or the time `left` [s] ends the slip.
+    The slip ends at a contact in the backlash, at a stop, or after the time `left` [s].
     """
     carries = _carries(state, p, state.direction)
     phase = _phase(state, command, p, carries)
@@ -422,7 +422,7 @@ def _stopped(state: AxisSet, command: float, p: PlantBox, left: float, fastest: 
     """Return the set of states after a stop, and a time [s] within which the stop happens.
 
     The time is the highest speed divided by |`fastest`|, the smallest deceleration. If it exceeds
-    the time `left` [s], the axis may still move at its end: this is the second set.
+    `left` [s], the axis may still move after `left`: this is the second set.
     """
     sign = state.direction
     high = state.speed.magnitude

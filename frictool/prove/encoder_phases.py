@@ -3,9 +3,9 @@
 The controller reads the position as a count. If the counts from two starts agree at all samples,
 the commands are identical; the controller's program therefore runs with numbers instead of sets.
 The axis moves by the same distance from both starts (axis_enclosure.py). The range of starts is
-divided wherever a count differs: with the start phi and the displacement X(k) at sample k, the
-count changes at phi = n step - X(k). The parts overlap by the width of X and by OVERLAP, so that
-they cover every start.
+divided wherever a count differs. With the start phi, the displacement X(k) at sample k, and the
+encoder step, the count changes to n at phi = n step - X(k). The parts overlap by the width of X and
+by OVERLAP, so that they cover every start.
 """
 
 from __future__ import annotations
@@ -160,7 +160,7 @@ def _followed(loop: LoopOfPlant, branch: _Branch, stack: list[_Branch]) -> Phase
 
 
 def _copy(branch: _Branch, **changes: Any) -> _Branch:
-    """Return a copy with its own controller and arrays, for which the given fields are changed."""
+    """Return a copy with its own controller and arrays, and with the fields in `changes`."""
     return replace(
         branch,
         machine=copy_program(branch.machine),
@@ -182,7 +182,7 @@ def _ended(branch: _Branch, reason: str) -> PhaseRun:
 
 
 def _divided(loop: LoopOfPlant, branch: _Branch) -> list[_Branch]:
-    """Return the parts of the branch, one for each count that its axis may have now."""
+    """Return the parts of the branch, one for each encoder count that may be read now."""
     step, moved = loop.encoder_step, branch.state.moved
     overlap = OVERLAP * step
     first = math.floor((branch.low + moved.low - overlap) / step)
@@ -242,10 +242,10 @@ def _stand(loop: LoopOfPlant, branch: _Branch) -> None:
 
 
 def _after_rest(loop: LoopOfPlant, branch: _Branch, first: int, last: int) -> AxisSet:
-    """Return the set at sample `last`; between the samples the drive moves, and nothing else.
+    """Return the set of states at sample `last` after a rest, in which only the drive changes.
 
-    A drive that starts in an interval with the commands stays in this interval. The drive is
-    followed exactly over the last samples, and by this interval before them.
+    The drive stays in each interval that contains its initial value and the commands. This interval
+    is used for all but the last FOLLOWED samples, over which the drive is computed.
     """
     acting = [float(branch.command[k - loop.delay]) if k >= loop.delay else 0.0
               for k in range(first, last)]  # fmt: skip

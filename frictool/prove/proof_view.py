@@ -66,7 +66,7 @@ def lines(proof: Proof) -> list[str]:
 
 
 def _rest_in_band(proof: Proof) -> list[str]:
-    """Return the lines on rest in the band for every plant of the box, proved again."""
+    """Prove rest in the band for every plant of the box; return the lines on it, or none."""
     controller, certificate = proof.controller, proof.controller.certificate
     if certificate is None:
         return []

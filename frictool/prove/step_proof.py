@@ -245,7 +245,7 @@ def _judged(
     runs: list[PhaseRun],
     claim: ProvedRequirement,
 ) -> ProvedRequirement:
-    """Return the outcome of a claim from the worst run, or from one that violates it."""
+    """Return the outcome of a claim for one plant: proved, refuted or undecided."""
     key, bound = claim.key, claim.limit
     metric = METRICS[key]
     values = [
@@ -285,7 +285,7 @@ def _for_the_box(test: ProofRequest, peak: ProvedRequirement) -> ProvedRequireme
 
 
 def _bound(spec: Spec, key: str) -> float:
-    """Return the limit of a requirement as a number; NaN if prove does not compute it."""
+    """Return the limit of a requirement as a number; NaN if the limit is no number."""
     limit = getattr(spec, key)
     if key == "rest":
         return float(spec.rest.drive)
