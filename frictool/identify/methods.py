@@ -95,7 +95,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "least-squares",
-        "least squares on zero-phase smoothed signals, of samples that certainly slip",
+        "least squares on smoothed signals, at the samples that certainly slip",
         "any encoder, stick and backlash; refuses an inertia that quantisation hides",
         ("window",),
         velocity=True,
@@ -103,9 +103,9 @@ _ROWS = (
     ),
     IdentificationMethod(
         "power-balance",
-        "least squares weighted by velocity; with --time-constant on filtered differences of all "
+        "least squares weighted by velocity; with --time-constant, on filtered differences of all "
         "samples",
-        "friction that falls over speed beyond the slowest samples (Stribeck)",
+        "friction that still falls with speed at the samples that certainly slip (Stribeck)",
         ("window", "time_constant"),
         velocity=True,
         load=True,
@@ -120,7 +120,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "conditioned",
-        "power balance scaled by sqrt(2)/V, with the condition number before and after",
+        "power balance scaled by sqrt(2)/top speed; shows the condition number before and after",
         "very high or low speeds in SI units",
         ("window",),
         velocity=True,
@@ -141,7 +141,7 @@ _ROWS = (
     IdentificationMethod(
         "total-least-squares",
         "total least squares, which allows for the encoder's noise in the regressors",
-        "short windows, an encoder much noisier than the effort",
+        "short windows, or an encoder much noisier than the effort",
         ("window",),
     ),
     IdentificationMethod(
@@ -162,7 +162,7 @@ _ROWS = (
     IdentificationMethod(
         "threshold",
         "least squares on differences of samples faster than a threshold",
-        "comparison; a fine encoder and a known Stribeck velocity",
+        "comparison, with a fine encoder and a known Stribeck velocity",
         ("time_constant", "threshold"),
         comparison=True,
     ),
@@ -176,7 +176,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "output-error",
-        "fit of the position simulated with the measured effort; load terms by the prediction of "
+        "fit of the simulated to the measured position; selects load terms by the prediction of "
         "strokes left out of the fit",
         "a model for simulation; several strokes with a measured effort",
         load=True,
@@ -184,7 +184,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "stribeck-curve",
-        "mean effort of runs at constant speeds, with the Stribeck fall",
+        "Stribeck curve through the mean efforts of runs at constant speeds",
         "runs at constant speeds, including slow ones; also gives breakaway and Stribeck velocity "
         "if friction falls with speed",
         whole_curve=True,
