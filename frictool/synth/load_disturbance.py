@@ -6,8 +6,8 @@
 
 s and c are coefficients of the model, which are known within intervals.
 
-The plants of the polytope do not contain the load. A spring is an error, because the loop is not
-designed for the stiffness of the spring.
+The plants of the polytope do not contain the load. A spring raises an error, because the loop is
+not designed for its stiffness.
 """
 
 from __future__ import annotations

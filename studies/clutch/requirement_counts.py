@@ -219,7 +219,7 @@ def _middle_and_worst(values: list[float | None], scale: float, digits: int) -> 
 
 
 def spends_least(designs: list[Counted]) -> bool:
-    """Return True if the speed form uses less energy than the position form and RST.
+    """Return True if the speed controller uses less energy than the position controller and RST.
 
     This must hold for the nominal plant, and for the means over vertices and over random plants.
     """
@@ -265,7 +265,7 @@ def main(arguments: list[str]) -> int:
             wrong += (
                 []
                 if spends_least(designs)
-                else ["the speed form does not spend less energy than the others"]
+                else ["the speed controller does not use less energy than the others"]
             )
             print("\n".join([*table(designs), *(["", "MISSED", *wrong] if wrong else [])]))
             return 1 if wrong else 0

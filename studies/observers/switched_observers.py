@@ -74,9 +74,9 @@ class Truth:
 class First:
     """Results of the first test.
 
-    settled: s, infinite if never. before, after: mean alpha before the step and over the last 5 s
-    [1 | N m]. friction: error [%]. within: share of the samples with a friction error of at most 5
-    %. velocity: error [rad/s].
+    settled: settling time of alpha [s], infinite if it does not settle. before, after: mean alpha
+    before the step and over the last 5 s [1 | N m]. friction: error [%]. within: share of the
+    samples with a friction error of at most 5 %. velocity: error [rad/s].
     """
 
     settled: float

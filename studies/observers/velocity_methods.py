@@ -3,11 +3,12 @@
     python -m studies.observers.velocity_methods [EMPS_MODEL EMPS_LOG]
 
 The logs are of twenty clutches within the bench's ranges (studies/rigs/clutch_fleet.py), with an
-encoder of 56 counts per turn and a wear of 1 to 1.5: 20 s of steps under the speed form and a PID,
-with 0.5 A of noise. The inertia of the observers' model is 20 % too low. The table shows the rms
-error of the velocity [rad/s] over all logs, and the coverage of the 95 % interval. (5.70) and the
-difference quotient have the best cut-off for each log; Savitzky-Golay is not causal. With the two
-files of configs/emps, the record is compared with its zero-phase velocity.
+encoder of 56 counts per turn and a wear of 1 to 1.5. Each log has 20 s of steps, with the speed
+controller or with a PID, and 0.5 A of noise on the current. The inertia of the observers' model is
+20 % too low. The table shows the rms error of the velocity [rad/s] over all logs, and the coverage
+of the 95 % interval. (5.70) and the difference quotient have the best cut-off for each log;
+Savitzky-Golay is not causal. With the two files of configs/emps, the record is compared with its
+zero-phase velocity.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ CELLS, FACTORS = (0.0, 0.25, CELL, 0.75, 1.0), (0.5, 0.7, 1.0, 1.4, 2.0)
 
 
 def logs() -> list[Run]:
-    """Return the logs under the speed form, then those under the PID."""
+    """Return the logs with the speed controller, then those with the PID."""
     units = [spread(seed, wear=(1.0, 1.5, 1.2)[seed % 3]) for seed in SEEDS]
     references = [steps() if seed % 2 == 0 else targets(seed) for seed in SEEDS]
     return [

@@ -135,7 +135,10 @@ TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-15}
 def reference_breakaways(
     body: FrictionBody, drive: EffortFunction, end: float, options: dict[str, Any] = TIGHT
 ) -> tuple[list[float], Vector]:
-    """Return the breakaway times from rest at 0 up to `end`, and the state (x, v, q) at `end`."""
+    """Return the breakaway times from rest at 0 up to `end`, and the state (3,) at `end`.
+
+    The state is position, velocity and integral of the position error.
+    """
     t, y, found, direction = 0.0, np.zeros(3), [], 0.0
     while t < end:
         if direction == 0.0:

@@ -156,7 +156,7 @@ def spread(seed: int, **fields: Any) -> Unit:
     """Return a random unit.
 
     The spread is +-50 % for viscous friction, +-40 % for friction inside the backlash, and +-20 %
-    for its width and the inertia.
+    for the inertia and the width of the backlash.
     """
     draw = np.random.Generator(np.random.PCG64([seed, UNITS_STREAM])).uniform(-1.0, 1.0, 4)
     viscous, gap_friction, gap, inertia = (
@@ -248,7 +248,7 @@ def worn_loop(
 
 @functools.cache
 def controller(loop: Loop) -> Controller:
-    """Return the speed form, or the PID."""
+    """Return the speed controller of the clutch, or the PID."""
     return load(CONTROLLERS / f"{loop}.yaml", Controller)
 
 

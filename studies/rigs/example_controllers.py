@@ -62,7 +62,7 @@ def clutch_controller(
     speed: LinearController | None = None,
     limit: float = 50.0,
 ) -> Controller:
-    """Return a controller of the clutch: encoder with 56 counts per turn, 1 ms, 50 A."""
+    """Return a controller of the clutch, sampled at 1 ms: encoder with 56 counts per turn."""
     vertex = Vertex(
         "nominal",
         1.32e-5,
@@ -106,9 +106,9 @@ def started(controller: Controller, position: float) -> CompiledProgram:
 
 
 def emps_controller() -> Controller:
-    """Return a controller of the EMPS carriage: encoder step 50 nm, 1 ms, 10 V.
+    """Return a controller of the EMPS carriage, with a drive limit of 10 V, sampled at 1 ms.
 
-    It crosses over at some 80 rad/s, and brakes with virtual friction.
+    The encoder step is 50 nm and the crossover frequency about 80 rad/s. Virtual friction brakes.
     """
     continuous = signal.zpk2ss([-20.0], [-1500.0, -2500.0], 210.0 * 1500.0 * 2500.0)
     linear = _discrete(continuous, 1e-3)
