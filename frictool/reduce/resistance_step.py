@@ -32,9 +32,9 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class IrreversibilityMargin:
-    """Smallest friction minus load [N m | N]; negative if the load moves the axis.
+    """Smallest value of friction minus load [N m | N]; negative if the load moves the axis.
 
-    position: position of the smallest margin [rad | m].
+    position: position of this value [rad | m].
     share: fraction of the positions at which friction holds the load.
     """
 

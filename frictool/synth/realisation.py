@@ -88,7 +88,7 @@ def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
     """Return the integrator of `k` (None if `k` has none) and `k` minus this integrator.
 
     The integrator has one state with the exact pole z = 1 or s = 0, and no direct gain. Raises
-    NoSolutionError if there is more than one.
+    NoSolutionError if there are several integrators.
     """
     exact = 1.0 if k.period else 0.0
     poles = np.linalg.eigvals(k.a) if k.order else np.empty(0)
