@@ -31,7 +31,7 @@ from frictool.control.fixed_point_kernel import (
 )
 from frictool.control.measurement_guard import FAULT
 from frictool.control.program import Program
-from frictool.runtime.kernels import bare_kernel, kernel
+from frictool.runtime.kernels import bare_kernel
 from frictool.typing import IntVector, Vector
 
 Rows = NDArray[np.uint32]  # unsigned: a signed index costs a comparison at each access
@@ -136,20 +136,10 @@ def ports(program: Program) -> IntVector:
     return np.array(indices, dtype=np.int64)
 
 
-@kernel
 def copy_program(machine: CompiledProgram) -> CompiledProgram:
     """Return a copy of a program with separate values but the same arrays of operations."""
-    return CompiledProgram(
-        machine.number,
-        machine.code,
-        machine.terms,
-        machine.writes,
-        machine.ports,
-        machine.starts,
-        machine.real.copy(),
-        machine.single.copy(),
-        machine.word.copy(),
-        machine.formats,
+    return machine._replace(
+        real=machine.real.copy(), single=machine.single.copy(), word=machine.word.copy()
     )
 
 
@@ -160,38 +150,56 @@ def hold(machine: CompiledProgram, index: int, value: float) -> None:
     infinity are ignored.
     """
     if math.isfinite(value):
-        (machine.single if machine.number == FLOAT else machine.real)[index] = value
+        _values(machine)[index] = value
 
 
-@kernel
 def start_at(machine: CompiledProgram, position: float) -> None:
     """Set a new program to rest at `position` [rad | m], with a settled prefilter.
 
     A position that is not finite sets the fault.
     """
-    if not math.isfinite(np.float32(position) if machine.number == FLOAT else position):
-        position = 0.0
-        guard = machine.ports[LEFT]
-        if guard >= 0:
-            if machine.number == DOUBLE:
-                machine.real[guard] = FAULT
-            elif machine.number == FLOAT:
-                machine.single[guard] = np.float32(FAULT)
-            else:
-                machine.word[guard] = from_real(machine.formats[guard], FAULT)
-    for k in range(machine.starts.shape[0]):
-        index = machine.starts[k]
-        if machine.number == DOUBLE:
-            machine.real[index] = position
-        elif machine.number == FLOAT:
-            machine.single[index] = np.float32(position)
-        else:  # through the word of the measured position, as on the target
-            form = machine.formats[index]
-            measured = machine.formats[machine.ports[1]]
-            word = shift_rounded(
-                from_real(measured, position), measured[op.FRACTION] - form[op.FRACTION]
-            )
-            machine.word[index] = min(max(word, form[op.LOW]), form[op.HIGH])
+    with np.errstate(over="ignore"):
+        if not math.isfinite(np.float32(position) if machine.number == FLOAT else position):
+            position = 0.0
+            if machine.ports[LEFT] >= 0:
+                put(machine, machine.ports[LEFT], FAULT)
+    if machine.number != FIXED:
+        _values(machine)[machine.starts] = position
+        return
+    measured = machine.formats[machine.ports[1]]
+    for index in machine.starts:  # through the word of the measured position, as on the target
+        form = machine.formats[index]
+        word = shift_rounded(
+            from_real(measured, position), measured[op.FRACTION] - form[op.FRACTION]
+        )
+        machine.word[index] = min(max(word, form[op.LOW]), form[op.HIGH])
+
+
+def put(machine: CompiledProgram, index: int, value: float) -> None:
+    """Set the value of the node at an index [SI]."""
+    if machine.number == FIXED:
+        machine.word[index] = from_real(machine.formats[index], value)
+    else:
+        _values(machine)[index] = value
+
+
+def read(machine: CompiledProgram, index: int) -> float:
+    """Return the value of the node at an index in SI, such as `program.states[name].index`."""
+    if machine.number == FIXED:
+        return to_real(machine.formats[index], machine.word[index])
+    return float(_values(machine)[index])
+
+
+def step(machine: CompiledProgram, reference: float, position: float, velocity: float) -> float:
+    """Run one sample as `control_step` does, and compile only the kernels of this number format."""
+    if machine.number == FIXED:
+        return control_step(machine, reference, position, velocity)
+    arrays = (machine.code, machine.terms, machine.writes, machine.ports)
+    return step_values(*arrays, _values(machine), (reference, position, velocity))
+
+
+def _values(machine: CompiledProgram) -> Values:
+    return machine.single if machine.number == FLOAT else machine.real
 
 
 @bare_kernel
@@ -216,27 +224,29 @@ def control_step(
         first = _first_row(machine.word, ports, valid)
         run_words(machine.code, machine.terms, machine.writes, machine.formats, machine.word, first)
         return to_real(machine.formats[ports[OUTPUT]], machine.word[ports[OUTPUT]])
+    arrays = (machine.code, machine.terms, machine.writes, ports)
+    inputs = (reference, position, velocity)
     if machine.number == FLOAT:
-        first = _first_row(
-            machine.single, ports, _give(machine.single, ports, reference, position, velocity)
-        )
-        run_values(machine.code, machine.terms, machine.writes, machine.single, first)
-        return float(machine.single[ports[OUTPUT]])
-    first = _first_row(
-        machine.real, ports, _give(machine.real, ports, reference, position, velocity)
-    )
-    run_values(machine.code, machine.terms, machine.writes, machine.real, first)
-    return float(machine.real[ports[OUTPUT]])
+        return step_values(*arrays, machine.single, inputs)
+    return step_values(*arrays, machine.real, inputs)
 
 
-@kernel
-def read(machine: CompiledProgram, index: int) -> float:
-    """Return the value of the node at an index in SI, such as `program.states[name].index`."""
-    if machine.number == FIXED:
-        return to_real(machine.formats[index], machine.word[index])
-    if machine.number == FLOAT:
-        return float(machine.single[index])
-    return float(machine.real[index])
+@bare_kernel
+def step_values(
+    code: Rows,
+    terms: Rows,
+    writes: Rows,
+    ports: IntVector,
+    v: Values,
+    inputs: tuple[float, float, float],
+) -> float:
+    """Run one sample with the inputs PORTS on the values v; return the drive [A | V].
+
+    v is float64 or float32. The other arrays are explained in CompiledProgram.
+    """
+    first = _first_row(v, ports, _give(v, ports, inputs[0], inputs[1], inputs[2]))
+    run_values(code, terms, writes, v, first)
+    return float(v[ports[OUTPUT]])
 
 
 @bare_kernel

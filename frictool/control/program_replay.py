@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-from frictool.control.compiled_program import CompiledProgram, control_step, read, run_values
-from frictool.runtime.kernels import kernel
+from frictool.control.compiled_program import (
+    FIXED,
+    FLOAT,
+    CompiledProgram,
+    control_step,
+    run_values,
+)
+from frictool.control.fixed_point_kernel import to_real
+from frictool.runtime.kernels import inset_kernel, kernel
 from frictool.typing import IntVector, Vector
 
 
@@ -48,4 +55,14 @@ def value_along(
     """
     for k in range(reference.shape[0]):
         control_step(machine, reference[k], position[k], velocity[k])
-        values[k] = read(machine, index)
+        values[k] = _value(machine, index)
+
+
+@inset_kernel
+def _value(machine: CompiledProgram, index: int) -> float:
+    """Return the value of the node at an index, as `read` does."""
+    if machine.number == FIXED:
+        return to_real(machine.formats[index], machine.word[index])
+    if machine.number == FLOAT:
+        return float(machine.single[index])
+    return float(machine.real[index])

@@ -20,16 +20,14 @@ from __future__ import annotations
 from typing import Literal
 
 from frictool.control.compiled_program import (
-    FIXED,
-    FLOAT,
     LEFT,
     CompiledProgram,
-    control_step,
     copy_program,
+    put,
     read,
     start_at,
+    step,
 )
-from frictool.control.fixed_point_kernel import from_real
 from frictool.control.measurement_guard import FAULT
 from frictool.control.program import Program
 
@@ -76,12 +74,4 @@ class SupervisedProgram:
             return 0.0
         if self.holding:
             reference = read(self.machine, self._held)
-        return float(control_step(self.machine, reference, position, velocity))
-
-
-def put(running: CompiledProgram, index: int, value: float) -> None:
-    """Set the state at an index of a running program to a value [SI]."""
-    if running.number == FIXED:
-        running.word[index] = from_real(running.formats[index], value)
-    else:
-        (running.single if running.number == FLOAT else running.real)[index] = value
+        return step(self.machine, reference, position, velocity)

@@ -26,13 +26,14 @@ from frictool.control.compiled_program import (
     FLOAT,
     CompiledProgram,
     compile_program,
+    put,
     read,
 )
 from frictool.control.fixed_point_kernel import from_real, to_real
 from frictool.control.jerk_limited_profile import duration
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
-from frictool.control.supervision import CommandName, SupervisedProgram, put
+from frictool.control.supervision import CommandName, SupervisedProgram
 from frictool.documents.controller import Controller, ProgramNumber
 from frictool.errors import NoSolutionError
 from frictool.export.mode_coverage import visit_conditions
