@@ -1,7 +1,7 @@
 """Widening of intervals by effects that the model does not include and the residual shows.
 
 An effect that the model lacks leaves the same residual in every stroke. The scatter between strokes
-therefore does not show the resulting error. Seven sources of this error are examined
+therefore does not show the resulting error. Eight sources of this error are examined
 (docs/theory/identify_effects.md). The first adds a variance; each other one shifts the parameters:
 
 1. Residuals that repeat at the same positions, or at the same velocities and signs of the
@@ -18,6 +18,8 @@ therefore does not show the resulting error. Seven sources of this error are exa
 6. The local gain of an eccentric encoder, which changes inertia and viscous friction, if an
    eccentricity would improve the prediction of strokes outside the fit.
 7. Less noise in windows of twice the length, if the encoder's noise hides the inertia.
+8. Further orders of friction over position, if the fit includes its first orders
+   (`further_orders.py`).
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, where half is the half width, because effects
@@ -54,6 +56,7 @@ from frictool.identify.effect_regression import (
 from frictool.identify.estimators.explanation_search import NOTICEABLE
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import refit
+from frictool.identify.further_orders import further_orders
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
@@ -119,7 +122,8 @@ def widened(
     apart = READ_APART * max(record.period for record in records)
     timing = regression.timing(apart, _rates(fit, records, bench, confidence, apart))
     gain = regression.encoder_gain(LOCAL_GAIN)
-    moved += [one for one in (timing, gain) if one is not None]
+    further = further_orders(regression)
+    moved += [one for one in (timing, gain, further) if one is not None]
     for one in (*accepted, *moved):
         for name, shift in one.shift.items():
             if name in parameters:

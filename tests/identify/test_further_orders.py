@@ -1,0 +1,67 @@
+"""Friction over position has further orders than the columns of the fit."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+import pytest
+from numpy.polynomial import legendre
+
+from frictool.documents.bench import Bench
+from frictool.documents.load_terms import LoadTerms
+from frictool.identify.effect_regression import effect_regression
+from frictool.identify.estimators.least_squares import least_squares
+from frictool.identify.further_orders import further_orders
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.identify.unmodelled_effects import widened
+from frictool.typing import Vector
+from tests.support.loaded_axis import rotary_bench
+
+INERTIA, VISCOUS, COULOMB, OFFSET = (1e-3, 0.01, 0.1, 0.02)
+AMPLITUDE, RATE = 4.0, 6.0  # rad, rad/s
+SIZE = 0.02  # N m, deviation of the first coefficient of the friction over position
+ORDERS = np.arange(1, 9)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    terms = LoadTerms(("offset", "friction_over_position"))
+    return msgspec.structs.replace(rotary_bench(None), load=terms)
+
+
+def record(seed: int) -> MotionRecord:
+    """Return a record of equal strokes with a random friction over position."""
+    draw = np.random.default_rng(seed)
+    time: Vector = np.arange(12_000, dtype=np.float64) * 1e-3
+    position = AMPLITUDE * np.sin(RATE * time)
+    velocity = AMPLITUDE * RATE * np.cos(RATE * time)
+    coefficients = np.append(0.0, SIZE / ORDERS**2 * draw.standard_normal(ORDERS.size))
+    level = COULOMB + legendre.legval(position / AMPLITUDE, coefficients)
+    effort = OFFSET - INERTIA * RATE**2 * position + VISCOUS * velocity
+    effort += level * np.sign(velocity) + 2e-3 * draw.standard_normal(time.size)
+    return make_record("log", time, position, effort, resolution=1e-5, lag=1.0)
+
+
+def test_the_intervals_hold_over_random_friction_of_further_orders(bench: Bench) -> None:
+    settings = IdentificationSettings()
+    plain, wide = 0, 0
+    for seed in range(20):
+        log = record(seed)
+        fit = least_squares([log], bench, settings)
+        result = widened(fit, [log], bench, settings.confidence).fit
+        one, other = fit.parameters["viscous"], result.parameters["viscous"]
+        plain += one.low <= VISCOUS <= one.high
+        wide += other.low <= VISCOUS <= other.high
+        assert other.half_width < VISCOUS
+    assert plain <= 12
+    assert wide >= 18
+
+
+def test_a_fit_without_friction_over_position_has_no_further_orders() -> None:
+    bench = rotary_bench(None)
+    log = record(1)
+    fit = least_squares([log], bench, IdentificationSettings())
+    regression = effect_regression(fit, [log], bench, 0.95)
+    assert regression is not None
+    assert further_orders(regression) is None
