@@ -375,11 +375,12 @@ def drive_from_now(state: Vector, command: float, p: Vector) -> float:
 def advance(state: Vector, command: float, parameters: Vector, duration: float) -> int:
     """Advance `state` (7,), in place, by `duration` [s] under a held `command` [A | V].
 
-    parameters: (14,), or (EXTENDED_SIZE,) with friction laws. A dynamic law
-    (engine/dynamic_law_axis.py) and a load (plant/position_load.py `with_load`) append values to
-    `parameters`; a dynamic law also appends its states to `state`. With a winding, supply voltage
-    and back-EMF limit the current; the limit is computed for the speed at the beginning of the
-    call. Returns a status of engine/status_codes.py.
+    plant/axis.py lists the entries of `state` and of `parameters` (14,). Friction laws extend
+    `parameters` to (EXTENDED_SIZE,). A dynamic law (engine/dynamic_law_axis.py) and a load
+    (plant/position_load.py `with_load`) append values to `parameters`; a dynamic law also appends
+    its states to `state`. With a winding, supply voltage and back-EMF limit the current; the limit
+    is computed for the speed at the beginning of the call. Returns a status of
+    engine/status_codes.py.
     """
     return int(advance_axis(state, command, parameters, parameters, duration))
 

@@ -30,7 +30,7 @@ PROPORTIONAL, INTEGRAL, DERIVATIVE, REFERENCE_RATE = 0, 1, 2, 3
 
 
 class PositionServo(NamedTuple):
-    """Gains of the bench's position loop [N/m, N/(m s), N s/m]; rotary: N m and rad for N and m.
+    """Gains of the bench's position loop [N/m, N/(m s), N s/m]; rotary: with N m and rad.
 
     reference_rate: weight r of the reference in the derivative term. limit: largest effort [N | N
     m].

@@ -244,7 +244,6 @@ def _band_force(
     u: float,
     rested: float,
 ) -> float:
-    """Return the friction of a law with a band."""
     stuck = abs(v) <= width
     table = laws[2]
     law = laws[3]

@@ -71,7 +71,7 @@ Extension = ExtendedLaws | None
 
 @kernel
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
-    """Return a limit of the number of pieces of motion, which only an endless cycle exceeds.
+    """Return a number of pieces of motion that only an endless cycle exceeds.
 
     The limit grows with `events`, with the fastest rate of the loop and, in an unbounded Stribeck
     layer, with the rate of the law.
@@ -334,9 +334,10 @@ def run(
 ) -> tuple[int, float, int]:
     """Simulate `state` (5,), in place, from `start` [s] under successive drives.
 
-    The segments end at `ends` (s,) and have the `drives` (s, 10). law: parameters of `force(v,
-    direction, law)`. body (16,): engine/body.py. times (n,): ascending, within the run. Fills
-    samples (n, 5) and events (m, 4).
+    The segments end at `ends` (s,) and have the `drives` (s, 10) of engine/drive.py. law:
+    parameters of `force(v, direction, law)`. times (n,): ascending, within the run. Fills samples
+    (n, 5) and events (m, 4). engine/body.py lists the entries of `state`, `body` (16,), and of the
+    rows of `samples` and `events`.
 
     Returns a status of engine/status_codes.py, the time reached and the number of events. If the
     status is not OK, samples after the time reached are unchanged.

@@ -73,9 +73,9 @@ def _checked(positions: Vector, forces: Vector) -> tuple[Vector, Vector]:
 
 
 def masing_cycles(cells: int = CELLS) -> list[tuple[Vector, Vector]]:
-    """Return centred cycles of the Masing hysteresis on the unit virgin curve (data of figure 3.8).
+    """Return the cycles for `everett_tail` of the Masing hysteresis with z_max = 1 (figure 3.8).
 
-    `cells` is even.
+    There are cells/2 cycles; `cells` is even.
     """
     if cells < 2 or cells % 2:
         raise ValueError(f"cells is {cells}; allowed: an even number >= 2")

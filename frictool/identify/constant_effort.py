@@ -134,7 +134,7 @@ def _noise(effort: Vector) -> float:
 def _stretch(
     record: MotionRecord, part: slice, noise: float, inertia: float, direction: float
 ) -> ConstantStretch | None:
-    """Return the part of a stroke with effort in one band, or None if it is too short."""
+    """Return the part of a stroke with nearly constant effort, or None if it is too short."""
     effort = record.effort[part]
     band = max(noise, LEAST_BAND * abs(float(np.median(effort))))
     level = _densest(effort, band)

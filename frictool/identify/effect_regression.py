@@ -98,9 +98,9 @@ class EffectRegression:
         return [one for one in self.free if not (self.noisy and one.term in LIKE_ACCELERATION)]
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
-        """Return the intervals, widened by the scatter between positions and between states.
+        """Return the intervals, widened by the scatter of the residual over position and state.
 
-        A state is a bin of velocity with one sign of the acceleration.
+        A state is a bin of velocity, separate for each sign of the acceleration.
         """
         rows = self.rows
         columns = rows.table(self.used)
@@ -276,7 +276,7 @@ class EffectRegression:
         return before is not None and after is not None and bool(np.sum(after) < np.sum(before))
 
     def _rivals(self) -> list[AcceptedEffects]:
-        """Return the effects of each equally good model in which one hypothesis is exchanged."""
+        """Return the effects of each equally good model that replaces one hypothesis by another."""
         least = self.rows.squares(self.used)
         out = []
         for one in self.used:

@@ -167,7 +167,11 @@ def _linear(columns: Matrix, effort: Vector) -> Vector:
 def _saturating(
     columns: Matrix, effort: Vector, sharpness: float, start: Vector
 ) -> scipy.optimize.OptimizeResult:
-    """Return the fit of the saturation S; the unknowns end with the logarithms of both limits."""
+    """Fit the effort with a smooth saturation.
+
+    The unknowns are the coefficients of `columns`, then the logarithms of the limits of positive
+    and of negative effort.
+    """
 
     def parts(unknowns: Vector) -> tuple[Vector, Vector, Vector, Vector]:
         needed = columns @ unknowns[:-2]

@@ -100,7 +100,7 @@ class Population:
         )
 
     def rejects(self, test: ScatterTest | ParameterDrift | None) -> bool:
-        """Return True if the test exists and rejects."""
+        """Return True if there is a test, and its p-value is below the limit."""
         return test is not None and test.p < self.limit
 
     @property

@@ -243,7 +243,7 @@ def _reported(values: Mapping[str, float], name: str) -> float:
 
 
 def _of_driven_viscous(names: Sequence[str], fit: SimulationFit) -> Matrix:
-    """Return the Jacobian (n, p) for viscous friction with the torque enabled.
+    """Return the Jacobian (n, p) with the viscous friction of the enabled torque as a parameter.
 
     The simulation uses the friction with the torque disabled, which lacks constant times back_emf.
     """

@@ -103,7 +103,7 @@ def with_force_error(
 ) -> SlidingFit:
     """Return the fit with the force error of the model; unchanged if the drive was off.
 
-    The model has the parameters `from_logs`, and the bench's values of the others.
+    The model has the parameters `from_logs`; its other parameters have the bench's values.
     """
     if logs.drive_off:
         return fit

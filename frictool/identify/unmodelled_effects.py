@@ -149,7 +149,7 @@ def _of_windows(
     confidence: float,
     plain: EffectRegression,
 ) -> list[AcceptedEffects]:
-    """Return the changes of the parameters with longer smoothing windows, beyond chance.
+    """Return the changes of the parameters with longer windows, less what chance explains.
 
     The first-order approximations of SERIES hold if the window is longer than the lag or the period
     of the resonance. A fit with an approximation is also compared with the regressions over the
@@ -170,7 +170,7 @@ def _of_windows(
 def _of_noise(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> list[AcceptedEffects]:
-    """Return the change of the inertia, beyond chance, with windows of twice the length.
+    """Return the change of the inertia with windows of twice the length, less what chance explains.
 
     Noise reduces the fitted inertia, and longer windows have less noise.
     """

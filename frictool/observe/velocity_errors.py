@@ -151,7 +151,7 @@ class VelocityErrors:
         sums.samples += difference.size
 
     def _figures(self, ending: str, sums: ErrorSums) -> dict[str, Any]:
-        """Return the rms errors, and the best low-pass (order 0: difference without filter)."""
+        """Return the rms errors, and the best low-pass filter (order 0: plain difference)."""
         names = [
             f"velocity_rms{ending}",
             f"velocity_rms_filter{ending}",

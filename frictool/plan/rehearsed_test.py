@@ -69,7 +69,7 @@ class DesignRounds:
 def rehearsed_strokes(
     bench: Bench, request: PrecisionRequest, progress: Progress = lambda step: None
 ) -> PreciseTest:
-    """Return a test of strokes whose rehearsals reach the requested precision.
+    """Return a test of strokes that reaches the requested precision in simulations.
 
     Parameters
     ----------

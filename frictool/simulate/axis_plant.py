@@ -93,7 +93,6 @@ class AxisPlant:
 
     @cached_property
     def _levels(self) -> dict[str, float]:
-        """Return the nominal values of the parameters that `known` returns."""
         return nominal_levels(self.model)
 
     def play(

@@ -230,7 +230,7 @@ class StepTest(Generic[V]):
         return log if provenance is None else with_provenance(log, provenance)
 
     def runs(self, scenario: Scenario, recorded: Log | None = None) -> Iterator[SimulatedRun[V]]:
-        """Yield the run of each variant of a scenario; raise the errors of `log`."""
+        """Yield the run of each variant of a scenario; raises the same errors as `log`."""
         prepared = self._prepared(scenario, recorded, no_progress)
         played = self.plant.play(prepared.variants, prepared.loop)
         for number, (variant, run) in enumerate(played):
@@ -355,7 +355,6 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _code(self) -> MachineCode | None:
-        """Return the machine code of `_running`; None if the number format has none."""
         return machine_code(self._running)
 
     def _signals(

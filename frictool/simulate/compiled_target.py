@@ -94,7 +94,7 @@ void target_tell(int which, double value)
 
 
 class CompiledTarget:
-    """Compiled code of one controller, for one axis at a time.
+    """Compiled code of one controller, which controls one axis at a time.
 
     `number`: number format of the code. `sources`: the C files. `scheduled`: present values of the
     scheduled parameters.
@@ -195,7 +195,7 @@ def compiled_target(
 
 
 def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, ProgramNumber]:
-    """Return the header of this controller's sources, its prefix and its number format."""
+    """Return the header of a controller's sources, the prefix of its names, its number format."""
     if not folder.is_dir():
         raise InputFileError(
             folder,

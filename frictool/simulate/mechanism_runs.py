@@ -215,9 +215,9 @@ def _by_target(
 def _drifting(
     packed: PackedMechanism, machine: CompiledMechanism, task: MechanismTask
 ) -> DriftedNumbers:
-    """Return the numbers of the compiled mechanism that the scenario's drifts scale.
+    """Return the numbers of the compiled mechanism that the scenario's drifts multiply.
 
-    If the scenario has conditions, the loop instead of the mechanism limits the drive.
+    If the scenario has conditions, the loop limits the drive, and the mechanism does not.
     """
     whole, numbers = machine.whole, machine.numbers
     indices: list[int] = []

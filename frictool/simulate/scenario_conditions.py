@@ -113,7 +113,7 @@ def _effort(disturbance: Disturbance, rows: Vector, period: float) -> None:
 
 
 def _points(drifts: Drifts) -> dict[int, tuple[DriftPoint, ...]]:
-    """Return the points of each drift by its column of the conditions."""
+    """Return the points of each drift; the keys are columns of the conditions."""
     return {
         FRICTION: drifts.friction,
         VISCOUS_FACTOR: drifts.viscous,
@@ -155,7 +155,7 @@ def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
 
 
 def _sample(instant: float) -> int:
-    """Return the first sample at or after an instant [samples], rounded as `numpy.round` does."""
+    """Return the first sample at or after an instant [samples]."""
     scale = 10.0**SAME_INSTANT
     return math.ceil(round(instant * scale) / scale)
 

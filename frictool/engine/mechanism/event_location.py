@@ -197,7 +197,7 @@ def _first(
     lead: int,
     weights: tuple[float, float],
 ) -> tuple[float, int]:
-    """Return (time, index): guard `index` reaches its target first, at the estimated `time`.
+    """Return the time at which the first guard reaches its target (an estimate), and its index.
 
     Only guards passed at `high` are candidates. weights: Illinois weights of the guard `lead`.
     """

@@ -98,9 +98,9 @@ def stages(
 ) -> float:
     """Compute slopes and powers of the stages first .. end - 1 of a step of length h.
 
-    t [s]: time since the command. The first `watching` guards of the row WATCHED are checked.
-    Returns the fraction of the step at which one of them is first passed, 1 if none is passed, or
-    -1 if a law fails. The implementation is called by its address, so that callers are compiled
+    t [s]: time since the command. Only the first `watching` guards of the row WATCHED are checked.
+    Returns the fraction of the step at which the first of these is passed, 1 if none is passed,
+    or -1 if a law fails. The implementation is called by its address, so that callers are compiled
     without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]

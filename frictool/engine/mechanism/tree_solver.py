@@ -65,9 +65,10 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def _members(k: IntVector, modes: IntVector, index: int, members: IntVector) -> int:
-    """Fill `members` with the blocks that rigid joints and closed contacts connect to the root.
+    """Fill `members` with the blocks of a rigid part, and return their number.
 
-    Blocks and the root, `index`, are indices in ORDER. Returns the number of blocks.
+    Rigid joints and closed contacts connect these blocks to the root, which is block `index`. Both
+    `index` and `members` are indices in ORDER.
     """
     n = k[ly.BLOCKS]
     count = 0

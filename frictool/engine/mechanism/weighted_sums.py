@@ -106,9 +106,9 @@ def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
 
 @inset_kernel
 def path_of(h: float, slopes: Vector, path: Vector) -> None:
-    """Fill the coefficients `path` (BUMPS, n) of a step's dense output (II.6).
+    """Write the coefficients of a step's dense output (II.6) to `path` (BUMPS, n).
 
-    slopes: all rows, including the three that only the dense output needs.
+    slopes: a row for each stage, including the three that only the dense output needs.
     """
     gained(h, slopes, path[0])
     for i in range(slopes.shape[1]):

@@ -147,9 +147,6 @@ def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
 
 
 def _above(record: MotionRecord) -> float:
-    """Return the acting minus the logged effort of a rising ramp, in ramp steps of one sample.
-
-    The acting effort is the mean around the row; `effort_weights` explains held efforts and lags.
-    """
+    """Return the acting minus the logged effort of a rising ramp, per rise of one sample."""
     before, _, after = effort_weights(record.period, record.lag)
     return after - before

@@ -64,7 +64,7 @@ class StribeckVelocityRange:
 
     @property
     def velocity(self) -> float:
-        """Return the Stribeck velocity of the breakaway's value, rad/s | m/s."""
+        """Return the Stribeck velocity of `value`, rad/s | m/s."""
         return self.value.velocity
 
     @property
@@ -81,7 +81,7 @@ class StribeckVelocityRange:
 def allowed_fall(
     nominal: Misfit, ends: Sequence[Misfit], scale: float, confidence: float
 ) -> StribeckVelocityRange:
-    """Return the range of falls of friction that agree with the onsets.
+    """Return the falls of friction after a breakaway that agree with the onsets of motion.
 
     Parameters
     ----------
@@ -97,8 +97,8 @@ def allowed_fall(
     Returns
     -------
     StribeckVelocityRange
-        For each exponent, the ends are the rejected velocities of the grid next to the allowed
-        ones. The value is an immediate fall if this is allowed, else the fall with the preferred
+        For each exponent, the ends are the velocities of the grid just outside the allowed range.
+        The value is an immediate fall if this is allowed, else the fall with the preferred
         exponent and the least misfit.
     """
     columns = [

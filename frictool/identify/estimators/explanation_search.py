@@ -315,7 +315,7 @@ def _trials(
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
 ) -> list[Trial]:
-    """Return a trial of each visible hypothesis that is not used, in addition to those used."""
+    """Return a trial for each unused hypothesis that the rows determine, added to those used."""
     hidden = LIKE_ACCELERATION if search.noisy(rows.samples) else ()
     free = [one for one in search.hypotheses if one not in used and one.term not in hidden]
     level = 0.5 * FALSE_ALARM / max(len(search.hypotheses), 1)

@@ -102,7 +102,7 @@ def friction_force(
 
 
 def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> RegressionSamples:
-    """Return the samples that belong to strokes, filtered alike and differenced backward."""
+    """Return the filtered samples of the strokes; derivatives are backward differences."""
     if record.piece[-1] > 0:
         raise UnusableLogs(
             f"{record.name} has gaps, over which the filter cannot run; use least-squares"

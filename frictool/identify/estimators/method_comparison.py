@@ -326,7 +326,7 @@ def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> Segmen
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the rms force error of both halves, each predicted by the fit to the other half."""
+    """Return the rms error of the force on each half of the rows, fitted to the other half."""
     errors = [
         force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
     ]

@@ -146,7 +146,10 @@ def _widened(
 def _windows(
     records: list[MotionRecord], bench: Bench, window: int
 ) -> tuple[RegressionSamples, list[FrictionRows]]:
-    """Return one row per window, with all position polynomials, and the row data of each record."""
+    """Return a row for each window, and the data of the rows of each record.
+
+    The rows have the columns of all position polynomials.
+    """
     every = max(1, window // OVERLAP)
     low, high = (
         float(end([end(record.position) for record in records])) for end in (np.min, np.max)

@@ -50,10 +50,10 @@ class FrictionStructure:
 def choose_structure(
     samples: RegressionSamples, parts: Sequence[FrictionRows], overlap: int, confidence: float
 ) -> FrictionStructure:
-    """Return the structure that the strokes support.
+    """Return the friction structure that the strokes support.
 
-    `samples`: rows with all position columns, computed from the records in `parts`; a row is
-    correlated with `overlap` others.
+    `samples`: rows with all position columns, computed from the records in `parts`. `overlap`:
+    number of rows with which each row is correlated.
     """
     best = _Comparison(samples, parts, (), overlap, confidence).of_best_order()
     for _ in range(MOST_KNEES):

@@ -14,8 +14,8 @@ unknown; the tops of the ramps are raised by `load.most`.
 
 After a breakaway under a ramp of R [N m/s | N/s], the encoder shows a count after at most t =
 (6 inertia step/R)^(1/3), with the encoder step `step`. In this time the effort grows by R t. The
-rate R = (0.05 F)^(3/2)/sqrt(6 inertia step) limits the growth to 5 % of the breakaway F, which
-`identify` corrects.
+rate R = (0.05 F)^(3/2)/sqrt(6 inertia step) limits the growth to 5 % of the breakaway F. `identify`
+corrects the breakaway for this growth.
 """
 
 from __future__ import annotations
@@ -236,7 +236,10 @@ def _axis(bench: Bench, which: int) -> AxisParameters:
 
 
 def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
-    """Return one round: to `ramp.high` and back, or SEGMENTS ramps each way on endless travel."""
+    """Simulate one round of ramps, to `ramp.high` and back.
+
+    On endless travel, a round consists of SEGMENTS ramps in each direction.
+    """
     p = axis.as_array()
     state = np.asarray(rest(ramp.low if math.isfinite(ramp.low) else 0.0))
     used = {1.0: 0, -1.0: 0}

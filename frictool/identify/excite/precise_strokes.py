@@ -255,9 +255,9 @@ def stroke_motion(
 ) -> Motion:
     """Return the motion in which each of the k candidates is repeated.
 
-    `times` (k + 1,) are the numbers of repetitions, followed by the number of pauses, which are
-    spread evenly. Each reversal is at a random distance from the end of the candidate's reach, at
-    most SPREAD times the reach, so that encoder errors differ between strokes.
+    `times` (k + 1,): repetitions of each candidate, then the number of pauses, which are spread
+    evenly. A stroke ends at a random distance, up to SPREAD times the reach, before the end of its
+    reach; the encoder errors therefore differ between strokes.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0

@@ -123,7 +123,7 @@ class _WindingFit:
 def _fit(
     logs: Sequence[WindingLog], timing: tuple[float, float, float], confidence: float
 ) -> _WindingFit:
-    """Return the fit with one timing of the voltage; an undetermined parameter is absent.
+    """Return the fit for one assumed timing of the voltage; undetermined parameters are absent.
 
     Raises UnusableLogs if the equation does not explain the voltage.
     """

@@ -1,4 +1,4 @@
-"""Panel of a model's figures, drawn as a figure of a page or below others in one picture."""
+"""Panel of a model's figures, drawn alone or below other panels in one picture."""
 
 from __future__ import annotations
 

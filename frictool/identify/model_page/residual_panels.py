@@ -1,4 +1,4 @@
-"""Panels of the residual, of intervals compared with the bench, and of predicted strokes."""
+"""Panels of the residual, the intervals compared with the bench's, and the predicted strokes."""
 
 from __future__ import annotations
 

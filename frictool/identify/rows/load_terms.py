@@ -79,7 +79,7 @@ def declared_terms(bench: Bench) -> tuple[str, ...]:
 
 
 def possible(bench: Bench) -> tuple[str, ...]:
-    """Return the bench's terms or, if it declares none, all terms without a wave number."""
+    """Return the load terms of the bench or, if it declares none, all terms except ripples."""
     if bench.load is not None:
         return declared_terms(bench)
     return (DIRECTION, SPRING, GRAVITY) if bench.axis == "rotary" else (DIRECTION, SPRING)

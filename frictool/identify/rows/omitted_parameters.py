@@ -92,7 +92,7 @@ class OmittedParameters:
         self._add(np.minimum(total, effects))
 
     def widened(self, names: Sequence[str], half: Vector) -> Vector:
-        """Return the root sum of squares of `half` (p,) and the added half widths."""
+        """Return the half widths `half` (p,), widened for the omitted parameters."""
         added = dict(zip(self.free, self._added.tolist(), strict=True))
         if "viscous_backward" in names:
             added["viscous_backward"] += added.get("viscous", 0.0)

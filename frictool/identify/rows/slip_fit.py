@@ -179,7 +179,10 @@ def known_inertia(bench: Bench) -> Interval:
 
 
 def _bearable_share(result: SlidingFit, confidence: float) -> float:
-    """Return the share of noise that decreases the inertia by BIAS_SHARE standard deviations."""
+    """Return the ratio of noise to acceleration at which the inertia is biased.
+
+    The bias is BIAS_SHARE standard deviations of the inertia.
+    """
     inertia = result.parameters.get("inertia")
     if inertia is None or inertia.value <= 0.0:
         return LARGEST_SHARE
@@ -262,7 +265,7 @@ def slipping_rows(
     signals: tuple[Vector, Vector, Vector],
     every: int = 1,
 ) -> RegressionSamples:
-    """Return a row for each sample that certainly slips, of one in `every` samples of a record.
+    """Return a row for each sample that certainly slips; only one sample in `every` is used.
 
     `signals`: smoothed acceleration, velocity and effort, each (n,); the arrays are overwritten to
     save memory.

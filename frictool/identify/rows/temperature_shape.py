@@ -37,7 +37,7 @@ LEAST_CURVATURE = 0.02
 
 
 def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
-    """Return the records with a common reference temperature, and the shape of their friction.
+    """Return the records, with a common reference temperature and friction over temperature.
 
     Records are returned unchanged unless all have a temperature.
     """

@@ -173,10 +173,9 @@ class FileRecords:
         return None if right else f"the CRC of the {section} is wrong"
 
     def _stepped_over(self, start: int, opcode: int, length: int) -> DamagedBytes:
-        """Continue at the next record and return the bytes in between as damaged.
+        """Skip to the next record and return the bytes before it as damaged.
 
-        The search begins inside the last message, because its length may be wrong and span other
-        records.
+        The length of the last message may be wrong, so the search for a record begins inside it.
         """
         record = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
         self._doubtful = None

@@ -60,7 +60,7 @@ class ResamplingGrid:
 
 
 def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) -> ResamplingGrid:
-    """Return the resampled stream with the fields of all streams.
+    """Return the layout of the resampled stream, which has the fields of all streams.
 
     derived: topics of streams with an effort that is computed from the drive; such an effort keeps
         its value until the next sample, as a drive does.

@@ -65,7 +65,7 @@ def days_of(year: int, month: int, day: int) -> int:
 
 @kernel
 def _one_or_two(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
-    """Return the number of one or two digits at `at`, or -1, and its end."""
+    """Return the number in one or two digits at `at` (-1 if none), and the index behind it."""
     length = 2 if _whole(text, at, 2) >= 0 else 1
     return _whole(text, at, length), at + length
 

@@ -132,10 +132,9 @@ class WrapSearch:
         )
 
     def _natural_period(self, jump: RepeatedJump) -> float | None:
-        """Return the natural period within the bounds of a jump.
+        """Return the natural period, such as a turn, that fits a jump.
 
-        Returns None if a round number between the position's range and the natural period may be
-        the period, too.
+        Returns None if there is none, or if a smaller round number may be the period, too.
         """
         slack = NATURAL_SLACK * jump.high
         natural = next(

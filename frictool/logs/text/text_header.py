@@ -214,9 +214,9 @@ def _label(
 def _steps_beneath(
     names: Sequence[str], beneath: Sequence[str], number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """Return clock, increment and start in ns from the columns `increment` and `start`.
+    """Return ("increment", increment in ns, start in ns) from the columns of these names.
 
-    The numbers are in the line below the names.
+    The numbers are in the line below the names. The result is None if there is no increment.
     """
     values = {name.lower(): number(cell) for name, cell in zip(names, beneath, strict=False)}
     increment = values.get(INCREMENT)

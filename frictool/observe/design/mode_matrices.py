@@ -29,9 +29,9 @@ from frictool.lmi.switched_observer_gains import ObserverMode
 class ModeConstants:
     """Constants that all modes share, SI.
 
-    viscous: coefficient of the viscous friction. stuck_speed: factor h by which each sample of mode
-    0 multiplies the estimated speed. weights: weights of the errors of position, speed and wear
-    alpha, the diagonal of C-bar.
+    viscous: coefficient of the viscous friction. stuck_speed: factor h of the estimated speed in
+    each sample of mode 0. weights: weights of the errors of position, speed and wear, the diagonal
+    of C-bar.
     """
 
     wear: Literal["multiplicative", "additive"]

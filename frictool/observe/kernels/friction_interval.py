@@ -57,9 +57,10 @@ def viscous_friction(p: Vector, direction: float, speed: float) -> float:
 
 @kernel
 def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[float, float, float]:
-    """Return value, low, high of the wear at the position x.
+    """Return the wear at the position x, and both ends of its interval.
 
-    factors: (3, 3), rows forward, backward, added.
+    factors: (3, 3), rows forward, backward, added; columns value, low, high. A row of `zones`
+    contains both ends of a range of positions, and the wear there as value, low, high.
     """
     for row in range(zones.shape[0]):
         if zones[row, 0] <= x < zones[row, 1]:

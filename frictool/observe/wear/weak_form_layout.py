@@ -195,11 +195,7 @@ def _edges(low: float, high: float, zones: int | None) -> Vector:
 
 
 def _window(inertia: float, count: float, friction: float, period: float, travelling: float) -> int:
-    """Return the odd number of samples of a window.
-
-    The rounding of the encoder causes the error inertia count/sqrt(12) |phi''| of a row, which
-    falls with the 2.5th power of the window's length.
-    """
+    """Return the odd number of samples of a window that averages the encoder's rounding."""
     longest = max(SHORTEST, MOVE_SHARE * travelling / period)
     window = 2 * (max(SHORTEST, round(SHORTEST_S / period)) // 2) + 1
     while window + 2 <= longest:

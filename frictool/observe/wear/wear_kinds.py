@@ -143,10 +143,10 @@ class WearClassifier:
     def _set_beliefs(
         self, means: Vector, beliefs: dict[Kind, Vector], free: Vector, scale: float
     ) -> None:
-        """Set the prior of each kind of wear, scaled so that the sums lose no digits.
+        """Set the prior of each kind of wear.
 
-        The unit of each coefficient is the standard deviation of the widest prior. `_unit` (p,) has
-        these units, `_row` (p + 1,) also a 1 for the effort.
+        The unit of each coefficient is the standard deviation of its widest prior, so that the sums
+        lose no digits. `_unit` (p,) has these units, `_row` (p + 1,) also the unit 1 of the effort.
         """
         loose = sum((belief[LOOSE] for belief in beliefs.values()), free)
         deviations = np.sqrt(np.diag(loose))
