@@ -94,7 +94,7 @@ def with_dynamic_law(axis: Vector, dynamic: AxisDynamicLaw) -> Vector:
 
 
 def with_contact(state: Vector, dynamic: AxisDynamicLaw) -> Vector:
-    """Return the state (7,) of an axis, followed by the step length 0 and z without deflection."""
+    """Return the state (7,) of an axis, extended by a step length of 0 and an undeflected z."""
     kernels = dynamic.law.kernels
     assert isinstance(kernels, DynamicKernels)
     return np.concatenate([state, [0.0], kernels.reset(dynamic.p)])

@@ -37,7 +37,7 @@ def curved_slip(p: Vector) -> tuple[float, float]:
 
 
 def straight_slip(p: Vector) -> tuple[float, float]:
-    """Return `Law.slip_scales` (0, 1) of a slip force that is linear in speed at all speeds."""
+    """Return (0, 1), the `Law.slip_scales` of a slip force that is linear in speed."""
     return 0.0, 1.0
 
 

@@ -123,7 +123,7 @@ def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws 
 def _inertia_over_position(
     logs: AxisLogs, outcome: Outcome, fit: SlidingFit
 ) -> tuple[Outcome, str | None]:
-    """Return the outcome for friction over position, and the new `SlidingFit.why`.
+    """Return the outcome for friction over position, and the reason for its methods.
 
     An inertia that was fitted with constant friction is removed. With method `auto`, the inertia of
     the weak form with friction over position replaces it if possible.

@@ -195,7 +195,7 @@ def _one_way(
 def _factor(
     polynomial: Polynomial, side: float, low: float, high: float, position: Vector
 ) -> Vector:
-    """Return the factor (n,) of a friction level at positions (n,) in rad | m, never negative."""
+    """Return the factor (n,) >= 0 of friction at the positions (n,), from its polynomial."""
     terms = polynomial.forward if side > 0.0 else polynomial.backward or polynomial.forward
     curve = np.polynomial.polynomial.polyval(
         np.clip(position, low, high), normalised_coefficients(tuple(terms), low, high)

@@ -59,7 +59,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
 
 
 def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
-    """Return True if `implausible` warns of the jumps that `warning` is about, too."""
+    """Return True if `warning` is about jumps of which `implausible` also warns."""
     return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 
 

@@ -183,7 +183,7 @@ def _of_noise(
 
 
 def _unlikely(one: Interval, other: Interval) -> float:
-    """Return the change from the value of `one` to that of `other`, beyond chance.
+    """Return the change from the value of `one` to that of `other`, less what chance explains.
 
     If the model is true, `one` has the smaller variance, and the variance of the change is the
     difference of the two variances (Hausman, 1978).
@@ -194,7 +194,7 @@ def _unlikely(one: Interval, other: Interval) -> float:
 
 
 def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -> AcceptedEffects:
-    """Return the change, beyond chance, from the intervals `before` to those of `smoother`."""
+    """Return the changes of the parameters from `before` to `smoother`, less chance."""
     after = smoother.intervals()
     shift = {
         name: _unlikely(before[name], after[name])

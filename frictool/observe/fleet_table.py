@@ -203,7 +203,7 @@ def text_table(table: Sequence[FleetRow]) -> TextTable:
 
 
 def _joined(row: FleetRow) -> dict[str, Any]:
-    """Return the cells with each value and interval as one text."""
+    """Return the cells of a row, with a value and its interval in one cell."""
     cells = row.cells()
     for value, low, high in (("wear", "low", "high"), ("ratio", "ratio_low", "ratio_high")):
         ends = cells.pop(low), cells.pop(high)

@@ -111,7 +111,7 @@ class VelocityErrors:
         )
 
     def _compare(self, last: bool) -> None:
-        """Compare the pending samples that later samples cannot change; all of them if `last`."""
+        """Add the errors of the pending samples whose filtered velocity is final; of all if `last`."""
         pending = self.pending
         if not pending.position:
             return

@@ -45,10 +45,10 @@ V = TypeVar("V", bound=PlantVariant)
 class VariedParameter(NamedTuple):
     """Range and nominal value of a plant's parameter in SI; low == high if it is known exactly.
 
-    `label`: name of the parameter in messages. `least`: (name of another parameter that is the
-    lower limit of this one, factor between their units). For a breakaway, the limit is the Coulomb
-    friction. A parameter with a range is drawn from the part of its range above the limit. A
-    parameter without a range keeps its ratio to the limit in the document.
+    `label`: name of the parameter in messages. `least`: lower limit of this parameter, as
+    (name of another parameter, factor between their units); for a breakaway, the Coulomb friction.
+    A parameter with a range is drawn from the part of its range above the limit. A parameter
+    without a range keeps its ratio to the limit in the document.
     """
 
     low: float

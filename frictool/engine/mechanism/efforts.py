@@ -41,7 +41,10 @@ STIFF_MARGIN = 1e-10  # tolerance of the contact of a compliant flank, relative 
 def _driving(
     k: IntVector, p: Vector, t: float, y: Vector, inputs: Vector, out: RateEvaluation, whole: bool
 ) -> None:
-    """Fill the rows of w with the efforts of sources and the constant, cam and external efforts."""
+    """Fill the rows of w with the efforts of sources, constant, cam and external efforts.
+
+    DRIVEN contains the sources only, `power` the powers of sources and external efforts.
+    """
     w, power = out.w, out.power
     n, u = k[ly.BLOCKS], k[ly.SOURCES]
     for i in range(n):
@@ -115,10 +118,7 @@ def _at_flank(
 def _couplings(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> None:
-    """Add the efforts of compliant links.
-
-    The guard of a link with a gap is above -1 while the mode of its flanks is valid.
-    """
+    """Add the efforts of compliant links, and set the guards of links with a gap."""
     w, guard, power = out.w, out.guard, out.power
     n = k[ly.BLOCKS]
     flanks = k[ly.BLOCKS] + 2 * k[ly.JOINTS]

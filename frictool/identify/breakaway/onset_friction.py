@@ -211,10 +211,10 @@ class OnsetData:
     def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
-        The fit to an onset takes an assumed position, and its result is nearly linear in this
-        position: fitted = a + b assumed. At a/(1 - b), the two are equal; this position depends on
-        the times of the encoder's changes only. The result is the average of this position and of
-        the middle of the count (uniform distribution), with weights 1/variance.
+        The position fitted to an onset is a linear function of the position that the fit assumes:
+        fitted = a + b assumed. The two are equal at a/(1 - b), which depends only on the times of
+        the encoder's changes. The result is the average of a/(1 - b) and the middle of the count
+        (uniform distribution), with weights 1/variance.
         """
         low, high = (
             efforts(self.onsets, axis, self.resolution, expected, shape, self.fall)[1]

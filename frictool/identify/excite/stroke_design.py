@@ -165,7 +165,7 @@ def _pruned(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
-    """Return the repetitions with one more stroke, or one more pause if the drive needs it."""
+    """Return the repetitions with one more stroke or, if the drive needs a rest, one more pause."""
     pauses = np.flatnonzero(program.mean_square == 0.0)
     moving = np.flatnonzero((times > 0.0) & (program.mean_square > 0.0))
     short = times[moving].sum() < FEWEST_PAIRS or not pauses.size

@@ -173,7 +173,7 @@ def _delay(records: list[MotionRecord], gap: float, confidence: float, window: i
 
 
 def _between(record: MotionRecord) -> float:
-    """Return the timing error of linear interpolation between two samples of the effort, s."""
+    """Return the largest timing error [s] of an effort interpolated between two samples."""
     return record.period * (
         0.5 if record.lag == 0.0 else min(record.period / record.lag / 12.0, 0.5)
     )
@@ -203,7 +203,7 @@ def _backlash(
 
 
 def _moved(record: MotionRecord, delay: float) -> MotionRecord:
-    """Return the first LONGEST samples, with the effort interpolated `delay` [s] later."""
+    """Return the first LONGEST samples, with the effort that was logged `delay` [s] later."""
     part = record.part(slice(0, LONGEST))
     return replace(part, effort=np.interp(part.time + delay, record.time, record.effort))
 

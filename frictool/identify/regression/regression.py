@@ -109,7 +109,10 @@ def residual_norm(parts: Tensor, value: Vector) -> float:
 def _jackknife(
     parts: Tensor, value: Vector, scale: Vector, cluster: IntVector
 ) -> tuple[Vector, Vector]:
-    """Return the jackknife's standard deviations, times `scale`, and degrees of freedom, (p,)."""
+    """Return the standard deviations by the jackknife, times `scale`, and their degrees of freedom.
+
+    Both have shape (p,).
+    """
     rows = parts[:, :, :-1] / scale
     residual = parts[:, :, -1] - parts[:, :, :-1] @ value
     index = np.unique(cluster, return_inverse=True)[1]

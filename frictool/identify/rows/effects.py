@@ -89,7 +89,8 @@ class SmoothedMotion:
     def shapes(self, values: Vector, order: int) -> tuple[Vector, ...]:
         """Return Legendre polynomials (n,) of degree 1 to `order` in `values` (n,).
 
-        Their range is scaled to [-1, 1]. Each polynomial has the mean 0 over the samples used.
+        The range of `values` is scaled to [-1, 1]. Over the samples used, each polynomial has the
+        mean 0.
         """
         low = float(values.min())
         high = float(values.max())

@@ -141,12 +141,15 @@ def fit(
 ) -> SlidingFit:
     """Return a least-squares fit of the samples with weights `weight` (n,).
 
-    Residuals are assumed to be correlated over `window` rows. Parameters in `droppable` that do not
-    improve the prediction (`term_selection`) are set to 0, and the others are fitted again without
-    them; the intervals of the others include every value in the interval of a dropped parameter. A
-    load that the travel cannot separate is refused, and its possible effect widens the other
-    intervals (`omitted_parameters`). If the motion has one direction only, the offset is refused;
-    Coulomb friction is also refused if the bench states no offset.
+    Residuals are assumed to be correlated over `window` rows.
+
+    - Parameters in `droppable` that do not improve the prediction (`term_selection`) are dropped:
+      they are set to 0, and the others are fitted again. The intervals of the others allow for
+      every value in the interval of a dropped parameter.
+    - A load that the travel cannot separate is refused, and its possible effect widens the other
+      intervals (`omitted_parameters`).
+    - If the motion has one direction only, the offset is refused, and also Coulomb friction if the
+      bench states no offset.
 
     Raises UnusableLogs if there are too few rows, or if the regressors are dependent.
     """
@@ -262,10 +265,10 @@ def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
 def reduced(
     samples: RegressionSamples, weight: Vector, parameters: int, window: int
 ) -> tuple[Tensor, Tensor, IntVector, IntVector]:
-    """Reduce the rows of each stroke and cluster, a group, to a triangular matrix by QR.
+    """Reduce each group of rows, of one stroke and cluster, to a triangular matrix by QR.
 
-    Return the matrices (g, q, q) of the g groups without and with weights, the cluster number (g,)
-    of each group, and its stroke number (g,), from 0. The q columns are the first `parameters`
+    Return, for the g groups, the matrices (g, q, q) without and with weights, the cluster numbers
+    (g,), and the stroke numbers (g,) from 0. The q columns are the first `parameters`
     sliding parameters, the loads, and the effort.
     """
     columns = (*samples.columns[:parameters], *samples.loads.values(), samples.effort)

@@ -86,7 +86,11 @@ class FlatTopDetector:
 
 
 class _ExtremeCounts:
-    """Numbers of samples in the outermost and the next class, and longest outermost sequence."""
+    """Counts at one extreme of a signal.
+
+    samples, neighbouring: samples in the outermost class of values and in the class next to it.
+    longest: length of the longest sequence of samples in the outermost class.
+    """
 
     def __init__(self) -> None:
         self.samples = self.neighbouring = self.longest = self._run = 0

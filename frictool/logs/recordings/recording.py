@@ -271,7 +271,7 @@ def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[Topic
 
 
 def _stamps(paths: Mapping[str, None]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the stamps of a message, each with the paths of its parts."""
+    """Yield the time stamps among `paths`, each with the paths of its parts."""
     for stamp in STAMPS:
         for parts in STAMP_PARTS:
             named = tuple(f"{stamp}.{part}" for part in parts)

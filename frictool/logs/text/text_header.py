@@ -229,9 +229,9 @@ def _steps_beneath(
 def _steps_in(
     rows: Rows, end: int, number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """Return clock, sample interval and start in ns from a line `key, number` of the metadata.
+    """Return (key, sample interval, 0), the interval in ns, from a metadata line `key, number`.
 
-    The unit is part of the key or follows the number.
+    The unit is part of the key or follows the number. The result is None if there is no such line.
     """
     for row in rows[:end]:
         value = number(row[1]) if len(row) > 1 else None

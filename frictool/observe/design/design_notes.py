@@ -59,7 +59,7 @@ def _encoder(observer: Observer, switched: Switched) -> str:
 
 
 def _constant(switched: Switched) -> str:
-    """Return a note if friction is constant, so that gamma refers to an assumed deviation."""
+    """Return a note if friction is constant; gamma then refers to an assumed model error."""
     chosen = [
         mode
         for mode in switched.modes

@@ -265,7 +265,7 @@ def _over_rest(
 def _over_turn(
     loops: Mapping[int, Matrix], switches: Sequence[Switch], solution: SwitchedGains
 ) -> float:
-    """Return the largest growth of e' P e at a switch between moving modes that is not allowed."""
+    """Return the largest growth of e' P e at a switch that is not allowed, between moving modes."""
     posed = {
         i: np.linalg.solve(solution.t, loop @ solution.t)
         @ np.linalg.inv(np.linalg.cholesky(solution.p[i])).T

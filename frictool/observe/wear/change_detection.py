@@ -37,10 +37,10 @@ class ChangeDetector:
         )
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
-        """Return the standard deviations (k, n) of random steps that explain a change; 0: none.
+        """Return the standard deviations (k, n) of random steps that explain a change; 0 for none.
 
-        step, weight: (k, n), numerator h'S^-1 e and denominator h'S^-1 h of the maximum-likelihood
-        step. A filter that reports a change restarts its sums.
+        step, weight: (k, n), numerator and denominator of the maximum-likelihood step (see the
+        module). A filter that reports a change restarts its sums.
         """
         self._steps = MEMORIES * self._steps + step[..., None]
         self._weights = MEMORIES * self._weights + weight[..., None]

@@ -137,7 +137,7 @@ class MoveCollector:
         return ended
 
     def _closed(self) -> list[Move]:
-        """Return [present move], or [] if it has no rows, and start the next move."""
+        """Start the next move, and return the last one in a list, empty if it has no rows."""
         count = int(self._move[weak_form_rows.ROWS])
         lower = self._gram
         gram = lower + np.tril(lower, -1).T

@@ -126,10 +126,9 @@ class WearEstimator:
     def _going(self) -> float:
         """Return the lag of the filters behind a wear that keeps growing.
 
-        A test in GOING_ON uses the changes of the estimate over steps of several moves. If the
-        changes over the last steps have the same sign, the smallest one divided by the moves per
-        step is a rate, and the lag is this rate times the lag of the filters in moves. The result
-        is the largest lag of all tests.
+        Each test in GOING_ON uses the last changes of the estimate, each over several moves. If all
+        have the same sign, the wear grows at least at the rate of the smallest change per move. The
+        lag is this rate times the lag of the filters in moves. The result is the largest lag.
         """
         changes = [0.0]
         lately = list(self._lately)
