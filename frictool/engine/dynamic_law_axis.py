@@ -108,7 +108,6 @@ def has_dynamic_law(p: Vector) -> bool:
 
 @inner_kernel
 def _levels_start(p: Vector) -> int:
-    """Return the index in p of the kinds of drift, behind the reference sizes."""
     return al.EXTENDED_SIZE + HEAD + CONTACT + int(p[al.EXTENDED_SIZE + STATES])
 
 

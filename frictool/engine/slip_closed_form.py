@@ -55,7 +55,7 @@ def acceleration(phase: Phase, t: float) -> float:
 
 @kernel
 def _turning_time(start: float, transient: float, decay: float, rate: float) -> float:
-    """Return the time t > 0 at which the acceleration is zero, or inf; `start`: value at t = 0."""
+    """Return the time t > 0 at which the acceleration, `start` at t = 0, is zero; inf if never."""
     if transient == 0.0:
         return math.inf
     r = start / (transient * rate)

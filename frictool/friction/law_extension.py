@@ -209,8 +209,8 @@ def levels(
 ) -> float:
     """Write the law's parameters at position x [m | rad] and `dwell` [s] at rest to `out`.
 
-    `forward`, `backward`, `table`: arrays of a PackedExtension. Returns position factor times dwell
-    factor, the factor of the breakaway.
+    `forward`, `backward`, `table`: arrays of a PackedExtension. Returns the factor of the
+    breakaway: the product of the factors of position and dwell.
     """
     first = COEFFICIENTS
     second = int(table[BACKWARD_START])

@@ -35,8 +35,8 @@ def bank_tail(displacements: Vector, forces: Vector) -> Vector:
         or np.any(np.diff(z) <= 0.0)
     ):
         raise ValueError(
-            f"a virgin curve needs one finite force for each displacement (found {f.size - 1} and "
-            f"{z.size - 1}), and displacements that increase from 0"
+            f"virgin curve: found {z.size - 1} displacements and {f.size - 1} forces; allowed: "
+            "displacements that increase from 0, and a finite force for each"
         )
     slopes = np.append(np.diff(f) / np.diff(z), 0.0)
     stiffness = -np.diff(slopes)

@@ -64,8 +64,8 @@ def regimes_from(points: list[tuple[float, float]]) -> Vector:
         total += slope
         if not np.isfinite([knee, slope]).all() or knee <= last or total < 0.0:
             raise ValueError(
-                f"speed regime at {knee:g} with slope {slope:g}; allowed: rising knees > 0, and "
-                "slopes with a sum >= 0 up to each knee"
+                f"speed regime at {knee:g} with slope {slope:g}; allowed: rising knees > 0; "
+                "the sum of the slopes up to any knee must be >= 0"
             )
         last = knee
     return np.array(points, dtype=np.float64).ravel()

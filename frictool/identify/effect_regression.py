@@ -214,8 +214,8 @@ class EffectRegression:
         variances as weights. If the fitted delay is longer than `known` and improves the prediction
         of strokes outside the fit, only the fitted delay is used.
 
-        The shift of a parameter is the delay times a rate, which the regression gives. `slopes`
-        replaces the rates of some parameters, in units of the parameter per second.
+        The shift of a parameter is the delay times the parameter's change per second of delay. The
+        regression gives these changes; `slopes` replaces some of them.
 
         Return None if the model includes the delay, if the rows do not determine it, if noise of
         the acceleration hides it, or if the delay does not improve the prediction although there
@@ -409,7 +409,7 @@ def _states(samples: RegressionSamples) -> IntVector:
 
 
 def _without_knees(samples: RegressionSamples, fit: SlidingFit, bench: Bench) -> RegressionSamples:
-    """Return the samples minus the effort of knees and Stribeck effect, which have no columns."""
+    """Return the samples minus the effort of knees and Stribeck effect, which are not fitted."""
     if fit.laws is None or not (fit.laws.regimes or "stribeck_velocity" in fit.parameters):
         return samples
     intervals = {**sliding_intervals(fit.parameters, bench), **fit.parameters}

@@ -111,7 +111,7 @@ class NothingIdentified(UnusableLogs):
     def reasons(self) -> dict[str, list[str]]:
         """Return the refused parameters by reason.
 
-        That a log is missing is a reason only if there is no other one.
+        A missing log is a reason only if there is no other reason.
         """
         reasons = _by_reason(self.result.refused)
         for missing in (NO_RAMPS, NO_SLIDING):

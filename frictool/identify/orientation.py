@@ -125,7 +125,7 @@ def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) ->
 def _negative_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> str | None:
-    """Return a text on the larger effort, of inertia or of friction, if it is negative."""
+    """Return a text on the inertia or the friction, whichever needs more effort, if negative."""
     try:
         samples, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
         if "coulomb" in parameters_of(samples)[1]:

@@ -82,8 +82,8 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    The intervals stay as they are if the drive was off, since no effort shows the effects, and for
-    a comparison method with a large force error, of which `fit_warnings` warns.
+    The intervals do not change in two cases: the drive was off, so that no effort shows the
+    effects, or a comparison method has a large force error (`fit_warnings` warns of it).
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):

@@ -111,7 +111,7 @@ class VelocityErrors:
         )
 
     def _compare(self, last: bool) -> None:
-        """Add the errors of the pending samples whose filtered velocity is final; of all if `last`."""
+        """Add the errors of the samples that are ready, or of all pending samples if `last`."""
         pending = self.pending
         if not pending.position:
             return

@@ -298,7 +298,7 @@ class StepTest(Generic[V]):
         return reference, start
 
     def _checked_reference(self, scenario: Scenario, recorded: Log | None) -> tuple[Vector, float]:
-        """Return the result of `_reference`, and keep it for a next scenario with the same key."""
+        """Return the result of `_reference`, stored for later scenarios with the same reference."""
         first = scenario.steps[0] if scenario.steps else None
         begins = scenario.start if first is not None and first.reference is None else None
         runs = self.plant.count(self.controller, scenario)

@@ -17,7 +17,7 @@ from frictool.verify.rig_facts import facts_of
 class Rig:
     """Rig of an axis, or of the controlled axis of a mechanism: actuator and encoder in SI units.
 
-    `owner`: words for the document in messages, with {} for its name. `constant`: effort per unit
+    `owner`: how messages name the document; {} stands for its name. `constant`: effort per unit
     of the drive. `effort_axis`: kind of axis (rotary or linear) on which the drive acts. `facts`:
     numbers in SI by the names in verify/rig_facts.py. `examples`: keys of example values in the
     bench. `bench_values_only`: reason why no parameter of the model was identified, or empty.

@@ -106,9 +106,9 @@ def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]
     """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
     A self-locking joint can hold its driving end only under load. If the load changes its sign, or
-    a run begins without load, any effort makes the driving end slip. It comes to rest again if the
-    load then holds it on the side on which the joint drives. Otherwise it keeps moving, if such a
-    motion exists; then `leaves` is True.
+    a run begins without load, any effort makes the driving end slip. The driving end comes to rest
+    again if it then drives the load. Otherwise it keeps moving, if such a motion exists; then
+    `leaves` is True.
     """
     k, p, _, members, _, w = tree
     if stays_loaded(tree, 0.0):

@@ -141,7 +141,7 @@ def _row(
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
-    """Return the coarsest encoder step, below that of the bench, with the precision `target`.
+    """Return the coarsest encoder step, finer than the bench's, that gives the precision `target`.
 
     Return None if no step down to FINEST times the step of the bench reaches this precision.
     """

@@ -80,8 +80,8 @@ def travel_tables(
     """Return the travel as cubic polynomials of the time t since the onset, (m, STEPS, 6).
 
     Row k of an onset is valid from t = duration * (k/STEPS)^2 to t = duration * ((k + 1)/STEPS)^2.
-    The columns are the begin of this interval [s], 1/length [1/s], and the four coefficients, the
-    constant first, of a cubic in (t - begin)/length.
+    The columns are the start of this interval [s], 1/length [1/s], and the four coefficients, the
+    constant first, of a cubic in (t - start)/length.
 
     `duration` [s] and `excess` [N m | N] are (m,); `axes` (m, 3) are inertia, viscous, coulomb of
     each onset. Friction falls by `excess`, from the breakaway to Coulomb friction, with the

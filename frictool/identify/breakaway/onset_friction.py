@@ -100,7 +100,10 @@ def _begins(
 
 
 def _computed(keys: list[OnsetKey], immediate: list[float]) -> list[Begin]:
-    """Return the results of `_begins` for keys with the same fall, from their immediate times."""
+    """Return the results of `_begins` for keys that have the same fall of friction.
+
+    `immediate`: onsets [s] that result from an immediate fall.
+    """
     onsets = [onset for onset, *_ in keys]
     resolution, start, fall = keys[0][2:]
     times, seen = np.zeros((2, len(onsets), max(onset.time.size for onset in onsets)))
@@ -162,7 +165,7 @@ class OnsetData:
         """Return the mean misfit (`efforts`) of the onsets, computed with the fall `fall`.
 
         Return inf if the mean exceeds `most`. The onsets are evaluated in the order `order`, the
-        largest expected misfit first, so that this is often known after a few onsets.
+        largest expected misfit first, so that a few of them often exceed `most`.
         """
         onsets, factors = self._compared(shape)
 
@@ -180,7 +183,7 @@ class OnsetData:
         return math.inf if total > most * len(onsets) else total / len(onsets)
 
     def _compared(self, shape: Vector | None) -> tuple[list[BreakawayOnset], Vector]:
-        """Return the onsets in the comparison of Stribeck velocities, and their shape factors."""
+        """Return at most ONSETS_COMPARED onsets, evenly spaced, and their entries of `shape`."""
         every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
         onsets = self.onsets[every]
         return onsets, np.ones(len(onsets)) if shape is None else shape[every]

@@ -493,8 +493,8 @@ def _better(
     """Return whether the strokes are predicted better with a hypothesis than without it.
 
     A load has to predict clearly better, because it becomes part of the model. An effect has to
-    reduce the error noticeably and in most strokes. The measured temperature need not reduce it in
-    most strokes, because only strokes at extreme temperatures show its influence.
+    reduce the error noticeably and in most strokes. The measured temperature may reduce it in few
+    strokes, because only strokes at extreme temperatures show its influence.
     """
     if one.is_load or richer is None or simpler is None:
         return clearly_better(richer, simpler, confidence)

@@ -120,11 +120,11 @@ class ReducedRows:
             return False
 
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
-        """Return how much more columns reduce the mean square residual by encoder noise alone.
+        """Return by how much the encoder noise alone lets additional columns reduce the residual.
 
         n is the rms noise of the acceleration, and s^2 the mean square of the acceleration that the
         other columns do not explain. The noise adds J^2 n^2 (s^2 - n^2)/s^2 to the mean square
-        residual, with the inertia J. More columns reduce s^2 and thus this term. The unit is
+        residual, with the inertia J. Additional columns reduce s^2 and thus this term. The unit is
         (N m)^2 | N^2. For a fixed inertia the result is 0.
         """
         if "inertia" in self.samples.fixed:

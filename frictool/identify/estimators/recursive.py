@@ -4,8 +4,8 @@ Thesis (4.16) updates a gain matrix instead, which rounding errors make indefini
 weight of a squared residual decreases by the factor `forgetting` in the duration of a median
 stroke, so that the end of the log has the largest weight.
 
-The result is the value at the end of the log, computed by least squares with these weights, which
-also give the interval. `path` returns the values along the log, so that a drift is visible.
+The result is the value at the end of the log, with its interval, from least squares with these
+weights. `path` returns the values along the log, so that a drift is visible.
 """
 
 from __future__ import annotations

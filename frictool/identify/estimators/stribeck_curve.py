@@ -249,7 +249,7 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
     if not _enough(*counts):
         raise UnusableLogs(
             f"found {counts[0]} runs at a constant speed forward and {counts[1]} backward; needed: "
-            f"at least {FEWEST_SPEEDS} in each direction, or in one direction alone"
+            f"at least {FEWEST_SPEEDS} in each direction, or runs in one direction only"
         )
     if table[:, 0].max() < 2.0 * table[:, 0].min():
         raise UnusableLogs("all runs have the same speed; a curve over speed needs several speeds")

@@ -133,7 +133,7 @@ def _one_more(times: Vector, index: int) -> Vector:
 
 
 def _shares(program: StrokeProgram) -> Vector | None:
-    """Return the shares (k,) of the duration with the smallest `worst`, or None without any."""
+    """Return the shares (k,) of the duration with the smallest `worst`; None if there are none."""
     rate = program.information / program.duration[:, None, None]
     shares = optimal_shares(rate, program.limit, program.mean_square - program.rms**2)
     if shares is None:

@@ -128,7 +128,7 @@ class OmittedParameters:
 
 
 def _unit_loads(columns: Sequence[Vector]) -> Matrix:
-    """Return coefficients (m, k) of the k columns that give m loads with a largest effort of 1."""
+    """Return coefficients (m, k) of k columns for m loads, each with a largest effort of 1."""
     if len(columns) == 1:
         return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])
     angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS

@@ -82,7 +82,7 @@ def _direction(position: Vector, end: int) -> float:
 
 
 def _line(drive: Vector) -> tuple[float, float, float]:
-    """Return level at the end of a rest, rise, and squared correlation with time of the drive.
+    """Return the drive's level at the end of a rest, its rise, and its squared correlation with time.
 
     Rise and correlation are those of the second half of the rest.
     """

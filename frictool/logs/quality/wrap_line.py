@@ -35,7 +35,7 @@ class WrapLine:
         self._factor = factor_to_si(self._unit, "position", bench.axis)
 
     def of(self, low: float, high: float) -> str:
-        """Return the line for a period between `low` and `high` in rad or m."""
+        """Return the line of the bench for a period from `low` to `high` in rad or m."""
         bits = next((one for one in BITS if low <= self._resolution * 2.0**one <= high), None)
         if self.counted and bits is not None:
             return f"wrap_bits: {bits}"

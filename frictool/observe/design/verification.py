@@ -224,7 +224,7 @@ def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) 
         if np.any(after > decay**2 * value * (1.0 + ROUNDING)):
             raise NoSolutionError(
                 "not verified: in simulation a sample multiplies the error's Lyapunov function by "
-                f"more than {decay**2:.6g}, which was proved; choose a --decay nearer to 1"
+                f"more than the proved factor, {decay**2:.6g}; choose a --decay nearer to 1"
             )
         value = np.where(after > 1e-200, after, 0.0)
         e = np.where(after[:, None] > 1e-200, e, 0.0)
