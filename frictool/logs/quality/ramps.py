@@ -82,9 +82,9 @@ def _direction(position: Vector, end: int) -> float:
 
 
 def _line(drive: Vector) -> tuple[float, float, float]:
-    """Return the drive's level at the end of a rest, its rise, and its squared correlation with time.
+    """Return level, rise, and squared correlation with time of the drive during a rest.
 
-    Rise and correlation are those of the second half of the rest.
+    The level is that at the end of the rest; rise and correlation are those of its second half.
     """
     half = drive[drive.size // 2 :]
     if np.ptp(half) == 0.0:

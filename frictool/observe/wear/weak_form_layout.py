@@ -12,7 +12,8 @@ equals the model, dry_d,z is 1 in every direction d and zone z, and level_d is 0
 used for all kinds of wear: uniform, by direction, by zone, or additive (parameter_restriction.py).
 
 The window is so long that the rounding of the encoder disturbs a row by at most NOISE_SHARE of the
-dry friction. To fit into a move, the window is at most a third of the time for the travel at top speed.
+dry friction. To fit into a move, the window is at most a third of the time for the travel at top
+speed.
 """
 
 from __future__ import annotations
