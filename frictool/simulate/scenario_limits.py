@@ -116,7 +116,7 @@ Instant = tuple[str, float]  # key, s
 
 
 def _spans(scenario: Scenario) -> Iterator[tuple[str, Instant, Instant | None]]:
-    """Yield (key, begin, end) of every event; the begin of a drift is its first point.
+    """Yield (key, start, end) of every event; the start of a drift is its first point.
 
     The end is None for an event that lasts to the end of the scenario, and for every drift.
     """

@@ -101,7 +101,7 @@ def find_layout(
     whole: True if `head` is the complete file.
 
     Raises LogError if the file is empty, has no row of numbers, or has a line longer than
-    LONGEST_LINE. Rows of numbers are expected below the header; the bench may state its line.
+    LONGEST_LINE. Rows of numbers are expected below the header, whose line the bench may state.
     """
     lines = _lines(path, head, whole, max(MOST_LINES, layout.first_line or 0))
     declared_delimiter, declared_mark, samples = labview_dialect(lines)

@@ -107,10 +107,9 @@ def design_switched(
 def _synthesised(
     posed: dict[int, ObserverMode], allowed: tuple[Switch, ...], decay: float, quiet: float | None
 ) -> tuple[SwitchedGains, float | None]:
-    """Return the gains, and their noise gain or None.
+    """Return the gains and, if `quiet` is not None, their noise gain; else None.
 
-    If `quiet` is None, the gains follow from thesis (6.6). Otherwise they pass less noise, and the
-    noise gain is known.
+    If `quiet` is None, the gains follow from thesis (6.6). Otherwise they pass less noise.
     """
     if quiet is None:
         return switched_gains(posed, allowed, decay), None
