@@ -123,7 +123,7 @@ def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | 
 def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
     """Return the samples, with regressors of rms 1.
 
-    Return None if there are too few to show a saturation, or if the encoder's noise alters the
+    Return None if too few samples could show a saturation, or if the encoder's noise alters the
     computed effort of the inertia as much as a saturation would.
     """
     length = stroke_samples(record)

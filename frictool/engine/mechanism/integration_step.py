@@ -159,7 +159,7 @@ def try_step(
 ) -> tuple[float, float]:
     """Try a step of length h from the state; t [s] is the time since the command.
 
-    The workspace contains these values before the call, and after it for the end of the step:
+    The workspace contains these rows, on the left before the call, on the right after it:
 
     rates     row 0 of `slopes`    row AFTER of `slopes`
     powers    row 0 of `powers`    row AFTER of `powers`

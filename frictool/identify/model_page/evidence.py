@@ -112,7 +112,7 @@ def position_spectrum(samples: SlipSamples) -> tuple[Vector, Vector] | None:
     """Return wave numbers (p,), 1/rad | 1/m, and amplitudes (p,), N m | N, of the mean residual.
 
     The spectrum is the Lomb-Scargle periodogram of the mean residuals per cell, from one cycle per
-    travel to one cycle per four cells. None if too few cells have samples.
+    travel to one cycle per four cells. The result is None if too few cells have samples.
     """
     centre, mean = mean_over_position(samples, 0.0)
     if centre.size < FEWEST_CELLS:

@@ -299,7 +299,8 @@ def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis)
     """Return the sample period in s: the mean interval if the log has no gaps, else the median.
 
     The period is rounded to 3 digits if this changes the period by less than 0.1 %, else to 6
-    digits. Returns None if a bench does not allow the period: its unit is then probably wrong.
+    digits. Returns None if a bench does not allow the period; the unit of time is then probably
+    wrong.
     """
     time = _si(table, columns, TIME, axis)
     if time is None and table.time_ns is not None and table.time_ns.size:
