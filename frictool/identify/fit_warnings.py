@@ -1,7 +1,7 @@
 """Warnings about an identified model.
 
 A model is doubtful if it contradicts the bench, if the bench's values or ranges increase its force
-error, or if it does not explain much of the effort.
+error, or if it leaves much of the effort unexplained.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def replacement_warnings(
 
 
 def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
-    """Return a warning if the model or the method does not explain a large part of the effort."""
+    """Return a warning if the model or the method leaves much of the effort unexplained."""
     shown = "force error"
     left = fit.force_error or 0.0
     if left <= DOUBTFUL_FORCE_ERROR:

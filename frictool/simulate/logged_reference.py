@@ -75,7 +75,7 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
 
 
 def _latest_logged(time: Vector, values: Vector, instants: Vector, late: float) -> Vector:
-    """Return the latest of values (m,) logged at most `late` after each instant (n,).
+    """Return, for each instant (n,), the last of the values (m,) logged up to `late` after it.
 
     Instants before the first value get the first value.
     """

@@ -133,7 +133,7 @@ def test_parabolic_bank_runs_through_the_virgin_curve() -> None:
     ("displacements", "forces", "match"),
     [
         ([1.0, 0.5], [1.0, 1.2], "increase from 0"),
-        ([1.0], [1.0, 2.0], "one finite force for each"),
+        ([1.0], [1.0, 2.0], "a finite force for each"),
         ([1.0, 2.0], [1.0, 3.0], "fall from point to point"),
         ([1.0, 2.0], [1.0, 0.5], "slopes >= 0"),
         ([1.0], [float("nan")], "finite"),

@@ -56,8 +56,8 @@ def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> 
 def _until(s: float, rate: float, goal: float, absorbed: float) -> float:
     """Return the impulse at which the approach speed s of two flanks reaches `goal`.
 
-    The result is at most the impulse at which separating flanks have returned all the energy that
-    they have absorbed, `absorbed`. rate: change of s per unit of impulse.
+    The result is smaller if separating flanks return all of the energy `absorbed` before that.
+    rate: change of s per unit of impulse.
     """
     if rate >= 0.0:
         return math.inf
