@@ -217,8 +217,8 @@ def test_a_bag_before_iron_carries_no_definitions(tmp_path: Path):
     connection.close()
     with pytest.raises(
         LogError,
-        match="rig_msgs/msg/Own cannot be read: the recording lacks it, and it is not a common "
-        "definition",
+        match="rig_msgs/msg/Own cannot be read: the recording lacks it, and frictool knows "
+        "only common types",
     ):
         tables(tmp_path / "bag" / "bag.db3", None)
 

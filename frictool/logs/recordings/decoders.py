@@ -51,6 +51,6 @@ def _decoder(path: Path, kind: str, encoding: str, form: str, definition: bytes)
         return MessageDecoder(parse_idl(kind, text))
     if not text.strip() and form in ("", "ros2msg"):  # older recorders omit the definition
         if short_name(kind) not in DEFINITIONS:
-            raise ValueError("the recording does not contain the definition of this type")
+            raise ValueError("the recording lacks it, and frictool knows only common types")
         text = DEFINITIONS[short_name(kind)]
     return MessageDecoder(parse_message(kind, text), aligned=encoding == "cdr")
