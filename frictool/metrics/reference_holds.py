@@ -90,7 +90,7 @@ def holds_of(
 
 
 def _initial_origin(position: Vector, target: float) -> float | None:
-    """Return the initial position if the axis moves half of the distance to `target`, or None."""
+    """Return the initial position; None if the axis does not move half the distance to `target`."""
     distance = abs(target - float(position[0]))
     moves = distance > 0.0 and float(np.ptp(position)) >= 0.5 * distance
     return float(position[0]) if moves else None

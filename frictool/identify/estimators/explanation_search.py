@@ -248,7 +248,7 @@ class ExplanationSearch:
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return a ripple at the highest peak of the residual's spectrum, and the peak, or None."""
+        """Return a ripple at the highest peak of the residual's spectrum, and this peak, if any."""
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if position is None or len(waves) == MOST_HARMONICS:
             return None

@@ -110,7 +110,7 @@ class PositionJumps:
 
     @property
     def index(self) -> float | None:
-        """Return the counter value, within `slack`, at which every jump ends, or None."""
+        """Return the counter value at which all jumps end, within `slack`; None if unclear."""
         if (
             self.count < FEWEST_RESETS
             or self.highest_landing - self.lowest_landing > 2.0 * self.slack

@@ -110,7 +110,7 @@ class WrapSearch:
         return self._wrap(jump) if self._is_sure(jump) else None
 
     def _noisy(self) -> Wrap | None:
-        """Return the wrap that is certain although noise hides the motion at its ends, or None."""
+        """Return a wrap that is certain even though noise hides the motion around it, or None."""
         for period in self._natural:
             for low in (0.0, -0.5 * period):
                 jump = self._jumps.between(low, low + period)
