@@ -34,7 +34,7 @@ MEMORY, FIXED = 1, 8
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Set z as hybrid version B does, and saturate the operator; return a status code."""
+    """Set z as hybrid version B does, and delete all reversals; return a status code."""
     status = hybrid_b.enter(mode, v, u, z, p)
     z[MEMORY + COUNT] = 0.0
     z[MEMORY + POSITION] = z[MEMORY + FORCE] = math.copysign(1.0, z[0])

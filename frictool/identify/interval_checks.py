@@ -75,9 +75,9 @@ def _factor(interval: Interval) -> str:
 
 
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
-    """Return the interval of a friction with a negative value raised to 0.
+    """Return the interval of a friction; if its value is negative, the value is set to 0.
 
-    The interval stays as it is if it does not contain 0 or if it overlaps the bench's interval.
+    An interval that does not contain 0, or that overlaps the bench's interval, is unchanged.
     """
     nearly_none = (
         name in NEVER_NEGATIVE

@@ -53,8 +53,8 @@ class WearEstimate:
     the data, or `none`. forward, backward: wear of each direction. added: increase of the friction
     [N m | N], for kind additive. zones: wear by zone, for kind zones.
 
-    scale: factor by which a wrong actuator constant may scale all wears, with the interval from the
-    bench's range of the constant. The intervals of the wears do not include this factor, which
+    scale: common factor of all wears due to an error of the actuator constant; the interval is from
+    the bench's range of the constant. The intervals of the wears do not include this factor, which
     cancels in a ratio to commissioning. others: other parameters (inertia, viscous, ...) divided by
     the model's values. warnings: lines of text.
     """

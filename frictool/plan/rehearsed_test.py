@@ -85,8 +85,8 @@ def rehearsed_strokes(
     PreciseTest
         Reference of the position loop, and the half width to expect for each parameter. If
         `request.duration` is set, a half width may be larger than requested, and a parameter that a
-        rehearsal did not identify has no half width. If the default kind of test reaches the
-        precision, the returned test is not longer.
+        rehearsal did not identify has no half width. The test is not longer than the default
+        kind of test, if that reaches the precision.
 
     Raises
     ------

@@ -58,7 +58,7 @@ def _is_there(
 ) -> bool:
     """Return True if the guard at `index` is at its target, and no other guard has been passed.
 
-    Here the guard of a force is passed below FAR, another guard below BROKEN.
+    A guard has been passed if it is below FAR (force) or below BROKEN (other guards).
     """
     if is_forced(k, modes, index):
         if not FAR <= guard[index] < BROKEN:

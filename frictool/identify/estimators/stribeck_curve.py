@@ -193,7 +193,7 @@ def _fitted(
 ) -> SlidingFit:
     """Return the fit of a curve with this exponent, or of a line if the velocity is 0.
 
-    The intervals include the effect of an error of the bench's inertia of up to `reach`.
+    The intervals include the effect of an error of up to `reach` in the bench's inertia.
     """
     design = runs.design(velocity, exponent)
     names = [name for name in NAMES if velocity > 0.0 or name != "fall"][: design.shape[1]]

@@ -1,4 +1,4 @@
-"""Packing of samples into a chunk of the canonical log and its index (mcap_layout.py)."""
+"""Packing of samples of the canonical log into a chunk, with the chunk's index (mcap_layout.py)."""
 
 from __future__ import annotations
 

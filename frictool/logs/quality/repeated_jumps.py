@@ -222,7 +222,7 @@ class RepeatedJumps:
         return LONG * (self._high - self._low)
 
     def _judge(self, end: int) -> None:
-        """Store the long steps before step `end`, and drop samples that are no longer needed."""
+        """Store the steps before step `end` that may be wraps; drop samples no longer needed."""
         start = self._judged
         if end <= start:
             return

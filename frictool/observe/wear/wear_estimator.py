@@ -86,7 +86,7 @@ class WearEstimator:
         return [self.learn(move) for move in self.moves.take(piece)]
 
     def finish(self) -> list[WearEstimate]:
-        """Return [estimate after an unfinished last move], or [] without such a move."""
+        """End the last move; return its estimate in a list, empty if no move is unfinished."""
         return [self.learn(move) for move in self.moves.end()]
 
     def learn(self, move: Move) -> WearEstimate:

@@ -146,7 +146,8 @@ class WearClassifier:
         """Set the prior of each kind of wear.
 
         The unit of each coefficient is the standard deviation of its widest prior, so that the sums
-        lose no digits. `_unit` (p,) has these units, `_row` (p + 1,) also the unit 1 of the effort.
+        lose no digits. `_unit` (p,) contains these units; `_row` (p + 1,) also contains that of the
+        effort, 1.
         """
         loose = sum((belief[LOOSE] for belief in beliefs.values()), free)
         deviations = np.sqrt(np.diag(loose))
