@@ -151,9 +151,9 @@ def _of_windows(
 ) -> list[AcceptedEffects]:
     """Return the changes of the parameters with longer windows, less what chance explains.
 
-    The first-order approximations of SERIES hold if the window is longer than the lag or the period
-    of the resonance. A fit with an approximation is also compared with the regressions over the
-    same windows and over the longest windows.
+    A delay and a resonance are approximated to first order in the fit. This holds if the window is
+    longer than the delay or the period of the resonance. A fit with an approximation is also
+    compared with the regressions over the same windows and over the longest windows.
     """
     before = plain.intervals()
     out = []

@@ -91,7 +91,7 @@ def ingest(
     bench: Bench | None = None,
     request: IngestRequest = USUAL,
 ) -> IngestedLog:
-    """Convert bench files of one rig to a canonical log (MCAP), without holding it in memory.
+    """Convert bench files of one rig to a canonical log (MCAP), in bounded memory.
 
     Parameters
     ----------

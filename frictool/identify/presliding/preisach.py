@@ -34,7 +34,7 @@ Branch = tuple[Vector, Vector]  # positions and forces
 class EverettTable:
     """Everett's table of a Preisach operator.
 
-    - everett: table relative to `saturation`, (n + 1, n + 1)
+    - everett: E(alpha, beta)/saturation of friction/preisach.py, rows alpha, (n + 1, n + 1)
     - half_width: half widths of the intervals of the table's elements, (n + 1, n + 1)
     - saturation: half the difference of the forces at +limit and -limit, N m | N
     - limit: largest amplitude, rad | m

@@ -1,4 +1,4 @@
-"""Reader of the canonical log (mcap_layout.py) stream by stream, without holding it in memory."""
+"""Reader of the canonical log (mcap_layout.py) stream by stream, in bounded memory."""
 
 from __future__ import annotations
 

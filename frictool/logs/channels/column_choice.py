@@ -188,7 +188,7 @@ def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnCho
 
 
 def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
-    """Return the choice with a question: a file without motion may contain any other signal."""
+    """Return the choice with a question, because the file shows no motion that confirms it."""
     question = ColumnQuestion(
         channel,
         "column",
