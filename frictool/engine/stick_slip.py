@@ -73,7 +73,7 @@ Extension = ExtendedLaws | None
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
     """Return a number of pieces of motion that only an endless cycle exceeds.
 
-    The limit grows with `events`, with the fastest rate of the loop and, in an unbounded Stribeck
+    The number grows with `events`, with the fastest rate of the loop and, in an unbounded Stribeck
     layer, with the rate of the law.
     """
     viscous = max(

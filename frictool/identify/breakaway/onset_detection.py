@@ -147,6 +147,6 @@ def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
 
 
 def _above(record: MotionRecord) -> float:
-    """Return the acting minus the logged effort of a rising ramp, per rise of one sample."""
+    """Return by how many samples the acting effort of a ramp is ahead of the logged effort."""
     before, _, after = effort_weights(record.period, record.lag)
     return after - before

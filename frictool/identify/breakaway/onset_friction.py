@@ -143,8 +143,8 @@ class OnsetData:
 
     - positions: positions and directions of the onsets
     - resolution: encoder step, rad | m
-    - offset: offset of the bench, N m | N; None if all onsets have one direction, in which the
-      argument `axis` of the methods contains the offset
+    - offset: offset of the bench, N m | N; None if all onsets have one direction; the
+      argument `axis` of the methods then contains the offset
     - fall: assumed fall of friction with the speed
     """
 

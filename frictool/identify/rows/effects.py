@@ -132,8 +132,8 @@ class Hypothesis:
 class Effect(Hypothesis):
     """Hypothesis of an effect that disturbs the fit.
 
-    - columns: function of the smoothed motion that returns the columns, (n,) each; the last of
-      `names` may have no column
+    - columns: function of the smoothed motion that returns the columns, (n,) each, in the order
+      of `names`; the last name may have no column
     """
 
     columns: Callable[[SmoothedMotion], tuple[Vector, ...]] = field(kw_only=True)
