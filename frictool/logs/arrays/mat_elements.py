@@ -177,7 +177,7 @@ class _MatVariableReader:
             return
         _, flags = self.small()
         if len(flags) != 8:
-            raise ValueError(f"the head of a variable is damaged (its flags have {len(flags)} bytes)")
+            raise ValueError(f"the head of a variable is damaged (flags of {len(flags)} bytes)")
         (bits,) = struct.unpack_from(self.order + "I", flags)
         kind = CLASSES[bits & 0xFF] if bits & 0xFF < len(CLASSES) else "unknown"
         if kind == "opaque":  # name, system (MCOS), class, and data that only MATLAB can interpret
@@ -195,7 +195,7 @@ class _MatVariableReader:
     def shape(self) -> tuple[int, ...]:
         _, data = self.small()
         if len(data) % 4 or not 8 <= len(data) <= 128:
-            raise ValueError(f"the head of a variable is damaged (its shape has {len(data)} bytes)")
+            raise ValueError(f"the head of a variable is damaged (shape of {len(data)} bytes)")
         shape = tuple(int(n) for n in np.frombuffer(data, np.dtype(self.order + "i4")))
         if min(shape) < 0:
             raise ValueError(f"the shape of a variable is negative: {shape}")
