@@ -64,14 +64,12 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
 
 
 def _dry(model: Model, overrides: dict[str, float]) -> float:
-    """Return the factor by which the overridden Coulomb friction scales all dry friction."""
     if "coulomb" not in overrides or (model.laws is None and model.parameters.coulomb.value == 0.0):
         return 1.0
     return coulomb_factor(model, overrides["coulomb"])
 
 
 def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float]:
-    """Return a function that maps a viscous coefficient of the model to the overridden one."""
     if "viscous" not in overrides:
         return lambda value: value
     wanted = overrides["viscous"]

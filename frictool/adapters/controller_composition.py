@@ -78,7 +78,7 @@ def uses_speed(controller: Controller) -> bool:
 
 
 def profile_limits(settings: Profile) -> ProfileLimits:
-    """Return speed, acceleration and smoothing of a document's profile as a record."""
+    """Return the limits of speed, acceleration and smoothing in a document's profile."""
     return ProfileLimits(settings.speed, settings.acceleration, settings.smoothing_samples)
 
 

@@ -25,12 +25,10 @@ def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polyt
 
 
 def regime_levels(model: Model, coulomb: tuple[float, float]) -> RegimeLevels:
-    """Return the model's regimes in both directions.
+    """Return the model's intervals of the friction in each speed regime.
 
-    `coulomb` is the interval of the Coulomb friction at low speed.
-
-    The slope below the first knee is taken from the model, because the bench's range of the viscous
-    coefficient applies to the steepest regime. Raises FrictoolError if the model has no regimes.
+    `coulomb` is the interval of the Coulomb friction at low speed. Raises FrictoolError if the
+    model has no regimes.
     """
     if model.laws is None or not model.laws.regimes:
         raise FrictoolError(

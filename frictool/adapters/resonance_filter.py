@@ -23,7 +23,6 @@ def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
 
 
 def _filter(resonances: Resonances, end: int | None) -> Lti:
-    """Return the filter with all frequencies at their low ends (0), high ends (1) or values."""
     below = [_pair(one, end) for one in resonances.poles] + _reals(resonances.real_poles_rad_s)
     above = [_pair(one, end) for one in resonances.zeros] + _reals(resonances.real_zeros_rad_s)
     whole = gain(1.0, 0.0)

@@ -136,8 +136,6 @@ def design_automatically(
 
 @dataclass(frozen=True)
 class _Search:
-    """Data that the searches of all families use."""
-
     test: DesignTest
     tests: PlayedTests
     scales: DesignScales
@@ -208,7 +206,6 @@ def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
 
 
 def _with_blocks(family: CandidateFamily, kept: Mapping[str, object]) -> CandidateFamily:
-    """Return the family with the keys of `kept` added to its designs."""
     return replace(
         family,
         design=lambda scales, values: structs.replace(family.design(scales, values), **kept),
@@ -220,7 +217,6 @@ def _verify(test: DesignTest, design: Design) -> None:
 
 
 def _tests(test: DesignTest) -> PlayedTests:
-    """Return the judges of a candidate, from the cheapest to the most expensive."""
     seconds = response_time(test.model, test.spec)
     short, spec = _shortened(test.scenario, test.spec, seconds)
     screened = structs.replace(short, steps=short.steps[:SCREENED])
@@ -266,7 +262,6 @@ def _hard(test: DesignTest) -> tuple[int, ...]:
 
 
 def _likeness(plant: PlantValues, plants: Sequence[PlantValues], extreme: PlantValues) -> float:
-    """Return a score of `plant`, largest for the vertex with the signs in `extreme`."""
     total = 0.0
     for name, sign in extreme.items():
         values = [one[name] for one in plants]

@@ -129,7 +129,6 @@ class DesignTest:
         places: Sequence[float],
         target: float,
     ) -> ControllerJudge:
-        """Return the judge of `plants`; starts and targets are moved by `places` and `target`."""
         moved = structs.replace(
             scenario, steps=tuple(self._moved(step, target) for step in scenario.steps)
         )
@@ -239,7 +238,6 @@ def _moved_inwards(model: Model, start: float, places: Sequence[float]) -> list[
 
 
 def _about(scenario: Scenario, vertices: int, drawn: int) -> str:
-    """Return the description of a scenario and its plants."""
     unit = si_unit("position", scenario.axis)
     count = sum(step.reference is not None for step in scenario.steps)
     longest = longest_step_of(scenario)

@@ -267,7 +267,6 @@ def _play(
     paths: CampaignPaths,
     options: CampaignOptions,
 ) -> tuple[Trials, list[WorstCase]]:
-    """Run all trials, and the worst-case searches if requested."""
     from frictool.campaign.campaign_run import conduct, sharing
     from frictool.cli.campaign_inputs import commands_of
     from frictool.cli.progress import progress

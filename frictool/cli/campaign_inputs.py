@@ -163,7 +163,6 @@ def mechanism_errors_with_line(path: Path) -> Iterator[None]:
 
 
 def _with_ends(document: Mechanism) -> Mechanism:
-    """Return `document`. Raises ElementError if a controller cannot read and drive it."""
     from frictool.campaign.trials.trial_player import plant_of
 
     plant_of(document)

@@ -156,7 +156,6 @@ def _setting(path: Path | None) -> ComparisonSetting:
 
 
 def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the requested laws in the table's order. Raises UsageError for an unknown name."""
     for law in laws:
         if law not in known:
             near = difflib.get_close_matches(law, known, 1)

@@ -117,7 +117,6 @@ def command(
 def _chosen(
     source: str, streams: list[OutgoingStream], topics: tuple[str, ...]
 ) -> list[OutgoingStream]:
-    """Return the requested streams, by default all. Raises LogError for an unknown name."""
     from frictool.logs.raw_table import pick
 
     names = [one.head.topic for one in streams]

@@ -90,7 +90,6 @@ def write_precise(run: PreciseRun) -> None:
 
 
 def _missed(wanted: dict[str, float], promised: dict[str, float], bench: Any) -> list[str]:
-    """Return the parameters with a promise wider than requested, each with both precisions."""
     from frictool.identify.excite.breakaway_ramps import breakaway_range
     from frictool.identify.excite.precise_strokes import bench_value
 

@@ -202,7 +202,6 @@ def _change(path: Path, content: str | bytes, inputs: list[Path]) -> None:
 
 
 def _language(lang: str, document: Path) -> ExportLanguage:
-    """Return the record of a language for the kind of the document."""
     from frictool.documents.document_text import is_format
 
     *first, last = (one for one in LANGUAGES if one.name == lang)
@@ -210,7 +209,6 @@ def _language(lang: str, document: Path) -> ExportLanguage:
 
 
 def _label(language: ExportLanguage) -> str:
-    """Return the name of a language, with its document if the language takes several."""
     several = [one.name for one in LANGUAGES].count(language.name) > 1
     return f"{language.name} (from a {language.document})" if several else language.name
 

@@ -64,7 +64,6 @@ used.
 
 
 def _method_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options that only some methods read."""
     for option in reversed(OPTIONS):
         number: click.IntRange | FiniteRange = (
             click.IntRange(int(option.low), None if option.high is None else int(option.high))
@@ -283,7 +282,6 @@ class IdentifyCommand:
 
 
 def _alone(line: IdentifyCommand) -> None:
-    """Identify one model from all logs together, save it and report it."""
     from frictool.documents.promise import Promise
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load

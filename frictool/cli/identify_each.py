@@ -135,7 +135,6 @@ def _members(line: IdentifyEachCommand, logs: Sequence[Path]) -> list[Any]:
 
 
 def _check_outputs(line: IdentifyEachCommand, jobs: Sequence[LogGroup], inputs: list[Path]) -> None:
-    """Raise OutputError if an output cannot be written."""
     if line.folder is None:
         if line.table is not None:
             check_output(line.table, inputs)

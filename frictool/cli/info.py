@@ -78,10 +78,6 @@ def command(
 
 
 def _guessed(path: Path, layout: Layout | None) -> Log | None:
-    """Return a raw file as a log in its own units, and print the guessed columns.
-
-    None for a canonical log.
-    """
     from frictool.documents.bench import OPEN
     from frictool.logs.canonical.mcap_reader import is_canonical
     from frictool.logs.channels.guessed_log import guess_log

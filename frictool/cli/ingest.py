@@ -243,7 +243,6 @@ def _propose(
 
 
 def _refuse_loss(made: LogAssembly, output: Path) -> None:
-    """Raise LogError if data were lost."""
     from frictool.errors import LogError
     from frictool.logs.losses import loss_count_text
 

@@ -89,7 +89,6 @@ def _show(table: list[FleetRow], request: ObserveRequest) -> None:
 def _save(
     request: ObserveRequest, table: list[FleetRow], inputs: list[Path], provenance: Provenance
 ) -> None:
-    """Write the table, to stdout if nothing else is written there, and the trend."""
     from frictool.logs.formats import WRITTEN, format_for
     from frictool.logs.provenance import provenance_record
     from frictool.observe.fleet_table import as_csv, write_parquet

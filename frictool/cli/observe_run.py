@@ -253,7 +253,6 @@ def _drawn(
     picture: EstimatePlot,
     provenance: Provenance,
 ) -> str:
-    """Return the plot, or the page that contains it."""
     from frictool.observe.page import page_of_log
 
     drawn = picture.drawn(Path(outcome.source).name, request.wear_limit)

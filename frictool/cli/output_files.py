@@ -80,7 +80,6 @@ def require_folder(target: Path) -> None:
 
 @contextmanager
 def _device(target: Path) -> Iterator[BinaryIO]:
-    """Yield a device or a pipe, opened for writing."""
     try:
         with target.open("wb") as stream:
             yield stream

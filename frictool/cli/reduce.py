@@ -203,10 +203,6 @@ def _reduction(line: ReduceCommand) -> Reduction:
 
 
 def _in_loop(line: ReduceCommand, result: Reduction) -> LoopComparison | None:
-    """Compare mechanism and model in the closed loop.
-
-    None if this is not requested, or if the reduction has failed its check.
-    """
     controller = line.controller
     if line.scenario is None or controller is None or result.checked.refused is not None:
         return None

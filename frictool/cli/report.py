@@ -135,7 +135,6 @@ def command(
 def _load(
     logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Path | None
 ) -> ReportRequest:
-    """Load the documents and the logs; raise an error if they do not fit together."""
     from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.documents.metric_table import REQUIREMENTS
@@ -230,7 +229,6 @@ def _contents(
     targets: dict[str, Path | None],
     allow_undecided: bool,
 ) -> dict[Path, str]:
-    """Return the text of each output file; `targets`: option -> path or None."""
     contents: dict[Path, str] = {}
     if (target := targets["-o"]) is not None:
         from frictool.report.page import page

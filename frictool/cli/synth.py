@@ -210,7 +210,6 @@ def _check_options(
     scenario: Path | None,
     no_play: bool,
 ) -> None:
-    """Raise UsageError for options that contradict each other."""
     if design is not None and plot is not None and design.relax == "no":
         raise click.UsageError(
             "--plot shows the trade-off of a search or of `relax: auto`; the design "

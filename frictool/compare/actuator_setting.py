@@ -53,8 +53,8 @@ def from_model(model: Model) -> ComparisonSetting:
     limit = bench.actuator.constant.value * bench.actuator.limit.value
     if limit <= breakaway:
         raise ValueError(
-            f"bench.actuator gives at most {limit:g}; allowed: more than "
-            f"parameters.breakaway, {breakaway:g}"
+            f"bench.actuator gives at most {limit:g} N m (N); allowed: more than "
+            f"parameters.breakaway, {breakaway:g} N m (N)"
         )
     setting = scaled_setting(
         model.name,

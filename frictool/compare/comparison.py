@@ -184,7 +184,6 @@ def _tested(
     reference_cycle: limit_cycle_criterion.LimitCycleResult,
     law: str,
 ) -> LawResult:
-    """Run all tests on one law, and judge the law by comparison with the reference."""
     runs = _runs(setting, simulator, law)
     pulled, cycling = _measured(setting, runs)
     loop, contact = _presliding(setting, simulator, law)

@@ -37,7 +37,6 @@ EULER_STEP, EULER_SPEED, EULER_FORCE = 1e-4, 1e-2, 0.5  # units of time, speed a
 
 
 def _noticeable(setting: ComparisonSetting) -> float:
-    """Return NOTICEABLE as a force [N | N m], relative to 2 (F_s - F_c)."""
     return NOTICEABLE * setting.scales.fall * setting.coulomb
 
 

@@ -38,10 +38,6 @@ def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vect
 def _dynamic(
     name: str, kernels: DynamicKernels, p: Vector, velocity: Vector, steps: Vector
 ) -> Vector:
-    """Integrate the state z of a law by Heun's rule, and update its memory after each step.
-
-    Heun's rule moves a state by half of the step if the state saturates within the step.
-    """
     z = kernels.reset(p)
     begin = np.zeros_like(z)
     out = np.zeros_like(z)

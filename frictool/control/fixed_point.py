@@ -229,7 +229,6 @@ class _Scaling:
                 return sum(low for low, _ in products), sum(high for _, high in products)
 
     def _scale(self, node: ProgramNode) -> None:
-        """Set the fraction of the result and the shifts of the operation."""
         index = node.index
         of = [self.fraction[arg.index] for arg in node.args]
         wanted = 0 if node.is_logical else self._fraction(node, *self.real[index])

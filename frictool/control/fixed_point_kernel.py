@@ -75,7 +75,7 @@ def to_real(form: IntVector, word: int) -> float:
 def run_words(
     code: Rows, terms: Rows, writes: Rows, formats: IntVector, w: IntVector, first: int
 ) -> None:
-    """Run the operations of one sample on the integers w; the same program as `run_values`."""
+    """Run the operations of one sample on the integers w."""
     for k in range(first, code.shape[0]):
         operation = code[k, 0]
         d = code[k, 1]

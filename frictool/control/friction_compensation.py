@@ -113,10 +113,6 @@ def _table(
     values: Sequence[float],
     name: str,
 ) -> ProgramNode:
-    """Interpolate values (n,) at rising points (n,) linearly, and return the value at `at`.
-
-    name: name of the points in the exported code.
-    """
     curve = name.rsplit("_", 1)[0]
     total = program.constant(values[0], f"{curve}_drive")
     last = len(points) - 2

@@ -55,7 +55,10 @@ def corner_weights(
 def weighted_coefficients(
     program: Program, equations: Sequence[DifferenceEquation], weights: list[ProgramNode]
 ) -> CoefficientNodes:
-    """Return the weighted coefficients; those that are equal in all corners are constants."""
+    """Return the sums of the coefficients of `equations`, multiplied by `weights`.
+
+    A coefficient that is equal in all equations becomes a constant.
+    """
     program.block("coefficients for these weights")
     each = [
         coefficients(program, equation, f"corner{index}_")

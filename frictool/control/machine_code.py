@@ -114,7 +114,7 @@ def _module(structure: ProgramStructure, name: str) -> ir.Module:
     }
 
     def at(index: int) -> ir.Value:
-        """Return the value at an index; coefficients and states are read once."""
+        """Return the value at an index; it is loaded from memory at its first use only."""
         if index not in values:
             values[index] = builder.load(_place(builder, memory, index))
         return values[index]

@@ -154,8 +154,6 @@ def write_correction(
 
 
 class _DirectionCells:
-    """The cells of one direction, and the cell that contains the position."""
-
     def __init__(
         self, program: Program, theta: ProgramNode, cells: Sequence[SlipMode], name: str
     ) -> None:

@@ -207,7 +207,7 @@ class FrictionCompensation(
     - `source`: `model`: coulomb tanh(v/smoothing_speed) + viscous v, or the table `speeds`,
       `efforts`. `observer`: the disturbance that an observer estimates from drive, measured speed
       and inertia.
-    - `velocity`: Speed v: of the filtered reference, or measured.
+    - `velocity`: Origin of the speed v: the filtered reference, or the measured speed.
     - `coulomb`: Coulomb friction of the model [N m | N].
     - `viscous`: Viscous friction of the model [N m s/rad | N s/m].
     - `smoothing_speed`: Speed below which the modelled friction fades [rad/s | m/s].
@@ -256,7 +256,6 @@ class FrictionCompensation(
 def _check_table(
     points_name: str, points: tuple[float, ...], values_name: str, values: tuple[float, ...]
 ) -> None:
-    """Raise ValueError unless a table has rising points and as many values, or is empty."""
     if len(points) != len(values) or len(points) == 1:
         raise ValueError(
             f"{points_name} and {values_name}: found {len(points)} and {len(values)} values; "

@@ -148,7 +148,8 @@ class FrictionCompensationDesign(
       plus viscous friction times v, or a table against v if the friction has a Stribeck term or
       knees, or differs by direction. If the model's friction depends on the position, a table
       against position is added. `observer` adds the disturbance that an observer estimates.
-    - `velocity`: Speed v: of the filtered reference, or measured. By default `measured`.
+    - `velocity`: Origin of the speed v: the filtered reference, or the measured speed. By default
+      `measured`.
     - `smoothing_speed`: Speed below which the modelled friction fades. By default, for the measured
       speed, one encoder count per sample.
     - `observer_rad_s`: Bandwidth of the observer.

@@ -81,7 +81,6 @@ def is_format(path: Path, name: str) -> bool:
 
 
 def _problem(error: yaml.MarkedYAMLError) -> str:
-    """Return the parser's problem, in plain words for a tab and for a second document."""
     problem = error.problem or error.context or "?"
     if "'\\t'" in problem:
         return "found a tab; indent with spaces"

@@ -376,7 +376,6 @@ def _powers(unit: str) -> tuple[int, ...] | None:
 
 
 def _measured(dimension: str, axis: Axis) -> str:
-    """Return the dimension, with the kind of axis if the unit depends on it."""
     rotary, linear = SI_UNITS[dimension]
     return dimension if rotary == linear else f"{dimension} of a {axis} axis"
 

@@ -80,7 +80,6 @@ class QuantityReader(NodeReader):
     def _quantity_keys(
         self, node: yaml.Node, kind: type[msgspec.Struct], dimension: str, key: str
     ) -> Pairs:
-        """Return the keys of a quantity, span or series."""
         fields = {field.name: field for field in fields_of(kind)}
         required = [name for name, field in fields.items() if field.required or name == "unit"]
         if not isinstance(node, yaml.MappingNode):

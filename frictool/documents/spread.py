@@ -108,9 +108,9 @@ class Warmth(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 class Temperature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Temperature of a trial, drawn between cold and hot.
 
-    Both factors are interpolated linearly.
+    The factors at a temperature between the ends are interpolated linearly.
 
-    - `cold`, `hot`: Factors at this end of the range.
+    - `cold`, `hot`: Factors on viscous friction and drive constant at this end of the range.
     """
 
     cold: Warmth

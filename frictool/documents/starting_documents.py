@@ -92,7 +92,6 @@ def example_keys(start: StartingRig) -> dict[str, list[str]]:
 
 
 def _listed(text: str) -> str:
-    """Return the text with its example keys listed under `examples`, after the document's name."""
     keys = _example_keys(text)
     if not keys:
         return text
@@ -144,7 +143,6 @@ def _environment() -> jinja2.Environment:
 
 
 def _context(start: StartingRig) -> dict[str, Any]:
-    """Return the variables and functions of the templates."""
     rotary = start.axis == "rotary"
     drive = start.drive or DRIVES[start.axis]
     unit = si_unit(drive, start.axis)
@@ -202,7 +200,6 @@ def _aligned(text: str) -> str:
 
 
 def _flow(value: dict[str, Any]) -> str:
-    """Return a mapping as YAML on one line."""
     return yaml.safe_dump(
         value, default_flow_style=True, width=float("inf"), allow_unicode=True, sort_keys=False
     ).rstrip("\n")

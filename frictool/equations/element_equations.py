@@ -312,10 +312,6 @@ def _winding(name: str, element: Source, notation: Notation, drive: Term) -> Con
 def _curve(
     text: str, name: str, letter: str, curve: Curve | Level, at: Term, key: str
 ) -> tuple[Term, Condition]:
-    """Return a curve's value at a position, and a statement of the curve's points.
-
-    With the statement's terms, the dimension check compares the units of argument and points.
-    """
     values, unit = (
         (curve.factor, "") if isinstance(curve, Level) else (curve.value.values, curve.value.unit)
     )

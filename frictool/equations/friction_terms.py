@@ -67,7 +67,6 @@ def dry_level(name: str, element: FrictionOf, notation: Notation) -> Term | None
 
 
 def _symbols(name: str, element: FrictionOf, notation: Notation) -> dict[str, Term]:
-    """Return every parameter of the law with a value or a default."""
     key = f"links.{name}"
     kind = notation.kinds[element.on]
     quantities = si_parameters(key, element, kind)

@@ -175,7 +175,6 @@ def _yielding(
 def _half_width(
     name: str, link: Transmitting, backlash: Backlash, notation: Notation, ratio: Term
 ) -> Term:
-    """Return half of the backlash, converted to the second end."""
     key = f"links.{name}.backlash.width"
     width = notation.parameter("w", "w", name, backlash.width, key)
     a, b = link.between
@@ -209,7 +208,6 @@ def _pressed(name: str, b: str, notation: Notation, play: Term) -> Condition:
 def _rebounding(
     name: str, link: Transmitting, notation: Notation, ratio: Term, play: Term, restitution: float
 ) -> Condition:
-    """Return the condition at the ends of the backlash of a rigid link."""
     a, b = link.between
     stretch, _ = notation.stretch("e", name, notation.kinds[b])
     follows = ratio.times(notation.speed(a)).negative()

@@ -164,10 +164,6 @@ def _has_backlash(model: Model) -> bool:
 
 
 def _starts(model: Model) -> list[float]:
-    """Return the initial values: the engine's array, followed by two further parameters.
-
-    The friction polynomials are relative to the friction levels.
-    """
     axis, load = axis_of(model), load_of(model)
     harmonics = load.harmonics or (NO_HARMONIC,)
     out = with_load(axis.as_array(), np.array([load.stiffness, *chain.from_iterable(harmonics)]))

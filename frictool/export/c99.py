@@ -162,10 +162,6 @@ def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
 
 
 def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dict[str, Any]:
-    """Return the values of the template that differ between real numbers and fixed point.
-
-    These values are limits, conversions, the proof and notes on the fields.
-    """
     program = names.program
     scaled = numbers.scaled if isinstance(numbers, FixedNumbers) else None
     drive = program.output

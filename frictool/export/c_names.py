@@ -110,7 +110,6 @@ class CNames:
                 self.results[node.index] = self._free(name)
 
     def _free(self, name: str) -> str:
-        """Return the name, or a similar one that is not taken."""
         word = re.sub(r"\W+", "_", name).strip("_")
         candidate = word if word not in TAKEN else f"{word}_"
         count = 1

@@ -25,10 +25,7 @@ LOOSER = {
 
 
 class RealNumbers:
-    """Writer of numbers in `kind`, the C type double or float.
-
-    FixedNumbers explains the other fields.
-    """
+    """Writer of numbers in `kind`, the C type double or float."""
 
     def __init__(self, kind: str) -> None:
         self.kind = self.constant_kind = kind

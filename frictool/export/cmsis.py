@@ -71,7 +71,6 @@ def _as_sections(
 
 
 def _entering(controller: Controller, number: Number) -> float:
-    """Return the proved bound of the linear controller's input."""
     program = controller_program(controller)
     scaled = fixed_program(program, BITS[number])
     indices = {name: index for index, name in program.names.items()}

@@ -137,7 +137,6 @@ def _entering(controller: Controller) -> str:
 
 
 def _linear(controller: Controller, number: Number) -> dict[str, Any]:
-    """Return the linear controller with coefficients of the format, without its continuous form."""
     linear = rounded_linear(controller.linear, number)
     space = linear.discrete
     return {

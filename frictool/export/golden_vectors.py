@@ -266,7 +266,7 @@ class _VectorSequence:
                 break
 
     def lose(self, reference: float, samples: int) -> None:
-        """Make each input in turn invalid for one sample, `samples` times, while the axis moves."""
+        """Invalidate one input for one sample, then the next input; `samples` times in all."""
         kinds: list[dict[str, float]] = [
             {"position": math.nan},
             {"position": math.inf},

@@ -221,7 +221,6 @@ def mjcf_text(model: Model, attributes: list[MjcfAttribute], origin: ExportOrigi
 
 
 def _contact(model: Model) -> Contact | None:
-    """Return the LuGre contact of a model; None without one."""
     return model.presliding.lugre if model.presliding is not None else None
 
 

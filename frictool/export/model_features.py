@@ -37,7 +37,6 @@ def _laws(model: Model) -> Laws:
 
 
 def _of_laws(text: str, key: str) -> ModelFeature:
-    """Return the feature for `key`, a key of the model's `laws`."""
     plain = getattr(Laws(), key)
     return ModelFeature(
         text,
@@ -47,7 +46,6 @@ def _of_laws(text: str, key: str) -> ModelFeature:
 
 
 def _of_load(text: str, key: str) -> ModelFeature:
-    """Return the feature for `key`, a key of the model's `laws.load`."""
     plain = getattr(Load(), key)
 
     def removed(model: Model) -> Model:
@@ -60,7 +58,6 @@ def _of_load(text: str, key: str) -> ModelFeature:
 
 
 def _of_model(text: str, key: str) -> ModelFeature:
-    """Return the feature for `key`, an optional key of the model."""
     return ModelFeature(
         text,
         lambda model: getattr(model, key) is not None,

@@ -59,7 +59,6 @@ def common_bound(loops: Sequence[Lti]) -> float:
 
 
 def _in_time_unit(loop: Lti, unit: float) -> Lti:
-    """Return a continuous loop with time in units of `unit` s; Lyapunov matrices stay the same."""
     if loop.period:
         return loop
     return replace(loop, a=unit * loop.a, b=np.sqrt(unit) * loop.b, c=np.sqrt(unit) * loop.c)

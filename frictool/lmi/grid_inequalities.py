@@ -169,8 +169,8 @@ class GridInequalities:
     def reduced(self) -> Iterator[tuple[Matrix, Matrix, Matrix]]:
         """Yield (fixed, columns, entering) of each inequality fixed + F - entering/gamma^2 > 0.
 
-        There is one inequality for X and one for Y at each grid point, for each plant and each
-        distinct corner of the rates. `fixed` and `entering` are constant matrices; F is linear in
+        There is one inequality for X and one for Y for each plant of each grid point and each
+        combination of extreme rates. `fixed` and `entering` are constant matrices; F is linear in
         X/gamma or Y/gamma. A column of `columns` is the upper triangle of the matrix that
         multiplies one unknown in F.
         """
@@ -259,12 +259,10 @@ class GridInequalities:
 
 
 def _flowing(side: ProjectedInequality) -> ProjectedInequality:
-    """Return a sampled inequality without the term e v e' (bounded_real.py)."""
     return replace(side, e=np.zeros_like(side.e)) if side.disc else side
 
 
 def _compared(side: ProjectedInequality) -> ProjectedInequality:
-    """Return the inequality with e v e' (bounded_real.py) as its only term in v = X or Y."""
     return replace(side, p=np.zeros_like(side.p), disc=True)
 
 

@@ -76,10 +76,10 @@ def quiet_gains(
     """Return the gains for `modes` and the allowed `switches`.
 
     `noise` maps a mode to the amplitude n_i (m,) of its measurement noise. `apart` maps a mode to a
-    mask (n, m) of the gains that may differ from 0. States with equal rows of the mask must be
-    consecutive, so that a triangular change of states preserves the mask. Raises NoSolutionError if
-    a mode is not detectable, or if no gains are proved within `factor` times the smallest gamma.
-    Raises ValueError for a decay outside (0, 1] or a factor of at most 1.
+    mask (n, m) of the gains that may differ from 0; states with equal rows of the mask must be
+    consecutive. Raises NoSolutionError if a mode is not detectable, or if no gains are proved for
+    `factor` times the smallest gamma. Raises ValueError for a decay
+    outside (0, 1] or a factor of at most 1.
     """
     if not 0.0 < decay <= 1.0 or not factor > 1.0:
         raise ValueError(

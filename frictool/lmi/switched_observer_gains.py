@@ -68,8 +68,8 @@ class ObserverMode:
 class SwitchedGains:
     """Gains L_i (n, m) of each mode, and the `gamma` that thesis (6.9) proves for them with `p`.
 
-    decay: lambda. smallest_gamma: smallest gamma of (6.6) without a decay. p: P_i in states x_p
-    with x = t x_p; in SI units the decrease of e' P e would be lost in rounding.
+    decay: lambda. smallest_gamma: smallest gamma of (6.6) without a decay. p: P_i for the scaled
+    states t^-1 x; for states in SI units, the decrease of e' P e would be lost in rounding.
     """
 
     gains: dict[int, Matrix]

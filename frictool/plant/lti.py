@@ -38,7 +38,7 @@ class Lti:
         return replace(self, a=inverse @ self.a @ t, b=inverse @ self.b, c=self.c @ t)
 
     def response(self, frequencies: ArrayLike) -> NDArray[np.complex128]:
-        """Return the frequency responses (k, p, m) at the angular frequencies (k,) [rad/s]."""
+        """Return the responses (k, outputs, inputs) at k angular frequencies (k,) [rad/s]."""
         w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
         point = np.exp(1j * w * self.period) if self.period else 1j * w
         inner = point[:, None, None] * np.eye(self.order) - self.a

@@ -96,7 +96,6 @@ def corner_points(box: Mapping[str, tuple[float, float]]) -> tuple[PlantPoint, .
 def _named(
     corners: list[tuple[float, float, float, float]], scheduled: tuple[Parameter, ...]
 ) -> Polytope:
-    """Return the polytope of the corners without repetition, centred in their enclosing box."""
     corners = list(dict.fromkeys(corners))
     centre = PlantPoint(
         "centre", *(0.5 * (min(values) + max(values)) for values in zip(*corners, strict=True))

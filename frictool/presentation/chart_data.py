@@ -75,7 +75,6 @@ def _panel(axes: Axes) -> dict[str, Any] | None:
 
 
 def _series(axes: Axes, artist: Artist) -> dict[str, Any] | None:
-    """Return one curve, set of points, area or straight line; None if a chart cannot show it."""
     data: tuple[Vector, Vector]
     if isinstance(artist, Line2D):
         along = _in_data(axes, artist)

@@ -45,7 +45,6 @@ def _page_template(folder: Path) -> jinja2.Template:
 
 
 def _chart_resources() -> dict[str, Any]:
-    """Return what a template needs to show charts: scripts, their hashes, style and licence."""
     scripts = page_scripts()
     return {
         "scripts": scripts,

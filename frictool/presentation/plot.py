@@ -181,7 +181,6 @@ class Plot:
         return "\n".join([*lines, "</svg>"])
 
     def _chart(self, x_range: PlotRange) -> str:
-        """Return the data of the chart as JSON."""
         parts = []
         total = POINTS * self.size[1]
         for index, (panel, box) in enumerate(zip(self.panels, self._boxes(), strict=True)):
@@ -203,7 +202,6 @@ class Plot:
         return json.dumps(parts, separators=(",", ":"), ensure_ascii=False)
 
     def _boxes(self) -> list[PanelBox]:
-        """Return the boxes of the panels, from top to bottom [point]."""
         (width, height), margins = self.size, self.margins
         count = len(self.panels)
         mean = (height - margins.bottom - margins.top) / (count + self.space * (count - 1))

@@ -213,7 +213,6 @@ def _block(here: MechanismView, name: str, block: Block) -> Block:
 
 
 def _link(here: MechanismView, name: str, link: Link) -> dict[str, Link]:
-    """Return {name: link in the coordinate of the root}; empty for a redundant link."""
     if isinstance(link, Spring):
         return _spring(here, name, link)
     on: dict[type, Callable[..., Link]] = {

@@ -70,10 +70,6 @@ def _together(intervals: Uncertain) -> list[Uncertain]:
 def _at_corners(
     mechanism: Mechanism, moved: Uncertain, numbers: Callable[[Mechanism], Numbers]
 ) -> Iterator[Numbers]:
-    """Yield the numbers for every combination of interval ends of these quantities.
-
-    Raises NoSolutionError if the mechanism cannot be reduced for a combination.
-    """
     for corner in itertools.product(*(one.interval for _, one in moved)):
         there = mechanism
         said = []

@@ -42,7 +42,6 @@ def resonances(mechanism: Mechanism, source: str, sensor: str) -> Resonances | N
 
 
 def _between(link: object) -> bool:
-    """Return True if the link connects two blocks."""
     if isinstance(link, Spring):
         return GROUND not in link.between
     return not isinstance(link, Cam | Stop | FrictionOf)

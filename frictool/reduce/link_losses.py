@@ -189,7 +189,6 @@ def _placed(
 
 
 def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
-    """Return the note that says if the link is irreversible."""
     original = whole.links.get(name)
     why = f"its efficiency is {1.0 - link.back_loss:.4g} if the load drives"
     if isinstance(original, Screw) and original.friction_coefficient is not None:

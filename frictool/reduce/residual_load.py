@@ -49,9 +49,8 @@ class ResidualLoad:
 
 @dataclass(frozen=True)
 class LoadUnits:
-    """Names and units for error messages.
+    """Name of the mechanism and units for error messages.
 
-    name: name of the mechanism.
     side: -1 if the sensor's reading falls while the position x of the law rises, else 1.
     """
 
@@ -204,11 +203,6 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
 
 
 def _straight(x: Vector, mean: Vector, half: Vector) -> Callable[[slice], bool]:
-    """Return a function that is True for parts of the travel with a simple load.
-
-    On these parts, friction holds the load minus a constant or a line.
-    """
-
     def holds(part: slice) -> bool:
         margin = HELD * max(float(np.max(np.abs(mean[part]))), 1e-300)
         return any(

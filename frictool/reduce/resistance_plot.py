@@ -17,7 +17,7 @@ FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
 
 
 def picture(chain: ReductionChain, model: Model) -> str:
-    """Return the `<svg>` element; the same reduction gives the same bytes."""
+    """Return an `<svg>` element with friction and load against position."""
     with drawing("reduce"):
         return render(
             figure(chain, model),

@@ -44,9 +44,9 @@ class IrreversibilityMargin:
 
 
 def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
-    """Return the least of C_+ and -C_- at positions x (n,); below 0 the load moves the block.
+    """Return the least effort that moves the block away from a position x (n,), and that position.
 
-    C_+, C_-: efforts that move the block forward and backward (`directed`).
+    The least effort is negative if the load moves the block.
     """
     margin = np.minimum(directed.forward, -directed.backward)
     worst = int(np.argmin(margin))
@@ -172,7 +172,6 @@ def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
 
 
 def _is_curve(mechanism: Mechanism, block: str) -> bool:
-    """Return True if the block's loads are already one curve for each direction."""
     links = [mechanism.links[name] for name in position_elements(mechanism, block)]
     springs, cams = (
         [one for one in links if isinstance(one, Spring)],

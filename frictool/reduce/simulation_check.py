@@ -253,6 +253,5 @@ def _inertia_bounds(report: StepReport, chain: ReductionChain) -> str:
 
 
 def _other(step: str, whole: Mechanism, tolerance: float) -> str:
-    """Return advice with a bandwidth for which the step would succeed, else ""."""
     passing = passing_bandwidth(whole, tolerance) if step == "compliance" else None
     return "" if passing is None else f"--bandwidth {passing:g}, or "

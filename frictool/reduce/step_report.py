@@ -40,7 +40,8 @@ class StepReport:
 
     did: text on what the step changed.
     neglects: text on what the step neglects.
-    predicted: error in closed form relative to the quantity `of`; 0 if nothing is neglected.
+    predicted: relative error, in closed form, of the quantity that `of` names; 0 if the step
+        is exact.
     measured: difference from the mechanism before the step; None before the simulation.
     covered: quantity of the model whose interval includes the predicted error, so that only the
         measured error is checked; None if there is no such quantity.

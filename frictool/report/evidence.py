@@ -176,7 +176,7 @@ def log_labels(logs: Sequence[Log]) -> list[str]:
 
 
 class AboutStream(NamedTuple):
-    """Fields of StreamEvidence that do not follow from the stream's signals."""
+    """Label, origin and margin of a stream, which do not follow from its signals."""
 
     label: str
     nominal: bool

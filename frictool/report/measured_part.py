@@ -44,12 +44,12 @@ class MeasuredPart:
         return self.of(self.evidence.stream.signals[name])
 
     def late(self, signal: Any) -> Any:
-        """Return the samples of a signal from `rest.after_s` after the hold's start on."""
+        """Return the samples of a signal at the times of `rest`; None without the signal."""
         return None if signal is None else self.of(signal)[self.rest]
 
     @cached_property
     def rest(self) -> slice | None:
-        """Return the slice of the samples from `rest.after_s` after the hold's start on.
+        """Return the slice of the samples that begin `rest.after_s` after the start of the hold.
 
         Return None if there are too few samples.
         """

@@ -47,11 +47,6 @@ def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | st
 
 
 def _samples(position: Vector, resolution: float) -> int:
-    """Return the number of samples over which the position difference is computed.
-
-    At top speed, the position changes by at least LEAST_LEVELS sensor steps over this number of
-    samples, which is at most MOST_SAMPLES.
-    """
     for samples in range(1, min(MOST_SAMPLES, position.size - 1)):
         if (
             float(np.max(np.abs(position[samples:] - position[:-samples])))

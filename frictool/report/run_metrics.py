@@ -90,7 +90,6 @@ class RunMetrics:
         return list(outcomes.values())
 
     def _has_runs(self, reference: Vector) -> bool:
-        """Find the stretches of constant reference; return False if a sample is not finite."""
         if reference is not self._reference:
             if not np.isfinite(reference).all():
                 return False
@@ -103,7 +102,6 @@ class RunMetrics:
         return after is not None and late_samples(time, after) is not None
 
     def _resolution(self, position: Vector) -> float:
-        """Return the sensor step of the positions (n,), or that of the rig."""
         distances, steps = lattice_distances(position, self._step)
         if steps == OFF_LATTICE:
             return encoder_step(position) or self._step
@@ -134,7 +132,6 @@ class RunMetrics:
 
 
 def _worst(values: Sequence[float], limit: float) -> Outcome:
-    """Return the outcome of the largest value."""
     if not values:
         return math.nan, None
     value = values[largest(values)[1]]

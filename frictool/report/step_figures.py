@@ -83,8 +83,8 @@ def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
 def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float:
     """Return the duration [s] of the figure of a step.
 
-    The figure shows the slowest response and the allowed response time, and ends with the hold at
-    the latest. A step that never settles is shown up to the end of the hold.
+    The figure shows the slowest response and the allowed response time, but nothing after the hold.
+    If a step never settles, the whole hold is shown.
     """
     longest_hold = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
     responses = [m.values.get("response_time_95", math.inf) for _, m in plays]
@@ -123,7 +123,6 @@ def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]], key: str)
 def _views(
     spec: Spec, top: tuple[StreamEvidence, HoldMetrics], length: float
 ) -> tuple[FigureView, ...]:
-    """Return the enlarged range around the band of the static error, if the spec limits it."""
     if spec.static_error is None or not limit_of(spec, "static_error") > 0.0:
         return ()
     target = top[1].hold.target
@@ -132,7 +131,6 @@ def _views(
 
 
 def _panels(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> dict[str, str]:
-    """Return the panels of the figure with their ordinate labels."""
     unit = si_unit("position", spec.axis)
     panels = {"position": f"position [{unit}]"}
     if any(evidence.has_backlash for evidence, _ in plays):
@@ -183,7 +181,6 @@ def _limits(panel: PlotPanel, spec: Spec, evidence: StreamEvidence, measured: Ho
 
 
 def _title(plays: list[tuple[StreamEvidence, HoldMetrics]], unit: str) -> str:
-    """Return a title with the references of the step, and its time if all streams share it."""
     top = plays[-1][1]
     starts = {round(measured.start_s, 6) for _, measured in plays}
     at = f", at {top.start_s:.4g} s" if len(starts) == 1 else ", aligned at the step"

@@ -28,7 +28,6 @@ def _severity(requirement: Requirement) -> tuple[bool, float]:
 
 
 def _with_worst(verdict: Verdict) -> JudgedStreams:
-    """Return the streams; the worst stream is marked if its log has several plants."""
     worst = worst_requirement(verdict)
     if worst is None or worst.where is None:
         return verdict.evidence

@@ -173,7 +173,6 @@ def _compared(
 
 
 def _worst(holds: list[HoldMetrics], name: str) -> str:
-    """Return the cell of the hold with the largest value or upper bound of a metric."""
     having = [m for m in holds if name in m.values or name in m.bounds]
     if not having:
         return NOTHING

@@ -36,6 +36,5 @@ def _painted(text: str, outcome: str, colour: bool) -> str:
 
 
 def _cells(requirement: Requirement) -> tuple[str, str, str, str]:
-    """Return title, value, limit, and location with reason of a requirement."""
     limit = f"{requirement.relation} {requirement.limit_text}"
     return requirement.title, requirement.value_text or "-", limit, requirement.remark

@@ -191,7 +191,6 @@ def _examples(spec: Spec, logs: Sequence[Log], bench: Bench | None) -> list[str]
 
 
 def _changed(controller: Controller | None) -> list[str]:
-    """Return a remark on blocks of the controller that changed after its verification."""
     words = "" if controller is None else changed_words(controller)
     return [f"{controller.name}: {words}"] if controller is not None and words else []
 
@@ -217,7 +216,6 @@ def _specified_judges(spec: Spec) -> dict[str, Judge]:
 
 
 def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -> bool:
-    """Return True if a stream meets every requirement, except the margin of a recorded stream."""
     judges = [
         make for key, make in _specified_judges(spec).items() if REQUIREMENTS[key].scope != "loop"
     ]

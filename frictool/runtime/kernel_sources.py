@@ -138,7 +138,6 @@ class Sources:
         return (self.package if top == "frictool" else self.root / top).joinpath(*rest)
 
     def _path(self, name: str) -> Path | None:
-        """Return the file of a module; None if the module is not followed."""
         if name not in self._paths:
             folder = self._folder(name)
             both = (

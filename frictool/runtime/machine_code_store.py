@@ -179,7 +179,6 @@ class KernelStore(FunctionCache):
         return True
 
     def _forget(self) -> None:
-        """Remove the index and all code of the function."""
         index = Path(self._cache_file._index_path)
         with writing(self._folder), suppress(OSError):
             index.unlink(missing_ok=True)

@@ -46,7 +46,7 @@ class ObjectView:
 
 
 class ResultView(ObjectView):
-    """Base class of results, which adds a comparison to text and HTML.
+    """Base class of results that can be compared with ==, and shown as text and HTML.
 
     A subclass must be a dataclass with `eq=False, repr=False`, so that it keeps these methods.
     """
@@ -110,7 +110,6 @@ def brief(value: Any) -> str:
 
 
 def _fields(view: Any) -> list[tuple[str, Any]]:
-    """Return names and values of the fields except `format` and fields that are None or empty."""
     names = (
         view.__struct_fields__
         if isinstance(view, msgspec.Struct)

@@ -74,7 +74,6 @@ def certified_weights(weights: PlantWeights) -> CertifiedWeights:
 
 
 def _proved(loops: Sequence[CertificateLoop], box: Box, of: Quantity) -> ProvedBound | str:
-    """Return a proved bound of the quantity `of`, or the reason why none is proved."""
     seen = _worst(loops, corners(_ends(box)))
     proved = None
     slack = SLACK
@@ -101,7 +100,6 @@ def _proved(loops: Sequence[CertificateLoop], box: Box, of: Quantity) -> ProvedB
 
 
 def _worst(loops: Sequence[CertificateLoop], points: Iterable[PlantPoint]) -> float:
-    """Return the largest norm at the given plants; raise NoSolutionError if a loop is unstable."""
     norms = []
     for point, loop in itertools.product(points, loops):
         norms.append(_norm(loop, point))
@@ -114,7 +112,6 @@ def _worst(loops: Sequence[CertificateLoop], points: Iterable[PlantPoint]) -> fl
 
 
 def _norm(loop: CertificateLoop, point: PlantPoint) -> float:
-    """Return the norm with one plant in floating point; inf if the loop is unstable."""
     controller = (
         chain(loop.sections, loop.period)
         if loop.sections

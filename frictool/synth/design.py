@@ -145,7 +145,6 @@ def synthesise_verified(
 
 
 def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> str:
-    """Return a note with the margin that was verified on the plant with resonances."""
     check = resonant(posed, feedbacks_of(controller))
     assert check is not None
     assert controller.resonances is not None
@@ -178,7 +177,6 @@ def _beyond(
     scope: ProofScope,
     progress: Callable[[str], None],
 ) -> tuple[stored.Controller, tuple[ProvedBound, ...], tuple[str, ...]]:
-    """Verify between the vertices; return (controller, proved bounds, notes)."""
     progress("proof for every constant plant of the box")
     loops = feedbacks_of(controller)
     certificate, proved, remarks = _certificate(posed, controller)

@@ -185,7 +185,6 @@ def slowest_step(model: Model, least: ShortestTime, length: float) -> SlowestSte
 
 
 def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
-    """Return the axis of a vertex, with open backlash if the bench states its friction."""
     axis, known = driven_axis(model.bench, vertex), model.bench.mechanics
     if known.backlash is None or known.backlash_coulomb is None:
         return axis

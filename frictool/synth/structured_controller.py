@@ -127,7 +127,6 @@ class StructuredController:
         return k, derivatives
 
     def _owners(self) -> NDArray[np.intp]:
-        """Return the index of the denominator factor to which each pole parameter belongs."""
         odd = self.free % 2
         return np.array([0] * odd + [odd + j // 2 for j in range(self.free - odd)], dtype=np.intp)
 

@@ -90,8 +90,6 @@ def blocks(model: Model, design: Design, drive_peak: float = math.inf) -> Surrou
 
 
 class _BlockRules:
-    """Rules for the blocks; `derived` and `notes` collect their results."""
-
     def __init__(self, model: Model, design: Design) -> None:
         self.model, self.design = model, design
         self.period = model.bench.sample_period_s

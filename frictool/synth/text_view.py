@@ -281,7 +281,6 @@ def _schedule(controller: Controller) -> list[str]:
 
 
 def _disturbance(load: LoadDisturbance, unit: str) -> list[str]:
-    """Describe the load that the loop must compensate, although its plants do not contain it."""
     if load.total == 0.0:
         return []
     parts = [

@@ -47,8 +47,9 @@ class TradePoint:
 class Trade:
     """Chosen weights and the reason for them.
 
-    curve: points with the largest feasible W1 for each W3. points: all evaluated points. start: the
-    point before the relaxation. required: largest allowed gamma.
+    curve: for each weight W3 of the drive, the point with the largest feasible weight W1 of the
+    friction. points: all evaluated points. start: the point before the relaxation. required:
+    largest allowed gamma.
     """
 
     weights: PlantWeights
@@ -139,10 +140,6 @@ class _TradeSearch:
         return self._trade(disturbance, effort, point, start, self._why(point, start, effort))
 
     def _columns(self) -> None:
-        """Try logarithmically spaced efforts, from the middle outwards.
-
-        Both too large and too small an effort may be infeasible.
-        """
         least = math.log(self.chosen.least_effort)
         efforts = np.linspace(0.0, least, COLUMNS) if least < 0.0 else np.zeros(1)
         middle = len(efforts) // 2
@@ -165,7 +162,6 @@ class _TradeSearch:
         return max(effort for effort, (level, _) in self.curve.items() if level >= enough)
 
     def _column(self, effort: float) -> None:
-        """Add the largest feasible disturbance at this effort to the curve, if there is one."""
         if len(self.points) >= BUDGET:
             return
         self.tried.add(effort)
@@ -185,7 +181,6 @@ class _TradeSearch:
             )
 
     def _guess(self, effort: float) -> float:
-        """Extrapolate the disturbance from the nearest known efforts."""
         known = sorted(self.curve, key=lambda other: abs(other - effort))[:2]
         if not known:
             strictest = self.points[0].level
@@ -201,7 +196,6 @@ class _TradeSearch:
         return min(0.0, max(math.log(DEEPEST), values[0] + slope * (effort - known[0])))
 
     def _refine(self) -> None:
-        """Try one more W3, next to the best W3 or to the W3 with the largest W1."""
         if not self.curve or len(self.tried) < 2:
             return
         ordered = sorted(self.tried)

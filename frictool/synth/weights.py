@@ -101,8 +101,6 @@ def choose_weights(model: Model, spec: Spec, design: Design) -> ChosenWeights:
 
 
 class _WeightRules:
-    """Rules for missing weights; `derived` collects the derived values."""
-
     def __init__(self, model: Model, spec: Spec, design: Design) -> None:
         self.model = model
         self.spec = spec

@@ -244,7 +244,7 @@ def open_loop(
 def friction_to_speed(
     feedback: FeedbackLoop, rates: AxisRates, lag: float, delay_samples: int
 ) -> Lti:
-    """Return the closed-loop system from the friction, -1 to 1, to the speed."""
+    """Return the closed loop from friction/(Coulomb friction) to the speed."""
     blocks, sums = _diagram(feedback, rates, lag, delay_samples)
     del sums["friction"]
     return connect(blocks, {**sums, "entering": {"u": 1.0}}, ("friction",), ("speed",))

@@ -20,10 +20,10 @@ ROUNDING = 1e-9  # relative tolerance of facts and of interval ends
 
 
 class Fact(NamedTuple):
-    """Label of a fact in messages, and unit of its number.
+    """Property of the rig: its name in messages, and its unit.
 
-    `unit` is a unit, the name of a dimension, or `drive`. A dimension stands for its SI unit on a
-    rotary or linear axis, `drive` for A or V.
+    `unit` is a unit, or a quantity such as `position` or `drive`, whose SI unit depends on the
+    kind of axis or drive.
     """
 
     label: str

@@ -110,7 +110,6 @@ def _bound(one: ProvedBound) -> str:
 
 
 def _computed(verification: Verification) -> list[str]:
-    """Return lines on the stored figures that differ from the computed ones."""
     output = []
     controller, differences = verification.controller, verification.differences
     if not differences:

@@ -174,7 +174,6 @@ def _velocity(velocity: Velocity, period: float, sees: str) -> DiagramBlock:
 def _templates(
     weights: CertifiedWeights, gamma: float, frequencies: Vector, period: float
 ) -> dict[Name, Vector]:
-    """Return gamma divided by the magnitude of each nonzero weight, at the frequencies (n,)."""
     w2 = np.abs(first_order(weights.error).system(period).response(frequencies)[:, 0, 0])
     templates: dict[Name, Vector] = {"error": gamma / w2}
     if weights.drive > 0.0:
@@ -187,7 +186,6 @@ def _templates(
 def _worst(
     controller: Controller, vertices: tuple[Vertex, ...], weights: CertifiedWeights, gamma: float
 ) -> dict[Name, WorstGain]:
-    """Return the worst ratio of each transfer function, computed as a norm."""
     weighted = PlantWeights(first_order(weights.error), weights.disturbance, weights.drive)
     loops = [_closed(controller, vertex, weighted) for vertex in vertices]
     worst: dict[Name, WorstGain] = {}

@@ -232,7 +232,6 @@ class ClusterRun:
         return list(self._completed.next_batch(block=False))
 
     def _answer(self, future: Any) -> Iterator[tuple[Task, list[Any]]]:
-        """Yield a task with its results; if the task was given up, keep its jobs for repetition."""
         results = self._results(future)
         task = self._under_way.pop(future.key)[1]
         if results is None:

@@ -113,7 +113,7 @@ def test_an_actuator_without_dry_friction_or_too_weak_is_refused() -> None:
         from_model(changed(coulomb=0.0))
     with pytest.raises(
         ValueError,
-        match=r"bench\.actuator gives at most 0\.67; allowed: more than parameters\.breakaway, 1",
+        match=r"gives at most 0\.67 N m \(N\); allowed: more than parameters\.breakaway, 1 N m",
     ):
         from_model(changed(breakaway=1.0))
     assert from_model(changed(breakaway=0.01)).breakaway == 0.099

@@ -158,7 +158,6 @@ def _starts(document: Mechanism, blocks: BlockNames) -> Vector:
 
 
 def _carried(block: int, groups: tuple[RigidGroup, ...]) -> float:
-    """Return the inertia of the block's rigid group, referred to the block."""
     group = next(group for group in groups if block in group.blocks)
     return group.inertia / group.ratios[group.blocks.index(block)] ** 2
 

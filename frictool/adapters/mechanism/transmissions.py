@@ -169,7 +169,6 @@ def _thread_losses(key: str, link: Screw, coefficient: float) -> tuple[float, fl
 def _width_at_b(
     key: str, backlash: Backlash, ends: tuple[str, str], ratio: float, blocks: BlockNames
 ) -> float:
-    """Return the full play at the second end, in its unit."""
     where = f"{key}.backlash"
     kinds = tuple(blocks.kind(where, end) for end in ends)
     units = {"rotary": "rad", "linear": "m"}
@@ -204,7 +203,6 @@ def _width_at_b(
 
 
 def _compliance(key: str, link: Transmitting, end: str, blocks: BlockNames) -> Compliance | None:
-    """Return the compliance of the link as a whole or of the flanks of its play."""
     backlash: Backlash | None = getattr(link, "backlash", None)
     flanks = None if backlash is None else backlash.compliance
     if link.compliance is not None and flanks is not None:

@@ -17,7 +17,7 @@ SAME = 1e-9  # tolerance relative to the travel
 def room_notes(
     document: Mechanism, blocks: BlockNames, start: Vector, joints: Sequence[Transmission]
 ) -> list[str]:
-    """Return notes on backlashes wider than the stops allow, and on starts outside the travel."""
+    """Return notes on backlashes wider than the travel, and on starts outside the travel."""
     return [*_wide_plays(document, blocks, joints), *_travel(document, blocks, start)]
 
 

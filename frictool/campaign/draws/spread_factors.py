@@ -136,7 +136,6 @@ def _band(
 
 
 def _numbered(label: str, kinds: list[str], index: int) -> str:
-    """Return the label, with a number if several entries have the same kind."""
     return (
         label
         if kinds.count(kinds[index]) == 1

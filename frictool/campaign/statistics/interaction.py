@@ -37,7 +37,8 @@ class JointShare(NamedTuple):
 def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> JointShare:
     """Return the shares of two factors in the variance of `values` (n,).
 
-    If all vertices were simulated (`drawn` is False), the shares are exact and the error is 0.
+    `drawn`: True for random trials; False if all vertices were simulated. The shares of all
+    vertices are exact, and their error is 0.
     """
     centred = values - values.mean()
     total = float(centred @ centred)

@@ -254,7 +254,6 @@ def _influences(trials: Trials, draws: SortedDraws, drawn: bool) -> tuple[Metric
 
 
 def _adding_up(one: MetricInfluence) -> MetricInfluence:
-    """Return the influence with shares of the named factors that add up to at most 1."""
     named, shares = list(one.named), list(one.shares)
     values = within_whole(
         np.array([shares[i].share for i in named]), np.array([shares[i].error for i in named])
@@ -301,7 +300,6 @@ def _influence(trials: Trials, draws: SortedDraws, metric: int, drawn: bool) -> 
 
 
 def _pair(trials: Trials, draws: SortedDraws, drawn: bool) -> FactorPair | None:
-    """Return the pair of factors that together explain the failures best."""
     decided = trials.passed != -1
     failing = (trials.passed[decided] == BROKEN).astype(float)
     n = failing.size

@@ -63,7 +63,6 @@ class ScenarioJudge:
 
     @cached_property
     def _judge(self) -> RunJudge:
-        """Return the judge of the runs of `test`."""
         records = self.test.rig_records(self.setting.scenario)
         return RunJudge(self.setting.spec, self.setting.controller, records)
 
@@ -132,7 +131,7 @@ class TrialPlayer(ScenarioJudge):
         )
 
     def played(self, unit: Vector, draw: int) -> TrialResult:
-        """Return the result at the point `unit` (d,); errors are written to its `failed`.
+        """Return the result for the factors `unit` (d,), 0 to 1; `failed` has an error's text.
 
         Unexpected errors are caught, too, so that one trial does not stop the other trials.
         """
@@ -196,9 +195,9 @@ def _value(one: Requirement) -> float:
 def check_nominal(
     requirements: tuple[Requirement, ...], names: DocumentNames
 ) -> tuple[Requirement, ...]:
-    """Return the requirements of the nominal run unchanged.
+    """Return `requirements`, which belong to the nominal run.
 
-    Raises NoSolutionError if the nominal run decides none: the trials would decide none, too.
+    Raises NoSolutionError if the nominal run is neither a pass nor a fail for any of them.
     """
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")

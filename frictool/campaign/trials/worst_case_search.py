@@ -27,8 +27,8 @@ class SearchTask(NamedTuple):
 
     `name`, `metric`: name and index of the metric.
     `drawn`: value of the metric for the worst draw.
-    `noise`: index of the worst draw.
-    `starts` (k, d): the k worst draws.
+    `noise`: index of the worst draw; every run of the search has the noise of this draw.
+    `starts` (k, d): values of the d factors, 0 to 1, in the k worst draws.
     `evaluations`: largest number of plants to try.
     `draws`: number of draws.
     """
@@ -110,7 +110,6 @@ def _search(
     share: JobSharing,
     tell: ProgressCallback,
 ) -> list[SearchResult]:
-    """Return the result of each task in order; a search that is in `store` is not repeated."""
     left = [task for task in tasks if task.key not in store.worst]
     for done, (index, worst) in enumerate(share(search, left, 1, None), start=1):
         store.add_worst(left[index].key, worst)
@@ -154,7 +153,6 @@ def _task(trial: TrialPlayer, trials: Trials, index: int, evaluations: int) -> S
 def _kept(
     trial: TrialPlayer, trials: Trials, index: int, worst: SearchResult, commands: Commands
 ) -> WorstCase:
-    """Simulate the scenario of the worst point; return the worst case with the simulated values."""
     metric = trials.metrics[index]
     unit = np.array(worst.unit)
     again = trial.played(unit, worst.noise)

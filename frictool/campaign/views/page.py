@@ -116,10 +116,6 @@ def _columns(findings: Findings) -> list[int]:
 
 
 def _table(findings: Findings) -> list[tuple[str, str, list[ShareCell], float | None]]:
-    """Return a row (name, reason if there are no shares, shares, rest) for each metric.
-
-    A second row shows the shares of the ranks if the values hide an influence (`by_rank`).
-    """
     rows = []
     for one, influence in zip(findings.distributions, findings.sensitivity.influences, strict=True):
         name = requirement_title(one.metric.name)
@@ -139,7 +135,6 @@ def _table(findings: Findings) -> list[tuple[str, str, list[ShareCell], float | 
 
 
 def _cells(findings: Findings, influence: MetricInfluence, ranks: bool) -> list[ShareCell]:
-    """Return the cells of a row of the table of shares."""
     cells = []
     for i in _columns(findings) if influence.shares else []:
         one = influence.shares[i]

@@ -138,7 +138,6 @@ def _reached(metric: Any, played: list[Candidate]) -> ReachedValue:
 
 
 def _missed(best: Candidate) -> str:
-    """Return the requirement that the best candidate misses."""
     key = max(best.missing, key=best.missing.__getitem__)
     first = next(one for one in best.metrics if one.key == key)
     reached, limit = _told_apart(best.worst(first), first.limit, first.unit)

@@ -88,7 +88,6 @@ def _shares_text(
     shares: Sequence[tuple[float, float]],
     rest: float | None,
 ) -> str:
-    """Return the shares with standard deviations, largest first; small shares are grouped."""
     order = sorted(influence.named, key=lambda i: -shares[i][0])
     factors = findings.trials.space.factors
     alone = [

@@ -149,10 +149,6 @@ def cam_push(force: PiecewiseCubic, angle: PiecewiseCubic) -> PiecewiseCubic:
 
 @functools.lru_cache(maxsize=8)
 def _pushed(*numbers: bytes) -> PiecewiseCubic:
-    """Return the curve force tan(angle), cached; the arguments are the arrays as bytes.
-
-    Plants that differ in a mass or a friction share their cams.
-    """
     breaks_of, cubic_of, breaks_at, cubic_at = (np.frombuffer(one) for one in numbers)
     force = PiecewiseCubic(breaks_of, cubic_of.reshape(-1, 4))
     angle = PiecewiseCubic(breaks_at, cubic_at.reshape(-1, 4))

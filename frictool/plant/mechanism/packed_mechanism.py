@@ -54,7 +54,7 @@ class Curves(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """Rigid links (j,), with or without a gap; the module's equations define the fields."""
+    """Rigid links (j,), with or without a gap, as in the module's equations."""
 
     a: IntVector
     b: IntVector
@@ -69,7 +69,7 @@ class Joints(NamedTuple):
 
 
 class Couplings(NamedTuple):
-    """Compliant links (k,); a may be FRAME. The module's equations define the fields."""
+    """Compliant links (k,) as in the module's equations; block `a` may be FRAME."""
 
     a: IntVector
     b: IntVector

@@ -53,7 +53,6 @@ class CandidateControllers:
 
 
 def _unverified(posed: SynthesisProblem) -> stored.Verified:
-    """Return the vertices of a problem without any figure."""
     return stored.Verified(
         None,
         0.0,

@@ -81,7 +81,6 @@ def lpv_design(scales: DesignScales, values: Mapping[str, float]) -> Design:
 
 
 def _level(value: float) -> float:
-    """Return the nearest power of 2."""
     return 2.0 ** round(math.log2(value))
 
 

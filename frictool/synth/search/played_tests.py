@@ -92,13 +92,12 @@ class PlayedTests:
 
 
 def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
-    """Return the shortfalls, wanted reserve minus actual reserve, shape (plants, requirements).
+    """Return the shortfalls (plants, requirements): requested reserve minus actual reserve.
 
-    A reserve is the distance to the limit, relative to the limit.
-
-    A shortfall of 0 or less means that the requirement is met with the reserve. An undecided
-    requirement has the shortfall 0. Above 1 a shortfall grows logarithmically. If a response does
-    not settle, its shortfall follows from the static error, so that a search can reduce it.
+    A reserve is the distance to the limit, relative to the limit. A shortfall of 0 or less means
+    that the requirement is met with the reserve. An undecided requirement has the shortfall 0.
+    Above 1 a shortfall grows logarithmically. If a response does not settle, its shortfall follows
+    from the static error, so that a search can reduce it.
     """
     wanted = np.array([0.0 if one.key in EXACT else reserve for one in runs.metrics])
     reserves = np.array(runs.reserves, dtype=np.float64)
