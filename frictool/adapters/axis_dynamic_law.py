@@ -82,7 +82,7 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
 
 
 def assumed_fall(model: Model) -> str:
-    """Return a remark if the speed of the fall from breakaway to Coulomb friction is assumed."""
+    """Return a remark if the speed at which breakaway falls to Coulomb friction is not measured."""
     document, today = model.presliding, model.parameters
     if (
         document is None

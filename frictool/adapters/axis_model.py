@@ -108,7 +108,6 @@ def load_law(document: LoadDocument) -> PositionLoad:
 def _backward(
     model: Model, dry: float, slope: Callable[[float], float]
 ) -> AxisFrictionLevels | None:
-    """Return the scaled levels of the negative direction; None if the model has none."""
     backward = model.laws.backward if model.laws else None
     if backward is None:
         return None

@@ -249,7 +249,6 @@ def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenari
 
 
 def _hard(test: DesignTest) -> tuple[int, ...]:
-    """Return the indices of the plants of the first test: the vertices nearest to EXTREMES."""
     if not test.vertices:
         return (0,)
     vertices = test.plants[1 : 1 + test.vertices]

@@ -188,10 +188,6 @@ def _trees(
     acting: list[ElementEquations],
     notation: Notation,
 ) -> tuple[list[Equation], list[Condition]]:
-    """Return an equation and a condition of rest for each group of blocks tied by rigid links.
-
-    The equation is that of a block that a source drives, if the group has such a block.
-    """
     driven = [element.on for element in document.sources.values()]
     dry: dict[str, list[Term]] = {}
     bears: dict[str, list[Term]] = {}

@@ -167,7 +167,6 @@ def _drive_table(model: Model, sides: list[SlipCurve], top: float, head: str) ->
 
 
 def _moteus_table(model: Model, ripples: Sequence[Ripple]) -> tuple[str | None, str]:
-    """Return the commands that store all harmonics as moteus's cogging table, and a note."""
     if model.axis != "rotary" or model.bench.actuator.drive != "current":
         return None, "no moteus table: it needs a rotary axis with a current drive"
     for cycles in (2.0 * math.pi * one.cycles / one.per.value for one in ripples):

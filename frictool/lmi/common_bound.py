@@ -96,10 +96,6 @@ def _ports(loop: Lti) -> int:
 
 
 def _inequality(loop: Lti, p: Matrix) -> Matrix:
-    """Return the left sides of the bounded-real inequality, without the terms in gamma.
-
-    `p` (k, n, n): k Lyapunov matrices; the result has one left side for each of them.
-    """
     n, w = loop.b.shape
     inner = 2 * n if loop.period else n
     whole = np.zeros((len(p), inner + w + len(loop.c), inner + w + len(loop.c)))
@@ -116,7 +112,7 @@ def _inequality(loop: Lti, p: Matrix) -> Matrix:
 def _smallest_gamma(whole: Matrix, loop: Lti) -> float:
     """Return the smallest gamma for which whole - diag(0, gamma I) is negative definite.
 
-    It is infinite if the block without gamma is not negative.
+    gamma is infinite if the block without gamma is not negative.
     """
     inner = len(whole) - _ports(loop)
     decrease = -whole[:inner, :inner]

@@ -55,7 +55,7 @@ class Lti:
 
 
 def gain(value: ArrayLike, period: float) -> Lti:
-    """Return a constant matrix (p, m), or a number, as a system."""
+    """Return a constant matrix (outputs, inputs), or a number, as a system."""
     d = np.atleast_2d(np.asarray(value, dtype=np.float64))
     return Lti(np.zeros((0, 0)), np.zeros((0, d.shape[1])), np.zeros((d.shape[0], 0)), d, period)
 

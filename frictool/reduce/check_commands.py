@@ -106,7 +106,6 @@ def _command(
 
 
 def _fades(one: OneInertia, start: float, direction: float, distance: float) -> bool:
-    """Return True if the friction almost vanishes on the path or just beyond the end of a move."""
     slip, _ = _resisting(
         one, start + direction * np.linspace(0.0, BEYOND_END * distance, STEPS), direction
     )

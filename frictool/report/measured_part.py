@@ -160,7 +160,6 @@ def measure(metric: Metric, part: MeasuredPart) -> MetricResult:
 
 @cache
 def _parts_of(metric: Metric) -> _MetricParts:
-    """Return the entries of NEEDS, the function, and the entries of ARGUMENTS of a metric."""
     function, parameters = function_of(metric)
     needs = tuple(NEEDS[need] for need in metric.needs)
     return needs, function, tuple(ARGUMENTS[name] for name in parameters)

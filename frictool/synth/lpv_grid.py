@@ -95,10 +95,6 @@ def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
 def _sums(
     solution: GriddedSolution, family: Family, corners: Sequence[Lti], ends: Sequence[Values]
 ) -> str:
-    """Return a note on the gamma at the grid points with barycentric sums of corner controllers.
-
-    Thesis (5.46), (5.64) define the sums.
-    """
     worst = 0.0
     for values in solution.points:
         shares = [

@@ -36,7 +36,7 @@ SLOPE = 0.8  # slope of log gamma over log W1, assumed while only one point is k
 
 @dataclass(frozen=True)
 class TradePoint:
-    """Weights W1 (`disturbance`) and W3 (`drive`), and gamma or the norm with them (`level`)."""
+    """Weights W1 (`disturbance`) and W3 (`drive`); `level`: gamma or the norm that they give."""
 
     disturbance: float
     drive: float

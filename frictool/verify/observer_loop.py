@@ -144,7 +144,6 @@ def _lti(rows: Matrix, shown: NDArray[np.float64], period: float) -> Lti:
 
 
 def _with_drive(observer: Observer, system: Lti) -> Lti:
-    """Return the observer with the drive as input, through the drive's delay and lag."""
     period = observer.sample_period_s
     actuator = observer.bench.actuator
     blocks = {

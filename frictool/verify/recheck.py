@@ -204,7 +204,6 @@ def needs_search(controller: Controller) -> bool:
 
 
 def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:
-    """Return the figures between the vertices; None if the document neither needs nor has them."""
     known = controller.verified.robustness
     if known is None and (controller.certificate is None or not needs_search(controller)):
         return None

@@ -192,7 +192,6 @@ class ClusterRun:
             self._completed.add(future)
 
     def _look(self) -> None:
-        """Count the workers; raise ClusterError if none has been usable for NO_WORKER_S seconds."""
         now = time.monotonic()
         if now - self._looked < LOOK_S:
             return
