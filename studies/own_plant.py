@@ -118,7 +118,7 @@ def main() -> int:
         played = [figures(*play(one, ratio * one.coulomb, compiled)) for one in corners]
     columns = {metric.name: index for index, metric in enumerate(predicted.metrics)}
     agreeing = 0
-    print(f"{'requirement':<18}{'limit':>9}{'predicted':>11}{'own plant':>11}")
+    print(f"{'requirement':<18}{'limit':>9}{'frictool':>11}{'independent':>13}")
     for name, (unit, factor) in SHOWN.items():
         metric = predicted.metrics[columns[name]]
         here = np.array([one[name] for one in played])
@@ -127,9 +127,12 @@ def main() -> int:
         cells = [
             f"{factor * value:.3g} {unit}" for value in (metric.limit, there.max(), here.max())
         ]
-        print(f"{name:<18}{cells[0]:>9}{cells[1]:>11}{cells[2]:>11}")
+        print(f"{name:<18}{cells[0]:>9}{cells[1]:>11}{cells[2]:>13}")
     count = len(corners) * len(SHOWN)
-    print(f"verdicts alike: {agreeing} of {count}, at {len(corners)} corners")
+    print(
+        f"equal verdicts: {agreeing} of {count} ({len(SHOWN)} requirements at "
+        f"{len(corners)} corners)"
+    )
     return int(agreeing != count)
 
 

@@ -27,8 +27,11 @@ class DriveBound(NamedTuple):
         """Return the worst time and the length of the step as text."""
         step = f"a step of {self.length:.4g} {si_unit('position', bench.axis)}"
         if math.isinf(self.worst):
-            return f"the drive alone cannot make {step} on the worst plant"
-        return f"the drive alone needs {1e3 * self.worst:.4g} ms for {step} on the worst plant"
+            return f"even at its limit, the drive cannot make {step} on the slowest plant"
+        return (
+            f"at its limit, the drive needs {1e3 * self.worst:.4g} ms for {step} on the slowest "
+            "plant"
+        )
 
 
 def driven_axis(bench: Bench, plant: PlantPoint) -> DrivenAxis:

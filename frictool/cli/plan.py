@@ -138,7 +138,8 @@ def shown(step: PlanStep, output: Path | None, bench: Bench) -> str:
         + ("" if one.share is None else f" ({100.0 * one.share:.2g} %)")
         for one in step.reached
     ]
-    lines.append(f"{'enough' if step.enough else 'next'}: {step.name}: {step.why}")
+    test = "" if step.test is None else "last test, " if step.enough else "next test, "
+    lines.append(f"{test}{step.name}: {step.why}")
     if step.test is not None:
         lines.append(text(step.test.sequence, output or Path("the test"), bench))
         if output is None:

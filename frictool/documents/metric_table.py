@@ -234,7 +234,7 @@ METRICS = (
         "limit cycle",
         "position",
         "half of the peak-to-peak value of a sustained oscillation over its last period; 0 "
-        "without an oscillation, no value if the hold cannot decide it",
+        "without an oscillation, no value if the hold is undecided",
         compute="limit_cycle.limit_cycle_amplitude",
         table=MOTION,
         key="limit_cycle",
@@ -408,10 +408,10 @@ METRICS = (
         "settling_after_profile",
         "settling after a profile",
         "time",
-        "longest time from the end of a motion of the reference (or of the profile) until the "
-        "error stays in a zone until the next motion. The zone is settling_after_profile.within "
-        "of the specification, and at least one sensor step. The time is infinite if the last "
-        "sample is outside the zone",
+        "longest time between the end of a motion of the reference (or of the profile) and the "
+        "last entry of the error into a zone before the next motion. The zone is "
+        "settling_after_profile.within of the specification, and at least one sensor step. The "
+        "time is infinite if the last sample is outside the zone",
         scope="stream",
         compute="settling_after_profile.settling_after_profile",
         needs=("tracking", "settling"),

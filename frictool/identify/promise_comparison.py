@@ -53,11 +53,15 @@ class PromisedParameter:
 
     def line(self) -> str:
         """Return the comparison as text."""
-        reached = "not identified" if self.reached is None else f"+-{self.reached:.3g}"
+        reached = (
+            "not identified"
+            if self.reached is None
+            else f"identified to +-{self.reached:.3g} {self.unit}"
+        )
         verdict = "kept" if self.kept else f"missed: {'; '.join(self.reasons)}"
         return (
-            f"promise {self.parameter}: +-{self.promised:.3g} {self.unit}, reached {reached}: "
-            f"{verdict}"
+            f"{self.parameter}: promised +-{self.promised:.3g} {self.unit}, {reached}: "
+            f"promise {verdict}"
         )
 
     def view(self) -> dict[str, Any]:

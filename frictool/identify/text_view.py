@@ -265,15 +265,15 @@ def servo_lines(outcome: IdentifiedModel) -> list[str]:
         lines.append(f"servo: {name} {one.value:.5g} {one.unit}{ends}, {source}")
     return [
         *lines,
-        f"position error along the goals: {rms:.4g} rad rms, {mean:.4g} rad on average; condition "
-        f"{fit.condition:.3g}; {fit.samples} samples",
+        f"position error along the goals: {rms:.4g} rad rms, {mean:.4g} rad on average; "
+        f"condition number {fit.condition:.3g}; {fit.samples} samples",
     ]
 
 
 def table(outcome: IdentifiedModel) -> str:
     """Return the whole identification as text."""
     model, result = outcome.model, outcome.result
-    lines = [f"{Path(name).name}: {kind}" for name, kind in result.kinds.items()]
+    lines = [f"{Path(name).name}: log of kind {kind}" for name, kind in result.kinds.items()]
     servo = model.bench.actuator.servo is not None and result.fit is not None
     what = FIRMWARE if servo else METHODS[result.method].what
     lines.append(f"{result.method}: {what}")
@@ -284,7 +284,7 @@ def table(outcome: IdentifiedModel) -> str:
         lines += servo_lines(outcome)
     elif result.fit is not None:
         lines.append(
-            f"{force_line(result.fit.force_error)}; condition {result.fit.condition:.3g}; "
+            f"{force_line(result.fit.force_error)}; condition number {result.fit.condition:.3g}; "
             f"{result.fit.samples} samples"
         )
     if result.ramp is not None:

@@ -164,8 +164,8 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
         shown.append(
             (
                 "scale",
-                f"{_range(estimate.scale)}   (uncertainty of the actuator's constant, which the "
-                "absolute intervals include; it cancels in a ratio)",
+                f"{_range(estimate.scale)}   (actuator's constant relative to the bench's; "
+                "included in the absolute intervals)",
             )
         )
     shown += [

@@ -133,7 +133,7 @@ def next_step(
         reasons = "; ".join(
             f"{name}: {outcome.result.refused.get(name, 'no log shows it')}" for name in missing
         )
-        return _strokes(narrowed_bench(bench, model), f"not identified yet: {reasons}", reached)
+        return _strokes(narrowed_bench(bench, model), f"not identified yet ({reasons})", reached)
     return _designed(bench, outcome, refusal_of, narrow)
 
 

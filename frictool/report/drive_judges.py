@@ -28,12 +28,12 @@ def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
 
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge the larger of two peaks: peak command, peak measured drive minus the noise floor."""
-    measured = f"of the measured {spec.drive}, less its noise floor"
+    measured = f"peak of the measured {spec.drive}, less its noise floor"
     peaks: list[JudgedValue] = []
     for item, _ in evidence:
         if item.command is not None:
             value = command_peak(item.command)
-            peaks.append(JudgedValue(value, item, reason="of the command"))
+            peaks.append(JudgedValue(value, item, reason="peak of the command"))
         if item.measured is not None:
             peaks.append(JudgedValue(drive_peak(item.measured), item, reason=measured))
     return largest_value(spec, REQUIREMENTS["drive_peak"], peaks, _undecided(spec, evidence))
@@ -109,6 +109,6 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
         still,
         value=value,
         met=value <= still.limit,
-        reason=f"stands still after {after:g} s; {signal}",
+        reason=f"no motion after {after:g} s; peak of the {signal}",
         where=location_of(item, hold),
     )

@@ -168,8 +168,8 @@ def _count(problem: SynthesisProblem, loops: LinearLoops) -> float:
     if requested > COUNT_LIMIT * actuator.limit.value:
         unit = "A" if actuator.drive == "current" else "V"
         raise NoSolutionError(
-            f"not verified: one encoder count asks for {requested:.4g} {unit}, more than "
-            f"{COUNT_LIMIT:g} times the limit of "
+            f"not verified: one encoder count changes the drive by {requested:.4g} {unit}, "
+            f"more than {COUNT_LIMIT:g} times the limit of "
             f"{actuator.limit.value:g} {unit}; {problem.method.less_noise}"
         )
     return requested

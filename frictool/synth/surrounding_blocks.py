@@ -43,7 +43,7 @@ from frictool.verify.feedback_loops import DIFFERENCE, FeedbackLoop, from_positi
 FILTER = 10.0  # times the prefilter's frequency, "10 fois plus rapide" under (5.70)
 BRAKE_SAMPLES = 10.0  # samples, time constant of the limiter's brake near standstill
 NOT_LINEAR = (
-    "it is nonlinear: the loop is verified without it; check the whole loop with frictool simulate"
+    "nonlinear, so that the loop is verified without it; check the whole loop by frictool simulate"
 )
 
 

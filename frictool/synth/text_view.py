@@ -20,6 +20,11 @@ COLUMNS = (
     10,
     10,
 )  # widths in characters: name, inertia, viscous and Coulomb friction, drive constant
+ACTIONS = {
+    "cut": "cut (loop open inside the band)",
+    "brake": "brake (loop open at rest inside the band)",
+    "none": "none",
+}
 
 
 def text(result: SynthesisResult, disturbance: LoadDisturbance) -> str:
@@ -57,13 +62,14 @@ def _head(controller: Controller) -> list[str]:
     if law is not None and law.kind == "proportional":
         band = f"band {law.band:.4g} {position}, " if law.band else ""
         lines.append(
-            f"position law: proportional, gain {law.gain:.4g} 1/s, {band}action {law.action}"
+            f"position law: proportional, gain {law.gain:.4g} 1/s, {band}action "
+            f"{ACTIONS[law.action]}"
         )
     elif law is not None:
         gain = f"{law.gain:.4g} {position}^0.5/s"
         lines.append(
-            f"position law: gain {gain} by {law.formula}, band {law.band:.4g} {position}, action "
-            f"{law.action}"
+            f"position law: gain {gain} by {law.formula}, band {law.band:.4g} {position}, "
+            f"action {ACTIONS[law.action]}"
         )
     return [*lines, *_blocks(controller)]
 
@@ -208,8 +214,8 @@ def _margins(controller: Controller) -> list[str]:
     if verified.count_drive is not None:
         share = 100.0 * verified.count_drive / controller.drive_limit
         lines.append(
-            f"  one encoder count asks for {verified.count_drive:.4g} {unit}, {share:.3g} % of "
-            "the limit"
+            f"  one encoder count changes the drive by up to {verified.count_drive:.4g} {unit}, "
+            f"{share:.3g} % of the limit"
         )
     if verified.rounded:
         figures = ", ".join(
@@ -253,13 +259,13 @@ def _beyond(result: SynthesisResult) -> list[str]:
     if controller.certificate is not None:
         for bound in result.proved:
             what = (
-                "norm"
+                f"norm < {bound.below:.6g}"
                 if bound.modulus_margin is None
-                else f"modulus margin > {rounded_down(bound.modulus_margin)}: sensitivity"
+                else f"sensitivity < {bound.below:.6g}, modulus margin > "
+                f"{rounded_down(bound.modulus_margin)}"
             )
             lines.append(
-                f"proved for every constant plant of the box: {what} < {bound.below:.6g} "
-                f"({bound.cells} cells)"
+                f"proved for every constant plant of the box: {what} ({bound.cells} cells)"
             )
         if controller.certificate.bounds:  # without any bound, a note states the reason
             lines += [

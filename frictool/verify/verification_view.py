@@ -75,10 +75,10 @@ def _proved(verification: Verification) -> list[str]:
     certificate = controller.certificate
     if certificate is None or not verification.proved:
         reasons = () if certificate is None else certificate.not_proved.values()
-        why = "; ".join(reasons) or "frictool synth makes one"
+        why = "; ".join(reasons) or "frictool synth computes a certificate"
         return [
-            f"{controller.name}: no certificate, so that only the margins at its "
-            f"vertices hold ({why})",
+            f"{controller.name}: no certificate; the margins are verified at the vertices only "
+            f"({why})",
             "  smallest modulus margin of the vertices "
             f"{rounded_down(controller.verified.modulus_margin)}",
         ]
@@ -88,7 +88,7 @@ def _proved(verification: Verification) -> list[str]:
         low, high = getattr(certificate.box, name)
         output.append(f"  {name:<9} {low:.6g} to {high:.6g} {si_unit(dimension, controller.axis)}")
     output.append(
-        f"the loop as it runs ({controller.sample_period_s * 1e3:g} ms, "
+        f"the sampled loop ({controller.sample_period_s * 1e3:g} ms, "
         f"{delay_words(controller.delay_samples)}) is stable, and"
     )
     return [
@@ -104,7 +104,7 @@ def _bound(one: ProvedBound) -> str:
     if one.modulus_margin is None:
         return f"  norm from the weighted inputs to the weighted outputs < {one.below:.6g} {cells}"
     return (
-        f"  largest sensitivity < {one.below:.6g}, so that the modulus margin is above "
+        f"  largest sensitivity < {one.below:.6g}, modulus margin > "
         f"{rounded_down(one.modulus_margin)} {cells}"
     )
 
@@ -115,8 +115,8 @@ def _computed(verification: Verification) -> list[str]:
     if not differences:
         inside = "" if controller.verified.robustness is None else " and inside the box"
         output.append(
-            f"figures computed again at {len(controller.verified.vertices)} "
-            f"vertices{inside}: all as stored"
+            f"figures recomputed at {len(controller.verified.vertices)} "
+            f"vertices{inside}: all equal the stored ones"
         )
     shown = differences[:MOST_LINES]
     output += [

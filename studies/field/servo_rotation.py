@@ -36,7 +36,7 @@ STATED_SUPPLY = 15.0  # V, key `vin` of the records
 GOAL_SPEED = 3400 * 2.0 * np.pi / 4096  # rad/s, default of BAM: 3400 counts/s
 UNSKIPPED = ValidationRequest(skip=0, cutoff_hz=10.0)
 HEAD = (
-    f"| servo, mean error [rad] | {' | '.join(TRAJECTORIES)} | score |\n"
+    f"| servo, mean error [rad] | {' | '.join(TRAJECTORIES)} | mean |\n"
     f"| --- |{' --- |' * len(TRAJECTORIES)} --- |"
 )
 

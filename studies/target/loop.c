@@ -71,7 +71,7 @@ int main(void)
     while (samples < SAMPLES) {
         __asm volatile("wfi");
     }
-    printf("%lu samples in the interrupt: %.2f rad of %.2f rad, speed %.2f rad/s, fault %d\n", (unsigned long)samples,
+    printf("loop in the interrupt, after %lu samples: position %.2f rad, reference %.2f rad, speed %.2f rad/s, fault %d\n", (unsigned long)samples,
            (double)angle, (double)REFERENCE, (double)speed, speed_fault(&controller));
     return fabsf(angle - REFERENCE) > BAND || speed != 0.0f || speed_fault(&controller);
 }

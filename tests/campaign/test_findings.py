@@ -83,12 +83,14 @@ def test_a_requirement_that_no_trial_tells_is_said_in_the_first_line() -> None:
     assert headline(found).startswith(
         "UNDECIDED: all 400 draws pass; at most 0.75 % fail (95 % confidence)"
     )
-    assert headline(found).endswith("no trial decides: limit cycle")
+    assert headline(found).endswith("undecided in every trial: limit cycle")
 
 
 def test_vertices_are_counted_and_have_no_rate() -> None:
     found = findings(trials(units=CORNERS), "vertices")
-    assert headline(found).startswith("FAIL: 4 of 8 vertices pass, 4 fail; no trial decides")
+    assert headline(found).startswith(
+        "FAIL: 4 of 8 vertices pass, 4 fail; undecided in every trial"
+    )
     assert as_json(found)["pass_rate"]["low"] is None
     asked = findings(trials(units=CORNERS), "vertices", 0.5)
     assert asked.reached

@@ -55,7 +55,7 @@ def test_the_fate_of_every_trial_and_the_command_that_replays_the_worst_are_on_i
         "frictool simulate model.yaml --controller controller.yaml --scenario "
         "worst_response_time_95.yaml" in text
     )
-    assert "What could not be simulated: 2 against 398" in text
+    assert "Causes of failed simulations (2 trials compared with 398)" in text
     assert "The same in every trial that has it: rest 0 A." in text
     assert "limit cycle" in text
     assert "each uniformly over its range" in text

@@ -345,7 +345,7 @@ def test_a_requirement_that_no_trial_decides_makes_the_campaign_undecided(tmp_pa
     result = run(*command)
     assert result.code == 1
     assert result.stdout.splitlines()[-1].startswith("UNDECIDED: all 4 draws pass")
-    assert result.stdout.splitlines()[-1].endswith("no trial decides: rest")
+    assert result.stdout.splitlines()[-1].endswith("undecided in every trial: rest")
     assert yaml.safe_load((tmp_path / "found.yaml").read_text())["verdict"] == "undecided"
     allowed = run(*command, "--allow-undecided")
     assert (allowed.code, allowed.stdout) == (0, result.stdout)

@@ -103,7 +103,7 @@ def test_a_requirement_that_no_candidate_reaches_is_named_with_the_trade(
     assert told["format"] == "synth-refusal/1"
     assert told["reason"] in done.stderr
     assert told["details"][0] == "searched: PI cascade, 15 candidates"
-    assert told["details"][1].startswith("bound: the drive alone needs 10")
+    assert told["details"][1].startswith("bound: at its limit, the drive needs 10")
     reached = {one["key"]: one["best"] for one in told["search"]["reached"]}
     assert 0.1 < reached["response_time_95_s"] < 0.35
 

@@ -42,7 +42,7 @@ def test_an_annotated_exit_code_is_checked() -> None:
 @pytest.mark.parametrize(
     ("name", "section", "shown"),
     [
-        ("tutorial.md", "## 2. Test signals", "coulomb: sines on a position loop"),
+        ("tutorial.md", "## 2. Test signals", "coulomb: sines in position control"),
         pytest.param(
             "api.md", "## A controller, simulated and judged", "kg m^2", marks=pytest.mark.accept
         ),

@@ -48,7 +48,7 @@ def test_the_first_sections_print_what_they_say(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     printed = play(PAGE, scratch(tmp_path), monkeypatch, FIRST_LEFT_OUT)
-    assert "coulomb: sines on a position loop" in printed
+    assert "coulomb: sines in position control" in printed
 
 
 @pytest.mark.accept

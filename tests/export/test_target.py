@@ -45,7 +45,7 @@ def test_every_build_reproduces_every_bit_and_the_loop_runs_in_an_interrupt(
     assert main(["build/target"]) == 0  # a relative folder, as in the Makefile
     printed = capsys.readouterr().out
     assert "6 of 6 builds reproduce every bit\n" in printed
-    assert re.search(r"2000 samples in the interrupt: .* fault 0\n", printed)
+    assert re.search(r"after 2000 samples: position .* fault 0\n", printed)
 
 
 @needs_target

@@ -127,10 +127,10 @@ def test_the_scheme_and_the_table_for_people(tmp_path: Path) -> None:
     result = run("assess", "--bench", CLUTCH, "-o", target)
     assert result.code == 0
     for words in (
-        "inertia from differences of samples, worst case: up to 442 %; wanted +-5 %?  no",
+        "inertia from differences of samples, worst case: up to 442 %; within +-5 %?  no",
         "inertia/viscous is known to be 0.0146 to inf s; narrow enough?  no",
         "inertia: weak form",
-        "sines on a position loop",
+        "sines in position control",
     ):
         assert words in result.stdout
     assert target.read_text() == result.stdout

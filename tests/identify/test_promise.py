@@ -111,6 +111,6 @@ def test_command_compares(files: Path, belt: tuple[Bench, Log, Promise], tmp_pat
     model.write_text(to_yaml(truth(belt[0], 0)))
     run_checked("simulate", "--as-bench", model, files / "test.mcap", "-o", log)
     inputs = ("--bench", files / "bench.yaml", "--promise", files / "promise.yaml")
-    assert "promise inertia: +-" in run_checked("identify", log, *inputs)
+    assert "inertia: promised +-" in run_checked("identify", log, *inputs)
     rows = json.loads(run_checked("identify", log, *inputs, "--json"))["promise"]
     assert {row["parameter"]: row["kept"] for row in rows} == dict.fromkeys(WANTED, True)

@@ -194,7 +194,7 @@ def test_commands_from_an_empty_bench_to_enough(tmp_path: Path) -> None:
     assert names == ["breakaway", "friction and inertia", "validation"]
     text = run("plan", bench, "--spec", spec)
     assert text.code == 0
-    assert "next: breakaway: slow ramps" in text.stdout
+    assert "next test, breakaway: slow ramps" in text.stdout
     assert "-o FILE writes the test" in text.stdout
 
 

@@ -225,6 +225,6 @@ def test_what_one_count_asks_for_and_what_the_certificate_states_are_shown() -> 
             controller(), verified=verified, certificate=certificate
         ),
     )
-    assert "one count asks for 17.5 A, 35 % of the limit" in html
+    assert "one count changes the drive by up to 17.5 A, 35 % of the limit" in html
     assert "gain × 0 to any, phase 50°" in html
     assert "states norm &lt; 1.98, modulus margin &gt; 0.6250, for every constant plant" in html

@@ -290,14 +290,14 @@ def test_a_format_that_breaks_the_margin_is_told_or_refused() -> None:
             [
                 "position law: proportional, gain 10 1/s, action none",
                 "velocity: measured",
-                "proved for every constant plant of the box: modulus margin > ",
+                "proved for every constant plant of the box: sensitivity < ",
             ],
         ),
         (
             "pid_limiter",
             [
                 "limiter: by energy (inertia 1 kg, F_c 1 N), band 0.02 m",
-                "limiter: it is nonlinear",
+                "limiter: nonlinear",
                 "proved for every constant",
             ],
         ),

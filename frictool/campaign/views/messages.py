@@ -68,7 +68,9 @@ def headline(findings: Findings) -> str:
     rate = findings.rate
     undecided_requirements = [requirement_title(name) for name in findings.undecided_requirements]
     return f"{findings.outcome}: {_counted(rate)}{_rated(rate)}{_required_text(findings)}" + (
-        f"; no trial decides: {', '.join(undecided_requirements)}" if undecided_requirements else ""
+        f"; undecided in every trial: {', '.join(undecided_requirements)}"
+        if undecided_requirements
+        else ""
     )
 
 

@@ -174,7 +174,8 @@ def _failures(findings: Findings) -> list[str]:
     for question in findings.sensitivity.questions:
         output += [
             "",
-            f"{question_text(question)}: {question.failing} against {question.passing}",
+            f"{question_text(question)} ({question.failing} trials compared with "
+            f"{question.passing})",
             *(f"  {row}" for row in _causes(findings, question)),
         ]
         if question.name == "":
@@ -196,8 +197,8 @@ def pair_lines(findings: Findings) -> list[str]:
 
 def question_text(question: FailureComparison) -> str:
     """Return the heading of a comparison."""
-    return {"": "what fails", "not simulated": "what could not be simulated"}.get(
-        question.name, f"what breaks {requirement_title(question.name)}"
+    return {"": "causes of failures", "not simulated": "causes of failed simulations"}.get(
+        question.name, f"causes of a broken requirement: {requirement_title(question.name)}"
     )
 
 

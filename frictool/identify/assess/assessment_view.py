@@ -138,7 +138,7 @@ def lines(assessment: Assessment) -> list[str]:
         )
     if assessment.drive is not None:
         output.append(
-            f"{assessment.drive.words(bench)}, {1e3 * assessment.drive.best:.4g} ms on the best "
+            f"{assessment.drive.words(bench)}, {1e3 * assessment.drive.best:.4g} ms on the fastest "
             "(time-optimal control, with lag and delay)"
         )
     if assessment.constant > 0.0:

@@ -18,8 +18,8 @@ from frictool.identify.assess.noise_filter import noise_ratio
 
 ENDS = {  # last line of the scheme of a sliding parameter, by the proposed method
     DIFFERENTIATION: "least squares weighted by the speed, conditioned",
-    WEAK_FORM: "weak form over windows of a stroke",
-    STROKE_MEANS: "sines on a position loop",
+    WEAK_FORM: "weak form (integrals over parts of a stroke)",
+    STROKE_MEANS: "sines in position control",
     None: "keep the a-priori value",
 }
 
@@ -104,7 +104,7 @@ def _weak(row: ParameterAssessment) -> list[str]:
         return []
     return [
         _question(
-            "averaged over windows, expected",
+            "from the weak form, expected",
             percent(verdict.precision),
             row.target,
             verdict.identifiable,
@@ -113,7 +113,7 @@ def _weak(row: ParameterAssessment) -> list[str]:
 
 
 def _question(what: str, value: str, target: float, yes: bool) -> str:
-    return f" > {what}: {value}; wanted {percent(target)}?  {'yes' if yes else 'no'}"
+    return f" > {what}: {value}; within {percent(target)}?  {'yes' if yes else 'no'}"
 
 
 def _reached(verdict: Identifiability) -> str:

@@ -105,7 +105,9 @@ def _motion(facts: dict[str, Any], surveys: Sequence[StreamSurvey]) -> list[str]
     velocity = facts["velocity"]
     lines = [f"encoder step: {_step(position)}"]
     if velocity is not None:
-        over = f"over {velocity['samples']} sample{'s' * (velocity['samples'] > 1)}"
+        over = (
+            f"from differences over {velocity['samples']} sample{'s' * (velocity['samples'] > 1)}"
+        )
         lines.append(
             f"velocity: {velocity['low']:.4g} to {velocity['high']:.4g} {position.unit}/s, {over}"
         )

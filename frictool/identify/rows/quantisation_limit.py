@@ -45,7 +45,7 @@ def unresolved_inertia(
     if bound >= known:
         return (
             f"quantisation can change it by {_percent(bound, prior.value)} after smoothing "
-            f"{smoothing} ({_percent(raw, 1.0)} without), and the bench states it within "
+            f"{smoothing} ({_percent(raw, 1.0)} without); the bench's range is narrower: "
             f"{_percent(known, prior.value)}"
         )
     return None
@@ -72,4 +72,4 @@ def refuse_hidden_inertia(
 
 
 def _percent(part: float, whole: float) -> str:
-    return f"+-{100.0 * part / whole:.2g} %"
+    return f"+-{100.0 * part / whole:.3g} %"

@@ -127,7 +127,7 @@ class Validation(ResultView):
             SERVO: "the servo's firmware drives the model along the logged goal",
         }
         return [
-            f"{self.loop} loop: {how[self.loop]}, {self.time.size} samples after the first "
+            f"{self.loop} loop: {how[self.loop]}; {self.time.size} samples, without the first "
             f"{self.skip}",
             f"position error   {self.position_rmse:.4g} {unit} rms, {self.largest:.4g} {unit} "
             "at most",

@@ -8,7 +8,7 @@ KINDS = {
     "steps": "the reference jumps between positions, or the axis rests at several positions in "
     "turn",
     "stroke": "the axis moves in one direction, or in one direction and back",
-    "free": "the axis moves in another way",
+    "free": "the motion matches no other kind of test",
     "rest": "the position does not move",
 }
 TEST = "test"  # key of the metadata record `log`: kind of test declared at `ingest`
