@@ -6,13 +6,15 @@
   const GRID = "#e3e7ec", INK = "#1d2733";
   const charts = [];
 
-  function unpack([low, high, text]) {
+  /* the values of a signal; on a logarithmic axis their decimal logarithms are stored */
+  function unpack([low, high, text], logarithmic) {
     const bytes = Uint8Array.from(atob(text), one => one.charCodeAt(0));
     const steps = new DataView(bytes.buffer), out = new Float64Array(bytes.length / 2);
     const span = (high - low || 1) / STEPS;
     for (let k = 0; k < out.length; k++) {
       const step = steps.getUint16(2 * k, true);
-      out[k] = step === GAP ? NaN : low + step * span;
+      const value = step === GAP ? NaN : low + step * span;
+      out[k] = logarithmic ? 10 ** value : value;
     }
     return out;
   }
@@ -148,16 +150,21 @@
 
   function build(host, figure, panel, last, height) {
     const parts = [null, ...panel.series];
-    const data = [null, ...panel.series.map(one => one.data.map(unpack))];
+    const data = [null, ...panel.series.map(one => one.data.map((packed, k) => unpack(packed, panel.log[k])))];
     for (let i = 1; i < parts.length; i++) parts[i].rises = rises(data[i][0]);
     const div = host.appendChild(document.createElement("div"));
     div.className = "panel";
-    const value = (_, values) => values.map(one => one == null ? "" : String(Number(one.toPrecision(6))));
+    const value = (_, values) => {
+      const small = Math.max(...values.map(Math.abs)) < 1e-3;
+      return values.map(one => one == null ? "" : small && one ? Number(one.toPrecision(6)).toExponential()
+                                               : String(Number(one.toPrecision(6))));
+    };
     const axis = { stroke: INK, font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
                    grid: { stroke: GRID, width: 1 }, ticks: { stroke: GRID, width: 1 }, values: value };
     const texts = { x: panel.x || host.dataset.x || "", y: panel.y };
     const side = {
-      size: (_, texts) => 16 + 7 * Math.max(4, ...(texts || []).map(one => one.length)),
+      size: (_, texts) => 16 + 8 * Math.max(4, ...(texts || []).map(one => one.length)),
+      space: (u, i, low, high, room) => Math.min(30, room / 6),
       ...(panel.ticks ? { splits: () => panel.ticks[0], values: () => panel.ticks[1] } : {}) };
     const ordered = ([a, b]) => a < b ? [a, b] : [b, a];
     const own = { x: ordered(panel.xlim), y: ordered(panel.ylim) };
@@ -171,7 +178,7 @@
       scales: Object.fromEntries(["x", "y"].map((key, k) => [key, {
         time: false, dir: panel[key + "lim"][0] < panel[key + "lim"][1] ? 1 : -1, distr: panel.log[k] ? 3 : 1, range: u => (u.view || own)[key] }])),
       axes: [{ ...axis, scale: "x", label: last ? texts.x : undefined, size: 34, labelSize: 18,
-             },
+               space: 58 },
              { ...axis, scale: "y", label: texts.y, labelSize: 20, ...side }],
       series: parts.map((one, i) => i === 0 ? {} : {
         label: one.label, facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }],

@@ -21,7 +21,7 @@ import numpy as np
 from frictool.presentation.axis_ticks import AxisTicks, linear_ticks, log_ticks
 from frictool.presentation.colours import GRID, INK, MUTED
 from frictool.presentation.decimation import straightened_indices
-from frictool.presentation.series_data import numbers, series_data, straightened
+from frictool.presentation.series_data import logarithm, numbers, series_data, straightened
 from frictool.typing import BoolVector, Vector
 
 PlotRange = tuple[float, float]
@@ -83,6 +83,8 @@ class Mark:
         data = self.detail or (self.x, self.y)
         if self.kind == "line":
             data = straightened(data, height)
+        if is_log:
+            data = logarithm(data[0]), data[1]
         names = self.label, self.group or self.label
         entry = series_data(self.kind, self.colour, self.alpha, names, data)
         if self.is_area:

@@ -20,7 +20,7 @@ STEPS = 65534  # steps of a stored number; the next number stands for a gap
 def series_data(
     kind: str, colour: str, alpha: float, names: tuple[str, str], data: tuple[Vector, Vector]
 ) -> dict[str, Any]:
-    """Return a curve with abscissas and ordinates `data` (n,).
+    """Return a curve with abscissas and ordinates `data` (n,); `logarithm` of a logarithmic axis.
 
     `names`: label of the curve, and group that a reader switches on and off; a name that begins
     with an underscore is not shown.
@@ -46,6 +46,11 @@ def straightened(data: tuple[Vector, Vector], height: float) -> tuple[Vector, Ve
         return data
     kept = straightened_indices(*data, height / LEVELS)
     return data[0][kept], data[1][kept]
+
+
+def logarithm(values: Vector) -> Vector:
+    """Return the decimal logarithm, (n,); NaN where a logarithmic axis shows nothing."""
+    return np.log10(values, out=np.full(values.size, np.nan), where=values > 0.0)
 
 
 def numbers(values: Any) -> list[float]:

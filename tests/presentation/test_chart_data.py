@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import re
 from html import unescape
 from typing import Any
@@ -13,6 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 
 from frictool.presentation.chart_data import chart_json, with_detail
 from frictool.presentation.decimation import drawn_indices, straightened_indices
@@ -121,3 +124,40 @@ def test_a_label_cannot_end_the_data() -> None:
     (data,) = re.findall(r'<metadata class="chart-data">(.*?)</metadata>', text, re.DOTALL)
     assert "<script" not in text
     assert json.loads(unescape(data))[0]["series"][0]["label"] == hostile
+
+
+def test_a_logarithmic_axis_keeps_its_smallest_values() -> None:
+    """Values over five decades are stored to the same relative error; 0 is a gap."""
+    axes = (figure := Figure()).subplots()
+    frequency = np.geomspace(0.05, 5000.0, 400)
+    axes.plot(np.concatenate([[0.0], frequency]), np.arange(401.0) % 7, "x")
+    axes.set_xscale("log")
+    (series,) = panels(figure)[0]["series"]
+    stored = 10.0 ** unpacked(series["data"][0])
+    assert np.isnan(stored[0])
+    assert stored[1:] == pytest.approx(frequency, rel=math.log(1e5) / STEPS)
+
+
+def test_a_step_is_stored_as_it_is_drawn() -> None:
+    axes = (figure := Figure()).subplots()
+    axes.step([0.0, 1.0, 2.0], [0.0, 1.0, 3.0], where="post")
+    (series,) = panels(figure)[0]["series"]
+    x, y = (unpacked(one) for one in series["data"])
+    assert x == pytest.approx([0.0, 1.0, 1.0, 2.0, 2.0], abs=1e-4)
+    assert y == pytest.approx([0.0, 0.0, 1.0, 1.0, 3.0], abs=1e-4)
+
+
+def test_paths_are_stored_as_points_or_areas() -> None:
+    """Segments without length are points, filled outlines are areas, other paths are no chart."""
+    dots = Path([(0.0, 0.0), (0.0, 0.0), (1.0, 2.0), (1.0, 2.0)], [1, 2, 1, 2])
+    box = Path([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 0.0)] * 2, [1, 2, 2, 79] * 2)
+    axes = (figure := Figure()).subplots()
+    axes.add_patch(PathPatch(dots, fill=False, edgecolor="#b3261e", linewidth=3.0))
+    axes.add_patch(PathPatch(box, facecolor="#1f5fa8"))
+    points, area = panels(figure)[0]["series"]
+    assert (points["kind"], points["colour"], points["width"]) == ("points", "#b3261e", 3.0)
+    assert unpacked(points["data"][1]) == pytest.approx([0.0, 2.0])
+    assert (area["kind"], area["colour"]) == ("area", "#1f5fa8")
+    assert np.flatnonzero(np.isnan(unpacked(area["data"][0]))).tolist() == [0, 5]
+    axes.add_patch(PathPatch(Path([(0.0, 0.0), (1.0, 1.0)]), fill=False))
+    assert chart_json(figure) is None

@@ -87,6 +87,16 @@ def test_curves_are_at_the_coordinates_of_the_ticks() -> None:
     assert plotted().svg("a < b") == plotted().svg("a < b")
 
 
+def test_a_logarithmic_abscissa_is_stored_as_logarithms() -> None:
+    panel = PlotPanel()
+    panel.line(np.geomspace(0.05, 5000.0, 9), np.arange(9.0) ** 2, "#1f5fa8")
+    (drawn,) = chart(Plot(SIZE, MARGINS, [panel], x_range=(0.05, 5000.0), is_log=True).svg("log"))
+    (series,) = drawn["series"]
+    assert drawn["log"] == [True, False]
+    assert series["data"][0][:2] == pytest.approx([math.log10(0.05), math.log10(5000.0)])
+    assert series["data"][1][:2] == [0.0, 64.0]
+
+
 def test_gaps_begin_a_new_part() -> None:
     panel = PlotPanel()
     panel.line(np.arange(6.0), np.array([0.0, 1.0, math.nan, 1.0, 0.0, 1.0]), "#1f5fa8")
