@@ -217,7 +217,7 @@ class Program:
         """Return the sum of coefficients[i] values[i]; raise ValueError if there is no product."""
         if not coefficients or len(coefficients) != len(values):
             raise ValueError(
-                f"dot of {len(coefficients)} coefficients and {len(values)} values; allowed: "
-                "equal numbers, at least one"
+                f"dot product of {len(coefficients)} coefficients and {len(values)} values; "
+                "allowed: as many values as coefficients, at least one of each"
             )
         return self.node("dot", *coefficients, *values)

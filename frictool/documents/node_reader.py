@@ -128,7 +128,7 @@ class NodeReader:
 
 
 def join(key: str, name: str) -> str:
-    """Return the key of an entry `name` of the mapping at `key`."""
+    """Return the path `key`.`name`: the entry `name` of the mapping that has the path `key`."""
     return f"{key}.{name}" if key else name
 
 

@@ -26,7 +26,7 @@ Z, MEMORY = 0, 1
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
     """Write the rate of z [m/s | rad/s] to out[0] and 0 to all other entries; return a status code.
 
-    `commit` updates the memory.
+    The memory of the turning points is not changed; `commit` updates it.
     """
     slipped = presliding_rate(masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT]), v, p)
     if not math.isfinite(slipped):

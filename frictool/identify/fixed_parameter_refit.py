@@ -1,9 +1,9 @@
 """Second fit, with the refused parameters fixed at their values in the model.
 
-A model contains a value in the bench's range for each refused parameter. In the first fit, this
-parameter may have another value. The other parameters are therefore fitted again, with this
-parameter fixed at the model's value. The interval of the fixed parameter widens the intervals of
-the others.
+A parameter is refused if the logs do not determine it. The model then contains a value from the
+bench's range, which may differ from the value of the first fit. The other parameters are therefore
+fitted again, with the refused parameter fixed at the model's value. Its interval widens the
+intervals of the others.
 """
 
 from __future__ import annotations

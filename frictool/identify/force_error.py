@@ -8,9 +8,10 @@ a zero-phase kernel (`rows/smoothing.py`). All signals are smoothed alike, so th
 the frequency band of the motion have no influence. The rms is taken over the samples that certainly
 slip (`rows/slip_mask.py`).
 
-The smoothing window reduces the encoder's noise to 0.75 % of the acceleration, but is at most a
-sixth of a stroke. It is shortened until the axis slips over a whole window at least once. The
-window depends on the log and not on the method, so that methods can be compared.
+The smoothing window is so long that the encoder's noise in the acceleration is 0.75 % of the
+acceleration, but at most a sixth of a stroke. It is shortened until the axis slips over a whole
+window at least once. The window depends on the log and not on the method, so that methods can be
+compared.
 """
 
 from __future__ import annotations

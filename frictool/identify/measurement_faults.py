@@ -92,9 +92,9 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
             unseen = COUNTS * record.resolution / ((n - 1) * record.period)
             if speed > MARGIN * brake * 0.5 * n * record.period + unseen:
                 raise UnusableLogs(
-                    f"{record.name}: the position stops at its extreme, {extreme:.4g} {unit}, "
-                    f"at {record.time[at]:.6g} s, from {speed:.3g} {unit}/s in one sample: "
-                    "the encoder is clipped, or the axis hit a stop"
+                    f"{record.name}: at {record.time[at]:.6g} s the velocity falls from "
+                    f"{speed:.3g} {unit}/s to 0 within one sample, at the extreme position "
+                    f"{extreme:.4g} {unit}: the encoder is clipped, or the axis hit a stop"
                 )
 
 

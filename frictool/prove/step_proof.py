@@ -138,7 +138,7 @@ def _prove_plant(test: ProofRequest, plant: AxisVariant) -> PlantOutcome:
 
 
 def _merged(outcomes: tuple[ProvedRequirement, ...]) -> ProvedRequirement:
-    """Return the outcome of a requirement for all plants: the worst state and the worst value."""
+    """Return the worst verdict and the worst value of a requirement over all plants."""
     worst = min(outcomes, key=lambda one: ("refuted", "undecided", "proved").index(one.state))
     values = [one.value for one in outcomes]
     known = [value for value in values if value is not None]

@@ -3,9 +3,9 @@
     DIR/NAME.c, NAME.h  ──cc──▶ shared library ──ctypes──▶ step(reference, position,
                                                           velocity) -> drive
 
-A few lines of C convert numbers as the simulation does, so that a run with this code equals a run
-without it bit by bit. The header of the C code contains the SHA-256 of the exported controller
-document; the simulated controller must have the same SHA-256.
+A wrapper in C converts numbers as the simulation does. A run with the exported code is therefore
+bit by bit equal to a run with the simulated controller. The header of the C code contains the
+SHA-256 of the exported controller document; the simulated controller must have the same SHA-256.
 """
 
 from __future__ import annotations

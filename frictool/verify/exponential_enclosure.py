@@ -55,8 +55,8 @@ def check_range(ratio: Fraction, low: Fraction, high: Fraction) -> None:
     if ratio > LARGEST or max(abs(low), abs(high)) > LARGEST:
         what = "actuator.loop_time_constant_s" if ratio > LARGEST else "inertia/viscous"
         raise NoSolutionError(
-            f"no certificate: {what} is below 1/{LARGEST} of the sample period; allowed: a "
-            "longer time, or no lag at all"
+            f"no certificate: the time constant {what} is below 1/{LARGEST} of the sample period; "
+            "allowed: a longer time constant, or 0"
         )
 
 

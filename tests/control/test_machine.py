@@ -77,7 +77,7 @@ def test_a_program_without_an_output_is_refused() -> None:
 
 def test_a_dot_has_as_many_of_each() -> None:
     program = Program()
-    with pytest.raises(ValueError, match="dot of 0 coefficients and 0 values; allowed"):
+    with pytest.raises(ValueError, match="dot product of 0 coefficients and 0 values; allowed"):
         program.dot([], [])
-    with pytest.raises(ValueError, match="dot of 1 coefficients and 2 values"):
+    with pytest.raises(ValueError, match="dot product of 1 coefficients and 2 values"):
         program.dot([program.constant(1.0)], [program.constant(1.0)] * 2)

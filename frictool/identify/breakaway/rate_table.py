@@ -53,7 +53,8 @@ class BreakawayOverRate:
 
     - rates: mean breakaway at each rate, in ascending order of the rate
     - per_decade: increase of the breakaway for a tenfold rate, N m | N; None for a single rate
-    - interval: mean of the breakaways at all rates, with the hull of the intervals at all rates
+    - interval: its value is the mean of `rates`; its ends are the lowest and the highest end of the
+      intervals of `rates`
     """
 
     rates: tuple[BreakawayAtRate, ...]

@@ -79,7 +79,10 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
 def _of_strokes(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the fit of strokes (steps 1 to 5 of the module) with the supported explanations."""
+    """Return the fit of strokes (steps 1 to 5 of the module).
+
+    The fit includes each load and each effect that improves the prediction of other strokes.
+    """
     measured = any(record.velocity is not None for record in records)
     load, explanations = search_explanations(records, bench, settings)
     explained = bench if load is None else msgspec.structs.replace(bench, load=load)

@@ -1,9 +1,9 @@
 """Panels of friction over speed, position and temperature.
 
 - Over speed: every sample in slip, and the curve of the model with the interval of friction. If
-  friction depends on position, the samples are shown minus its deviation from the mean.
-- Over position, if there are ramps: each breakaway, and the polynomials with the intervals of their
-  means.
+  friction depends on position, this dependence is subtracted from the samples.
+- Over position, if there are ramps: each breakaway, and for each direction a polynomial fitted to
+  the breakaways, with the interval of its mean.
 - Over position and speed, if friction depends on position: friction of the model in slip.
 - Over temperature, if friction was fitted over it: factors of viscous and Coulomb friction.
 """

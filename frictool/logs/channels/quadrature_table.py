@@ -1,4 +1,4 @@
-"""Count columns made from an encoder's two channels, recorded by an oscilloscope or logic analyser.
+"""Columns of encoder counts, computed from the two recorded channels of an incremental encoder.
 
 The counting is in kernels/quadrature.py.
 """
