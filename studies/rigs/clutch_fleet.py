@@ -230,7 +230,6 @@ def worn_loop(
     """
     p, waiting = own.copy(), np.zeros(delay + 1)
     measured = measure(state[POSITION], own[ENCODER_STEP])
-    start_at(running, measured)
     for k in range(reference.shape[0]):
         factor = worn[1] if k >= worn[0] else 1.0
         if k >= worn[0] and state[POSITION] > EDGE:
@@ -319,10 +318,12 @@ def _one(
         np.array([round(unit.since / period), unit.wear, unit.zone]),
         neutral(reference.size),
     )
+    own, state, started = axis(unit).as_array(), rest(), copy_program(running)
+    start_at(started, measure(state[POSITION], own[ENCODER_STEP]))
     status = worn_loop(
-        axis(unit).as_array(),
-        rest(),
-        copy_program(running),
+        own,
+        state,
+        started,
         reference,
         period,
         document.delay_samples,

@@ -31,7 +31,7 @@ def test_the_coarse_encoder_gives_friction_and_refuses_inertia(coarse: MotionRec
         assert interval.value == pytest.approx(truth, rel=tolerance)
         assert interval.half_width < tolerance * truth
     assert "quantisation" in found.refused["inertia"]
-    assert "+-16 %" in found.refused["inertia"]
+    assert "+-15.9 %" in found.refused["inertia"]
     assert found.residual < 0.01
     assert found.held_out_residual == pytest.approx(found.residual, rel=0.1)
 
