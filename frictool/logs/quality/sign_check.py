@@ -62,7 +62,7 @@ class SignCheck:
         else:
             finding = "velocity and change of position have opposite signs"
         fix = "encoder.direction, or a scale of -1 in columns"
-        return f"{finding}: the sign of {names} is reversed; correct it by {fix}"
+        return f"{finding}: the sign of {names} is reversed; set {fix}"
 
 
 def sign_of(stream: Stream) -> SignCheck:
