@@ -311,7 +311,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
         (
             VOLTS + "drive_offset, at_s: 0.2, offset: {value: 1, unit: V}}\n",
             7,
-            "drive: found voltage; allowed: drive: current",
+            "drive: found voltage; allowed: current, the drive of",
         ),
         (
             STEPS + "drifts: {friction: [{at_s: 0, factor: 0}]}\n",

@@ -345,7 +345,7 @@ def test_a_voltage_drive_of_a_linear_axis() -> None:
     assert stream.signals["position_true"][-1] == pytest.approx(0.1, abs=2e-3)
     fault = SensorFault("drive_offset", 0.0, offset=Quantity(value=0.5, unit="V"))
     with pytest.raises(
-        InputFileError, match="scenario: drive: found current; allowed: drive: voltage"
+        InputFileError, match="scenario: drive: found current; allowed: voltage, the drive of"
     ):
         log_of(msgspec.structs.replace(played, sensor_faults=(fault,)), model, by)
     wrong = log_of(
