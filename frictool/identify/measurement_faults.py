@@ -93,8 +93,8 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
             if speed > MARGIN * brake * 0.5 * n * record.period + unseen:
                 raise UnusableLogs(
                     f"{record.name}: at {record.time[at]:.6g} s the velocity falls from "
-                    f"{speed:.3g} {unit}/s to 0 within one sample, at the extreme position "
-                    f"{extreme:.4g} {unit}: the encoder is clipped, or the axis hit a stop"
+                    f"{speed:.3g} {unit}/s to 0 in a sample, at the extreme {extreme:.4g} {unit}: "
+                    "the encoder is clipped, or the axis hit a stop"
                 )
 
 
