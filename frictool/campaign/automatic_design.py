@@ -162,9 +162,10 @@ class _Search:
         return replace(self, test=test, tests=_tests(test), scales=scales)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
-        """Return [outcome] of searches for response times that decrease to the specified one.
+        """Return the outcome of the last search, in a list of one element.
 
-        The list is empty if a search for a longer response time fails.
+        The searches begin with a longer response time, which decreases to the specified one. The
+        list is empty if a search for a longer response time fails.
         """
         for number in range(len(EASINGS)):
             first = self.eased(EASINGS[number])

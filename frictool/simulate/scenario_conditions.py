@@ -50,7 +50,10 @@ SAME_INSTANT = 9  # decimals to which instants are rounded, in samples
 def conditions_of(
     scenario: Scenario, samples: int, period: float, factors: Mapping[str, float] = UNCHANGED
 ) -> Vector:
-    """Return the conditions (samples, 8) of a scenario, or (0, 8) for a scenario without any.
+    """Return the disturbances, drifts and faults (samples, 8) of a scenario.
+
+    A row contains one sample; engine/disturbances_and_faults.py names the columns. The array is
+    empty, (0, 8), if the scenario changes nothing.
 
     factors: factors of `viscous` and `coulomb` friction at the temperature of the scenario.
     """

@@ -401,9 +401,10 @@ def _lasting(
 ) -> bool:
     """Return whether a load explains the effort with longer smoothing windows, too.
 
-    The prediction error must decrease by the same factor as is required with the first windows, and
-    the parameters must differ from 0. The result is True without a test for an effect, for a ripple
-    that the longer windows remove, and if the windows cannot be longer.
+    The prediction error must decrease by the factor that is also required with the shorter windows,
+    and the parameters must differ from 0. The result is True without this test in three cases: the
+    hypothesis is an effect and no load; longer windows would remove the ripple; the windows cannot
+    be longer.
     """
     one = trial.hypothesis
     smoother = search.smoother(SMOOTHER)
