@@ -89,7 +89,7 @@ def at_edge(state: Vector, p: Vector, direction: float) -> bool:
 def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
     """Return the largest effort [N m | N] in a direction under which an axis stays at rest.
 
-    The result is inf towards an end stop that the axis touches.
+    The result is infinite if the axis touches the end stop in this direction.
     """
     if laws is not None and distance_to_stop(laws, state[ax.POSITION], direction) <= 0.0:
         return math.inf

@@ -1,7 +1,8 @@
-"""Inputs of the decision scheme from recorded motion, in place of a proposed test.
+"""Motion of a record, from which `assess` chooses an identification method.
 
-A stroke of a record is treated as a half sine with the same distance and duration. The strokes are
-sorted by duration; at most MOST of them, evenly spaced in this order, represent all.
+Without a record, `assess` uses the motion of a proposed test. A stroke of a record is treated as a
+half sine with the same distance and duration. A record with many strokes is represented by MOST of
+them, taken at equal steps of their order by duration.
 """
 
 from __future__ import annotations

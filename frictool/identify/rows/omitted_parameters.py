@@ -1,12 +1,12 @@
-"""Widening of intervals by the effect of parameters that a regression omits although they act.
+"""Widening of intervals by parameters of the machine that a regression does not fit.
 
-A fixed parameter has the bench's value. The bench's interval of this parameter widens the other
-intervals.
+A fixed parameter has its value in `bench.yaml`. Its interval in `bench.yaml` widens the intervals
+of the fitted parameters.
 
-A hidden load is a declared load that the travel cannot separate (`load_columns.indistinct_terms`).
-Its value in the model is 0, and its possible effect widens the other intervals. If the bench
-declares `load.most`, this is the effect of a load with at most this effort. Otherwise the other
-parameters are as uncertain as in a fit with the load.
+A hidden load is a declared load that the motion cannot separate from the other parameters, because
+the travel is too short (`load_columns.indistinct_terms`). Its value in the model is 0, and its
+possible effect widens the intervals. With the key `load.most`, the effort of the load is at most
+this value. Without this key, the intervals are as wide as in a fit that includes the load.
 """
 
 from __future__ import annotations
