@@ -24,6 +24,23 @@ ROWS = {
     "limit_cycle": "limit cycle",
     "drift": "non-drift",
 }
+MEASURES = (  # explanations of the columns of the first table
+    "sticks: phases at rest in the stick-slip test; period, jump: mean time and distance between "
+    "them",
+    "stuck: share of the time below the Stribeck velocity",
+    "cycle: amplitude of the limit cycle in a position loop with integral action; then its period",
+    "closure: gap of the inner presliding loop relative to the breakaway",
+    "area: area of the last loop relative to breakaway times presliding length",
+    "rigid: no presliding",
+    "drift: displacement under a force below the Coulomb friction, in presliding lengths",
+)
+VERDICTS = (
+    "+: the law passes the test; -: it fails; ±: it has presliding without closed loops or "
+    "without hysteresis",
+)
+KINDS = (
+    "S, D: static law, law with a state; +: the law has the property; -: it does not; ±: in part",
+)
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -53,16 +70,19 @@ def tables(comparison: Comparison) -> list[TextTable]:
             "Results of the simulated tests",
             measures,
             tuple((name, *_row(tested)) for name, tested in laws),
+            notes=MEASURES,
         ),
         TextTable(
             "The four tests",
             ("law", *(ROWS[row] for row in tests)),
             tuple((name, *(tested.verdicts[row] for row in tests)) for name, tested in laws),
+            notes=VERDICTS,
         ),
         TextTable(
             "Properties of the laws",
             ("law", *(ROWS[row] for row in PROPERTIES)),
             tuple((name, *(tested.properties[row] for row in PROPERTIES)) for name, tested in laws),
+            notes=KINDS,
         ),
     ]
 

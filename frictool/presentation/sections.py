@@ -71,6 +71,7 @@ class TextTable:
     - names: number of left-aligned columns, which name the row; the other columns contain values
       and are aligned on the right. None: all columns are aligned on the left
     - left_out: number of rows that are not shown
+    - notes: explanations of headings and cells, one per line below the table
     """
 
     title: str
@@ -78,10 +79,12 @@ class TextTable:
     rows: tuple[tuple[str, ...], ...]
     names: int | None = None
     left_out: int = 0
+    notes: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
-        """Return the table as aligned lines of text, headings first."""
-        return aligned([*([self.headings] if self.headings else []), *self.rows], self.names)
+        """Return the table as aligned lines of text, headings first and notes last."""
+        rows = [*([self.headings] if self.headings else []), *self.rows]
+        return [*aligned(rows, self.names), *self.notes]
 
 
 def aligned(rows: Sequence[Sequence[str]], names: int | None = None) -> list[str]:

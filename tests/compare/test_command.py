@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from frictool.compare.text_view import KINDS, MEASURES, VERDICTS
 from studies.command_line import run
 from tests.support.command_line import also_called, refused
 
@@ -53,7 +54,11 @@ def test_a_folder_gets_the_page_and_the_figures(tmp_path: Path) -> None:
         "index.html",
     ]
     assert "svc" in json.loads((tmp_path / "laws/compare.json").read_text())["laws"]
-    assert "frictool compare friction.yaml --law svc" in (tmp_path / "laws/index.html").read_text()
+    page = (tmp_path / "laws/index.html").read_text()
+    assert "frictool compare friction.yaml --law svc" in page
+    for explanation in (*MEASURES, *VERDICTS, *KINDS):
+        assert explanation in page
+        assert explanation in result.stdout
 
 
 def test_the_printed_table_is_refused_and_allowed(tmp_path: Path) -> None:
