@@ -149,7 +149,7 @@ def test_computed_numbers_are_counted_apart_from_words_and_inputs() -> None:
         given, ours, found
     )
     assert json.loads(as_json(given, ours, found))["counts"]["input"] == {"values": 1, "agree": 1}
-    assert "2 are computed numbers, of which 1 agree" in page(given, ours, found)
+    assert "2 values are computed numbers; 1 of them agree" in page(given, ours, found)
 
 
 def test_the_documentation_has_the_counts_of_what_is_compared() -> None:

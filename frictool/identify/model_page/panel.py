@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from matplotlib.figure import Figure
 
@@ -59,7 +59,7 @@ def panel_figure(panels: Sequence[FigurePanel]) -> Figure:
         for axes, panel in zip(every, panels, strict=True):
             panel.draw(axes)
             axes.set_title(panel.title, loc="left", fontsize=10.0, color=INK)
-            _legend(axes)
+            _legend(axes, "right")  # the title is on the left
         return figure
 
 
@@ -80,14 +80,14 @@ def scatter(axes: Axes, abscissa: Vector, ordinate: Vector, colour: str, label: 
     )
 
 
-def _legend(axes: Axes) -> None:
+def _legend(axes: Axes, side: Literal["left", "right"] = "left") -> None:
     handles, labels = axes.get_legend_handles_labels()
     if len(labels) > 1:
         axes.legend(
             handles,
             labels,
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.0),
+            loc="lower right" if side == "right" else "lower left",
+            bbox_to_anchor=(1.0 if side == "right" else 0.0, 1.0),
             ncols=2,
             columnspacing=1.0,
             handlelength=1.4,
