@@ -167,7 +167,7 @@ def start_at(machine: CompiledProgram, position: float) -> None:
         _values(machine)[machine.starts] = position
         return
     measured = machine.formats[machine.ports[1]]
-    for index in machine.starts:  # through the word of the measured position, as on the target
+    for index in machine.starts:  # from the word of the measured position, as on the target
         form = machine.formats[index]
         word = shift_rounded(
             from_real(measured, position), measured[op.FRACTION] - form[op.FRACTION]
@@ -251,7 +251,6 @@ def step_values(
 
 @bare_kernel
 def _give(v: Values, ports: IntVector, reference: float, position: float, velocity: float) -> bool:
-    """Set the inputs; return True if each of them is a finite number."""
     valid = True
     if ports[0] >= 0:
         v[ports[0]] = reference
@@ -269,7 +268,7 @@ def _give(v: Values, ports: IntVector, reference: float, position: float, veloci
 def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
     """Return the first row of `code` to run: 0, or the first row after the measurement guard.
 
-    If this sample and the last one are valid, this function copies the inputs instead of the guard.
+    The guard is skipped if this sample and the last one are valid; the inputs are then copied here.
     """
     if (
         not valid

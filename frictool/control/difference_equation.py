@@ -128,7 +128,6 @@ def advance(
 def _present(
     coefficients: list[ProgramNode], values: list[ProgramNode]
 ) -> tuple[list[ProgramNode], list[ProgramNode]]:
-    """Return the terms without those whose coefficient is the constant 0."""
     kept = [
         (c, v)
         for c, v in zip(coefficients, values, strict=True)
@@ -155,8 +154,7 @@ def state_bounds(
     free = [i for i in range(n) if i not in held_states]
     closed = equation.a - np.outer(equation.gains, equation.c)
     a = closed[np.ix_(free, free)]
-    # with the limit: x+ = (a - l c) x + (b - l d) e + l (limited u), plus the terms that held
-    # integrators add through l
+    # x+ = (a - l c) x + (b - l d) e + l (limited u); an integrator that keeps its value adds a term
     into_e = (equation.b - equation.gains * equation.d)[free]
     into_u = equation.gains[free]
     bounds = np.full(n, np.inf)

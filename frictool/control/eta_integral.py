@@ -19,11 +19,11 @@ def next_eta(
     resting: ProgramNode | None,
     bound: float,
 ) -> ProgramNode:
-    """Return eta [rad | m], the integrated speed reference minus the position; 0 after `resting`.
+    """Return eta [rad | m], the integrated speed reference minus the position.
 
-    increment: speed reference times the sample period. motion: change of the position since the
-    last sample. limited: -1 or +1 if the last drive was at its lower or upper limit, else 0. bound:
-    largest |eta|.
+    eta is 0 at a sample at which `resting` is true. increment: speed reference times the sample
+    period. motion: change of the position since the last sample. limited: -1 or +1 if the last
+    drive was at its lower or upper limit, else 0. bound: largest |eta|.
     """
     program.block(
         "eta = integral(speed reference) - position, held while it would push a limited "

@@ -265,8 +265,8 @@ class _Scaling:
     def _scale_dot(self, node: ProgramNode, wanted: int) -> None:
         """Set one fraction for a sum of products.
 
-        The fraction equals the fraction of the coarsest product, or is smaller if the sum needs
-        more range.
+        It is at most the smallest fraction of the products, and smaller if the sum needs more
+        range.
         """
         half = len(node.args) // 2
         pairs = [
@@ -373,10 +373,7 @@ def _product(one: Interval, other: Interval) -> Interval:
 
 
 def _moved(value: int, shift: int) -> int:
-    """Return the product of `value` and 2^-shift, rounded like `shift_rounded` of the kernel.
-
-    The integers can have any size.
-    """
+    """Return `value` times 2^-shift, rounded like `shift_rounded`, for integers of any size."""
     if shift <= 0:
         return value << -shift
     half = 1 << (shift - 1)

@@ -28,7 +28,7 @@ from collections.abc import Sequence
 from frictool.control.program import Program, ProgramNode
 from frictool.control.saturation_function import saturating
 
-REACH = 64.0  # bound of the observer's state in drive limits; includes the term L J v
+REACH = 64.0  # bound of the observer's state q, relative to the drive's limit
 
 
 def direction(program: Program, speed: ProgramNode, smoothing: float) -> ProgramNode:

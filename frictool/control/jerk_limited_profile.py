@@ -87,7 +87,6 @@ def profile(
 def _braking_law(
     program: Program, ahead: ProgramNode, limits: ProfileLimits, period: float
 ) -> ProgramNode:
-    """Return the braking law's speed for the distance `ahead`, bounded before the root is taken."""
     top = limits.speed
     double = 2.0 * limits.acceleration
     corner = 0.5 * limits.acceleration * period

@@ -55,8 +55,8 @@ class MachineCode(NamedTuple):
 class ProgramStructure(NamedTuple):
     """Operations and indices of a program, without its coefficients.
 
-    CompiledProgram explains the columns. `inputs`: index of each input of PORTS, or -1. `output`:
-    index of the value that the code returns.
+    The arrays have the columns of the same arrays in CompiledProgram. `inputs`: index of each input
+    of PORTS, or -1. `output`: index of the value that the code returns.
     """
 
     code: tuple[tuple[int, ...], ...]
@@ -101,7 +101,6 @@ def compiled(structure: ProgramStructure) -> MachineCode:
 
 
 def _module(structure: ProgramStructure, name: str) -> ir.Module:
-    """Return the LLVM module with the function of one sample (`MachineCode`)."""
     address = ir.IntType(64)
     module = ir.Module(name)
     function = ir.Function(module, ir.FunctionType(REAL, [address, *[REAL] * len(PORTS)]), name)

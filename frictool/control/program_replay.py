@@ -60,7 +60,6 @@ def value_along(
 
 @inset_kernel
 def _value(machine: CompiledProgram, index: int) -> float:
-    """Return the value of the node at an index, as `read` does."""
     if machine.number == FIXED:
         return to_real(machine.formats[index], machine.word[index])
     if machine.number == FLOAT:

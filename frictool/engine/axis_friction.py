@@ -30,13 +30,12 @@ NOWHERE, MAP_EDGE, END_STOP = 0, 1, 2
 
 @kernel
 def _side(direction: float) -> int:
-    """Return the index of a direction in a pair (backward, forward)."""
     return 1 if direction > 0.0 else 0
 
 
 @kernel
 def _mapped(p: Vector, maps: int, direction: float, x: float) -> float:
-    """Return the position polynomial of one direction at position x; constant beyond its range."""
+    """Return a friction polynomial at x; outside its range, at the nearest end of the range."""
     first = maps + al.MAX_TERMS * _side(direction)
     return polynomial(p[first : first + al.MAX_TERMS], min(max(x, p[al.MAP_LOW]), p[al.MAP_HIGH]))
 
@@ -53,7 +52,6 @@ def coulomb_at(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
-    """Return the breakaway [N m | N] of an axis with friction laws at x after a long rest."""
     return (
         _mapped(p, al.BREAKAWAY_MAPS, direction, x)
         if p[al.MAPPED] > 0.0
@@ -63,9 +61,9 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return (F, ratio): the breakaway at x is F after a long rest, ratio F just after a stop.
+    """Return (F, r): the breakaway at x is F after a long rest, and r F just after a stop.
 
-    F is in N m | N; ratio F is at least the Coulomb friction. The axis must have friction laws.
+    F is in N m | N; r F is at least the Coulomb friction. The axis must have friction laws.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0

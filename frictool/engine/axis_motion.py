@@ -68,10 +68,6 @@ SHORTEST_FLIGHT = 1e-6  # s; a rebound with a shorter flight ends at rest at the
 
 @inner_kernel
 def _opposing(p: Vector, laws: Laws, x: float) -> float:
-    """Return the effort [N m | N] that opposes the drive at position x.
-
-    The effort is the offset and, with `laws`, the load.
-    """
     return float(p[ax.OFFSET]) if laws is None else opposing_effort(laws, x)
 
 
@@ -108,7 +104,7 @@ def _rest(
 
 @kernel
 def _wait(state: Vector, command: float, p: Vector, direction: float, remaining: float) -> float:
-    """Return the time until the drive reaches the breakaway, which rises, or NEVER."""
+    """Return the time [s] until the drive reaches the breakaway, which grows at rest, or NEVER."""
     full, fresh = strength(p, direction, state[ax.POSITION])
     settled = direction * (p[ax.CONSTANT] * command - opposing_effort(p, state[ax.POSITION]))
     losing = direction * p[ax.CONSTANT] * (command - state[ax.DRIVE])
@@ -121,10 +117,10 @@ def _wait(state: Vector, command: float, p: Vector, direction: float, remaining:
 def _phase(
     state: Vector, command: float, p: Vector, direction: float, coulomb: float, viscous: float
 ) -> Phase:
-    """Return the phase of slip that begins now.
+    """Return the phase of a slip (slip_closed_form.py) that begins now.
 
-    If the breakaway equals the Coulomb friction, a slip begins without acceleration. A rounding
-    error of this acceleration is removed: it could make the axis stop and break away again.
+    If the breakaway equals the Coulomb friction, the initial acceleration is zero up to a rounding
+    error. The error is removed, because it could make the axis stop and break away again.
     """
     settled = direction * (p[ax.CONSTANT] * command - p[ax.OFFSET]) - slip_force(
         0.0, 1.0, coulomb, viscous
@@ -138,7 +134,7 @@ def _phase(
             + coulomb
         )
         if abs(settled + transient) <= ROUNDING * gross:
-            # without a lag the effort does not change either
+            # without a lag the effort is constant
             settled = settled if p[ax.LAG] > 0.0 else 0.0
             transient = -settled
     rate = 1.0 / p[ax.LAG] if p[ax.LAG] > 0.0 else 0.0
@@ -162,9 +158,9 @@ def _straight_slip(
     driving: bool,
     to_edge: float,
 ) -> tuple[float, float, float, int]:
-    """Compute a slip of up to `remaining` [s] in closed form; the state is not changed.
+    """Return duration, distance, final speed and reason for the end of a slip in closed form.
 
-    Returns duration, distance, final speed, and how the slip ended.
+    The state is not changed. to_edge: distance to the closing of the backlash.
     """
     coulomb, viscous = slip_line(state, p, laws, direction, driving)
     phase = _phase(state, command, p, direction, coulomb, viscous)
@@ -206,8 +202,8 @@ def _straight_slip(
 def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
     """Pass the end of the position polynomials or hit the end stop; return the new direction.
 
-    A motor that the effort presses against the stop rebounds infinitely often in finite time.
-    Rebounds shorter than SHORTEST_FLIGHT are left out.
+    An axis that is pressed against the stop would rebound infinitely often in a finite time;
+    rebounds shorter than SHORTEST_FLIGHT are therefore left out.
     """
     _, kind_of_end = next_place(p, start, direction)
     if kind_of_end == MAP_EDGE:
@@ -242,8 +238,8 @@ def _slip(
 ) -> tuple[float, float, int]:
     """Let the axis slip for up to `remaining` [s]; curved: as in `advance_axis`.
 
-    Returns the duration, the direction of the further motion (0 after a stop), and how the slip
-    ended.
+    Returns the duration, the direction of the further motion (0 after a stop), and the reason for
+    the end.
     """
     to_edge = 0.5 * p[ax.BACKLASH] - direction * state[ax.GAP]
     driving = to_edge <= 0.0

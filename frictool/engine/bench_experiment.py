@@ -98,8 +98,9 @@ def play_reference(
 ) -> int:
     """Follow `reference` (n,) from `state` (7,), in place; fill `position` and `drive` (n,).
 
-    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo`, whose limit is
-    ignored: only the axis's drive limits the effort. Returns a status of engine/status_codes.py.
+    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo`; its limit is not
+    applied, so that only the axis's drive limits the effort. Returns a status of
+    engine/status_codes.py.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)
@@ -175,9 +176,9 @@ def play_ramps(
 
     segment (n,): number of each value's segment; its sign is the direction. following (n,): index
     of the first value of the next segment. turning (n,): index of the first value of the next
-    segment in the other direction. Without such a segment, the index is n. rules (3,) [rad | m]:
-    displacement after which a segment ends; lower and upper position at which the direction
-    changes. played (1,): set to the number of values applied. Returns a status of
+    segment in the opposite direction. Without a further segment, the index is n. rules (3,)
+    [rad | m]: displacement after which a segment ends; lower and upper position at which the
+    direction changes. played (1,): set to the number of values applied. Returns a status of
     engine/status_codes.py.
     """
     p = with_load(axis, load)

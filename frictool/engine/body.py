@@ -129,8 +129,8 @@ class FrictionBody:
         ):
             finding = "a pure delay of the film" if self.knee == math.inf else "a knee of the body"
             raise ValueError(
-                f"extension: found {finding}; allowed: knees of the extension only, and a film "
-                "without a pure delay"
+                f"extension: found {finding}; allowed: no knee of the body, and no pure delay of "
+                "the film"
             )
         for side, direction in enumerate((-1.0, 1.0)):
             start = direction * float(self.slip_force(0.0, direction, self.law_in(direction)))

@@ -13,7 +13,7 @@ col.  name             meaning
 3     CONSTANT_FACTOR  factor of the drive's constant, in effort and back-electromotive force
 4     LOST             counts lost by the encoder so far; the reading is too low by this number
 5     ENCODER_FAULT    STUCK: the reading does not change; INVALID: it is NaN; 0: no fault
-6     SENSOR_OFFSET    a of the drive's sensor, measured = b drive + a; 0 without fault
+6     SENSOR_OFFSET    a of the drive's sensor, which measures b drive + a; 0 without fault
 7     SENSOR_GAIN      b of the drive's sensor; 1 without fault
 ====  ===============  =========================================================================
 
@@ -86,9 +86,7 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
     p[ax.VISCOUS] = viscous * axis[ax.VISCOUS]
     p[ax.CONSTANT] = row[CONSTANT_FACTOR] * axis[ax.CONSTANT]
     p[ax.OFFSET] = axis[ax.OFFSET] - row[DISTURBANCE]
-    p[ax.DRIVE_LIMIT] = (
-        math.inf
-    )  # `true_command` has already limited the command of the drive's loop
+    p[ax.DRIVE_LIMIT] = math.inf  # `true_command` has already limited the command
     if axis.shape[0] > al.PLAIN_SIZE:
         for side in range(2):
             p[al.VISCOUS_PAIR + side] = viscous * axis[al.VISCOUS_PAIR + side]

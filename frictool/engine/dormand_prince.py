@@ -88,7 +88,6 @@ class _Slip(NamedTuple):
 
 @bare_kernel
 def _rate(slip: _Slip, t: float, x: float, v: float, q: float) -> float:
-    """Return the acceleration v' of a slip at the time t and the state x, v, q."""
     force, law, mobility, direction, drive = slip
     return (effort(t, x, v, q, drive) - force(v, direction, law)) * mobility
 
@@ -182,7 +181,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
 
 @bare_kernel
 def local_error(row: int, h: float, slopes: Vector) -> float:
-    """Return the estimated local error (>= 0) of one state in a step."""
+    """Return the estimated local error (>= 0) of the state in row `row` of `slopes` (rows, 7)."""
     total = 0.0
     for i in range(STAGES):
         total += ERRORS[i] * slopes[i, row]

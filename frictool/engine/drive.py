@@ -9,7 +9,7 @@ sine            amplitude, frequency, phase
 spring          proportional = stiffness, r = free end of the spring (3.7.2)
 PID             all three gains (3.40)
 
-lag of a drive  u also contains decaying e^(-decay_rate t), for dynamic laws only
+lag of a drive  u has a further term decaying e^(-decay_rate t), for dynamic laws only
 
 u is the effort, x the position, v the velocity, r the position reference, q the integral of x - r.
 Apart from the sine, u is linear in time and state. With a fixed sign of the friction, the motion
@@ -118,7 +118,7 @@ def effort(t: float, x: float, v: float, q: float, drive: Vector) -> float:
 
 @kernel
 def effort_rate(t: float, drive: Vector) -> float:
-    """Return the partial derivative of u [N/s | N m/s] by t."""
+    """Return the partial derivative of the effort u by time [N/s | N m/s]."""
     rate: float = drive[SLOPE] + drive[PROPORTIONAL] * drive[TARGET_SPEED]
     if drive[AMPLITUDE] != 0.0:
         turn = math.cos(drive[FREQUENCY] * t + drive[PHASE])

@@ -32,7 +32,6 @@ def _steepness(age: float, lag: float, t: float) -> float:
 
 @kernel
 def _last_fall(age: float, lag: float, level: float, remaining: float) -> float:
-    """Return the last time, at most `remaining`, at which `_steepness` is `level`; else NEVER."""
     if _steepness(age, lag, remaining) >= level:
         return remaining
     low = max(0.0, 2.0 * lag - age)

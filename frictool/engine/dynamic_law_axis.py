@@ -115,8 +115,8 @@ def _levels_start(p: Vector) -> int:
 def impose_on_law(axis: Vector, p: Vector, friction: float, viscous: float) -> None:
     """Set the law's parameters in `p` to the parameters in `axis`, multiplied by two factors.
 
-    The factor `viscous` multiplies the parameters of viscous friction. `friction` multiplies those
-    of dry friction and the stiffness of the contact: the largest deflection does not change.
+    `viscous` multiplies the parameters of viscous friction. `friction` multiplies the parameters of
+    dry friction and the stiffness of the contact, so that the largest deflection does not change.
     """
     if not has_dynamic_law(p):
         return
@@ -137,7 +137,6 @@ def impose_on_law(axis: Vector, p: Vector, friction: float, viscous: float) -> N
 
 @inner_kernel
 def _drive(state: Vector, command: float, p: Vector) -> Vector:
-    """Return the effort of the drive as a function of time (engine/drive.py)."""
     drive = np.zeros(dr.DECAY_RATE + 1)
     drive[dr.OFFSET] = p[ax.CONSTANT] * command - p[ax.OFFSET]
     if p[ax.LAG] > 0.0:
@@ -154,9 +153,9 @@ def _wall(x: float, p: Vector) -> float:
 
 @kernel
 def _released(driven: DrivenContact, t: float, wall: float, outwards: float) -> float:
-    """Return the time at which the effort ceases to press the axis against the stop, or inf.
+    """Return the time at which the effort stops pressing the axis against the stop, or inf.
 
-    outwards: acceleration towards the stop at t. The friction of a resting contact is constant.
+    outwards: acceleration towards the stop at t.
     """
     drive = driven.drive
     fading = wall * drive[dr.DECAYING] * math.exp(-drive[dr.DECAY_RATE] * t) / driven.mass
@@ -170,10 +169,9 @@ def _released(driven: DrivenContact, t: float, wall: float, outwards: float) -> 
 def _meet_stop(
     y: Vector, after: Vector, stages: Vector, rows: int, wall: float, place: float, at: Vector
 ) -> float:
-    """Move y to the end stop at `place`, which the step to `after` passes.
+    """Move y to the end stop at `place`, between y and `after`; return the fraction of the step.
 
-    Returns the fraction of the step up to the stop. An axis already at the stop stays there for the
-    whole step.
+    An axis that is already at the stop stays there for the whole step.
     """
     if y[0] == place:
         y[:rows] = after[:rows]

@@ -90,10 +90,10 @@ def law_kernels(kernels: DynamicKernels) -> LawKernels:
 def virgin_contact(
     kernels: DynamicKernels, p: Vector, speed_scale: float, length_scale: float
 ) -> tuple[Vector, int, Vector]:
-    """Return the state z (n,) of a contact that never moved, and two values for error control.
+    """Return (z, m, scales) of a contact that never moved.
 
-    These are the number of leading elements of z with a rate (the others are memory), and a
-    reference size (n,) of each element: its change over `length_scale` [m | rad].
+    z (n,): inner state, of which the first m elements have a rate; the others are memory. scales
+    (n,): change of each element of z over `length_scale` [m | rad], for error control.
     """
     z = kernels.reset(p)
     rates = np.zeros_like(z)

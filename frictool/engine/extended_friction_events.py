@@ -34,9 +34,9 @@ from frictool.typing import Vector
 
 @kernel
 def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
-    """Set the speed regime in `state`, and the region: film in the Stribeck layer or above it.
+    """Set the speed regime and the region in `state`; without a lag of the film, also its velocity.
 
-    Without a lag of the film, also set the film's velocity.
+    The region states whether the velocity of the film is in the Stribeck layer or above it.
     """
     table = laws[2]
     if table[LAG] == 0.0:
@@ -53,7 +53,7 @@ def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
 def _layer_event(
     laws: ExtendedLaws, body: Vector, state: Vector, piece: Vector, spent: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return time and kind of the event at which the film enters or leaves the Stribeck layer."""
+    """Return time [s] and kind of the film's entry into, or exit from, the Stribeck layer."""
     row = 3 if laws[2][LAG] > 0.0 else 1
     if state[fb.REGION] == fb.IN_LAYER:
         if body[fb.LAYER] == math.inf:
@@ -107,7 +107,6 @@ def extended_slip_event(
 
 @kernel
 def _pass_knee(laws: ExtendedLaws, state: Vector) -> None:
-    """Set the speed to the nearest knee, and the regime to that on the other side of the knee."""
     regimes = regime_table(laws[2])
     passed = int(state[KNEES_PASSED])
     speed = abs(state[fb.VELOCITY])

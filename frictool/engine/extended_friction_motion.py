@@ -151,7 +151,6 @@ def pass_time(laws: ExtendedLaws, state: Vector, film: Vector, spent: float) -> 
 def _threshold_after(
     driven: DrivenBody, laws: ExtendedLaws, state: Vector, direction: float, spent: float
 ) -> float:
-    """Return the threshold of a body at rest after a further time `spent` [s] at rest."""
     w = film_at_rest(state[FILM], laws[2][LAG], spent)
     return threshold(driven, laws, state[fb.POSITION], direction, state[RESTED] + spent, w)
 
@@ -167,7 +166,6 @@ def _crossing(
     high: float,
     more: float,
 ) -> float:
-    """Return the time of the breakaway in [low, high], found by bisection."""
     middle = 0.5 * (low + high)
     while low < middle < high:
         if (
@@ -194,9 +192,9 @@ def _first_breakaway(
 ) -> tuple[float, bool]:
     """Return the time [s] up to which the body stays at rest, and True if it then breaks away.
 
-    The threshold never falls. Therefore the body stays at rest on [a, b] if the largest effort
-    there is below the threshold at a. more: amount by which the threshold is raised. size: sum of
-    the magnitudes of the effort's terms.
+    The threshold never falls: the body stays at rest on [a, b] if the largest effort there is below
+    the threshold at a. more: amount by which the threshold is raised. size: sum of the magnitudes
+    of the effort's terms.
     """
     bound = curvature_bound(u, h)
     low = 0.0
@@ -273,7 +271,6 @@ def rest_piece(
 def _field(
     driven: DrivenBody, laws: ExtendedLaws, state: Vector, t: float, y: Vector, out: Vector
 ) -> None:
-    """Fill `out` with the rates of position x, velocity v, integral q and film velocity w."""
     force, drive = driven.force, driven.drive
     lag = laws[2][LAG]
     w = y[3] if lag > 0.0 else y[1]
@@ -287,7 +284,7 @@ def _field(
 
 @inner_kernel
 def _step_error(h: float, slopes: Vector) -> float:
-    """Return a step's error [m/s | rad/s]: the largest of velocity, film and position/h."""
+    """Return the largest error of velocity, film velocity and position/h [m/s | rad/s]."""
     return max(
         local_error(1, h, slopes), max(local_error(3, h, slopes), local_error(0, h, slopes) / h)
     )

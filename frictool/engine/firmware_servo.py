@@ -112,7 +112,7 @@ def follow_goal(
 
 
 def _mean_over_step(switch: NDArray[np.bool_], late: Vector, step: float) -> Vector:
-    """Return the mean (m,) of a switch (n,) between each index `late` (m,) and `late` + step.
+    """Return the mean (m,) of a switch (n,) from each index of `late` (m,) to that index + `step`.
 
     The mean makes the simulation a continuous function of the delay.
     """

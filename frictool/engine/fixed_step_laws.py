@@ -59,7 +59,6 @@ def _switch(events: Vector, happened: int, t: float, stuck: bool, x: float, v: f
 
 @kernel
 def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool) -> None:
-    """Fill one sample; its mode is the direction of slip, 0 in stick."""
     row[fb.SAMPLE_POSITION] = x
     row[fb.SAMPLE_VELOCITY] = v
     row[fb.SAMPLE_EFFORT] = u
@@ -69,7 +68,7 @@ def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool
 
 @kernel
 def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) -> None:
-    """Write the law's parameters for the direction of the velocity v; at rest, of the effort u."""
+    """Set the law's parameters for the direction of the velocity v, or of the effort u at rest."""
     forward, backward, table, p = laws
     if table.shape[0] > 0:
         direction = math.copysign(1.0, u if stuck or v == 0.0 else v)
@@ -78,7 +77,7 @@ def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) 
 
 @kernel
 def _film(laws: Laws, v: float, u: float, w: float) -> float:
-    """Return the film velocity at which dry friction is evaluated, with the sign of the slip."""
+    """Return the film's velocity, with the sign of the slip, for the dry friction."""
     return math.copysign(max(DRY, abs(boundary_film(w, laws[2][BOUNDARY]))), v if v != 0.0 else u)
 
 
@@ -86,7 +85,6 @@ def _film(laws: Laws, v: float, u: float, w: float) -> float:
 def _hybrid_friction(
     force: Valued, mode: int, v: float, u: float, z: Vector, laws: Laws, w: float
 ) -> float:
-    """Return the friction; in slip, with the film and the speed regimes of an extension."""
     table, p = laws[2], laws[3]
     if mode == STUCK or table.shape[0] == 0:
         return force(mode, v, u, z, p)
@@ -107,7 +105,6 @@ def _hybrid_acceleration(
     laws: Laws,
     w: float,
 ) -> float:
-    """Return the body's acceleration v' in stick or slip [m/s^2 | rad/s^2]."""
     if mode == STUCK or laws[2].shape[0] == 0:
         return acceleration(mode, v, u, z, laws[3])
     gained: float = (u - _hybrid_friction(force, mode, v, u, z, laws, w)) / laws[3][MASS]
@@ -116,7 +113,6 @@ def _hybrid_acceleration(
 
 @kernel
 def _hold_breakaway(force: Valued, u: float, z: Vector, laws: Laws, w: float) -> None:
-    """Set the breakaway to the friction at which a slip would start with the present film."""
     table, p = laws[2], laws[3]
     if table.shape[0] > 0 and table[LAG] + table[DELAY] > 0.0:
         film = _film(laws, 0.0, u, w)

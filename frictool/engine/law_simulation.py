@@ -67,7 +67,6 @@ def body_of(
 
 
 def _pointers(parts: Sequence[Any], types: Sequence[Any]) -> Any:
-    """Return the kernels `parts` as pointers of the function types `types`."""
     return tuple(function_pointer(part, kind) for part, kind in zip(parts, types, strict=True))
 
 

@@ -21,7 +21,7 @@ from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import Vector
 
 ROUNDING = 2.0**-48  # largest effort that is treated as zero, relative to its terms
-TRACE = 2.0**-40  # raise of the threshold by `rest_piece`, relative to the effort's terms
+TRACE = 2.0**-40  # amount by which `rest_piece` raises a threshold, relative to the effort's terms
 SHORTEST_STEP = 2.0**-50  # shortest step, relative to the time or to the run
 # first step, relative to the time in which the largest force would accelerate the body through the
 # Stribeck layer
@@ -144,7 +144,6 @@ def rest_piece(
 
 @bare_kernel
 def _acceleration(driven: DrivenBody, state: Vector, t: float) -> float:
-    """Return the acceleration at t; 0 at the start of a slip if it is only a rounding error."""
     body, drive = driven.body, driven.drive
     u = effort(t, state[fb.POSITION], state[fb.VELOCITY], state[fb.INTEGRAL_STATE], drive)
     opposing = friction(driven, state, state[fb.VELOCITY], u)

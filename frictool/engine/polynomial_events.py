@@ -1,4 +1,4 @@
-"""First time at which a polynomial falls to zero, for events on a part of a trajectory.
+"""First time at which a polynomial falls to zero, for events on a trajectory.
 
     p(t) = c[0] + c[1] t + ... + c[n-1] t^(n-1)          0 <= t <= h
 
@@ -49,10 +49,6 @@ def curvature_bound(c: Vector, h: float) -> float:
 
 @kernel
 def _root(c: Vector, low: float, high: float, start: float, end: float) -> float:
-    """Return the zero of a polynomial that falls from `start` at low to `end` at high.
-
-    Newton's method starts from the chord and is kept inside a bracket.
-    """
     t = low + (high - low) * (start / (start - end))
     for _ in range(MAX_ITERATIONS):
         ahead, rate = value_and_slope(c, t)
@@ -64,7 +60,6 @@ def _root(c: Vector, low: float, high: float, start: float, end: float) -> float
 
 @kernel
 def _first_zero(c: Vector, h: float) -> float:
-    """Return the first t in (0, h] at which a polynomial, positive at 0, is zero, or NEVER."""
     bound = curvature_bound(c, h)
     low = 0.0
     width = h

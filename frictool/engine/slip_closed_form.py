@@ -55,7 +55,6 @@ def acceleration(phase: Phase, t: float) -> float:
 
 @kernel
 def _turning_time(start: float, transient: float, decay: float, rate: float) -> float:
-    """Return the time t > 0 at which the acceleration, `start` at t = 0, is zero; inf if never."""
     if transient == 0.0:
         return math.inf
     r = start / (transient * rate)
@@ -67,7 +66,6 @@ def _turning_time(start: float, transient: float, decay: float, rate: float) -> 
 
 @kernel
 def _root(phase: Phase, quantity: int, level: float, low: float, high: float) -> float:
-    """Return the time in [low, high] at which speed falls, or distance rises, to `level`."""
     t = 0.5 * (low + high)
     for _ in range(MAX_ITERATIONS):
         if quantity == SPEED:

@@ -44,7 +44,6 @@ def sooner(
 
 @bare_kernel
 def _swing(piece: Vector, terms: int, h: float) -> float:
-    """Return an upper bound of |v(t) - v(0)| for 0 <= t <= h [s]; v: velocity of a piece."""
     total = 0.0
     for k in range(terms - 1, 0, -1):
         total = (total + abs(piece[1, k])) * h

@@ -124,7 +124,7 @@ def _step(slip: _Slip, t: float, h: float, start: float, at: Vector, slopes: Vec
 def _end_of(
     piece: Vector, h: float, lower: float, upper: float, length: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return the time and kind of the first event within a step; (h, HELD) if there is none."""
+    """Return time and kind of the first event within a step, (h, HELD) if there is none."""
     spent, kind = h, HELD
     crossing = sooner(piece, TERMS, SPEED, 1.0, lower, spent, probe)
     if crossing != NEVER:
@@ -142,7 +142,6 @@ def _end_of(
 
 @inner_kernel
 def _move(at: Vector, piece: Vector, spent: float) -> None:
-    """Set `at` to the point of the dense output at time `spent`."""
     for row in range(2):
         total = 0.0
         for k in range(TERMS - 1, -1, -1):
@@ -152,7 +151,6 @@ def _move(at: Vector, piece: Vector, spent: float) -> None:
 
 @kernel
 def _gross(state: Vector, command: float, p: Vector, direction: float, driving: bool) -> float:
-    """Return the sum of the magnitudes of all efforts [N m | N] at the start of the slip."""
     held = (
         breakaway_at(p, direction, state[ax.POSITION], state[ax.RESTED])
         if driving

@@ -73,8 +73,8 @@ Extension = ExtendedLaws | None
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
     """Return a number of pieces of motion that only an endless cycle exceeds.
 
-    The number grows with `events`, with the fastest rate of the loop and, in an unbounded Stribeck
-    layer, with the rate of the law.
+    The number grows with `events` and with the fastest rate of the loop. In an unbounded Stribeck
+    layer the number also grows with the rate of the law.
     """
     viscous = max(
         body[fb.VISCOUS], body[fb.VISCOUS + 1], body[fb.VISCOUS_BEYOND], body[fb.VISCOUS_BEYOND + 1]
@@ -106,7 +106,7 @@ def _fill(
     samples: Vector,
     filled: int,
 ) -> int:
-    """Fill the samples within a piece [t, until) from the state at t; return their total number."""
+    """Fill the samples in [t, until) from the state at t; return the number of samples filled."""
     drive = driven.drive
     while filled < times.shape[0] and times[filled] < until:
         ahead = times[filled] - t
@@ -172,7 +172,6 @@ def _advance_extended(
     slopes: Vector,
     pace: Vector,
 ) -> tuple[int, float, int, float, int]:
-    """Advance as `_advance_piece`, with extended friction."""
     if state[fb.DIRECTION] == 0.0:
         spent, towards = extended_rest_piece(driven, laws, state, t, longest, refused, piece)
         return TERMS, spent, fb.BREAKS_AWAY if towards != 0.0 else fb.NO_EVENT, towards, OK
@@ -187,7 +186,6 @@ def _advance_extended(
 
 @bare_kernel
 def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
-    """Set the state to the end of a piece."""
     for row in range(3):
         total = 0.0
         for k in range(terms - 1, -1, -1):
@@ -226,7 +224,7 @@ def _segment(
     events: Vector,
     happened: int,
 ) -> tuple[int, float, int, int]:
-    """Simulate one drive up to `end`; return status, time reached, number of samples and events."""
+    """Simulate one drive to `end`; return status, time reached, number of samples and of events."""
     body, drive = driven.body, driven.drive
     piece = np.zeros((4, TERMS))
     probe = np.zeros(TERMS)
@@ -291,7 +289,6 @@ def _run(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate as `run`, or as `run_extended` with its `laws`."""
     t = start
     filled = 0
     happened = 0

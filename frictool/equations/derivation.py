@@ -130,7 +130,6 @@ def _checked(line: Line) -> int:
 def _links(
     document: Mechanism, assembled: AssembledMechanism, notation: Notation, start: dict[str, float]
 ) -> list[LinkEquations]:
-    """Return the equations of the links; redundant rigid links are left out."""
     ratios = {
         name: float(ratio)
         for name, ratio in zip(assembled.joints, assembled.packed.joints.ratio, strict=True)
@@ -175,7 +174,6 @@ def _acting(
 
 
 def _difference(one: float, other: float) -> float:
-    """Return one - other, or 0 if the difference is only a rounding error."""
     difference = one - other
     return difference if abs(difference) > ROUNDING * max(abs(one), abs(other)) else 0.0
 
@@ -207,7 +205,7 @@ def _trees(
 
 
 def _tied(blocks: tuple[str, ...], links: list[LinkEquations]) -> list[list[str]]:
-    """Return the groups of tied blocks, in the document's order."""
+    """Return the groups of blocks that links tie together, in the document's order."""
     group = {block: [block] for block in blocks}
     for link in links:
         kept, joined = sorted((group[link.a], group[link.b]), key=len, reverse=True)

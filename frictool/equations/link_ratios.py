@@ -63,7 +63,6 @@ def ratio_of(name: str, link: Transmitting, notation: Notation) -> tuple[Term, T
 
 
 def _lead(name: str, link: Screw, notation: Notation) -> Term:
-    """Return the nut's travel per radian."""
     if link.lead is None:
         return _radius(name, link, notation).times(_tangent(name, link, notation, ""))
     turn = symbol("2 pi", r"2\pi", value=2.0 * math.pi)

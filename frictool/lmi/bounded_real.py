@@ -212,7 +212,7 @@ class BoundedRealInequalities:
         return inequalities
 
     def _coupling(self, count: int, b: float | None) -> AffineConstraint:
-        """Return the constraint matrix [R' bI; bI S'].
+        """Return the constraint [R' bI; bI S'] >= 0.
 
         If `b` is None, b is an unknown: the entry after R' and S' in the vector of unknowns.
         """

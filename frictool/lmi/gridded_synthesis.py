@@ -204,10 +204,10 @@ class _GridSearch:
         return GridInequalities(cells, self.bases, self.motions)
 
     def solved(self) -> tuple[Matrix, Matrix, float]:
-        """Return the coefficients of the recentred X and Y, and the smallest gamma.
+        """Return the coefficients of the recentred X and of Y, and the smallest gamma.
 
-        X and Y are in the coordinates `t` of the last pass. gamma is divided by the `level` of the
-        last pass.
+        X and Y are in the coordinates `t`, gamma in units of the `level`, of the last balancing
+        pass.
         """
         for k in range(PASSES + 1):
             problem = self.inequalities(self.grid)

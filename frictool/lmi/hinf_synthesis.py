@@ -146,10 +146,8 @@ def _by_riccati(
 ) -> LyapunovPair | None:
     """Return R and S of one plant in the variable `chosen`, by Riccati equations.
 
-    t: first balancing of the plant's states.
-
     The result is None if the equations do not apply, if R and S violate the inequalities, or if
-    they admit no controller.
+    they admit no controller. t: first balancing of the plant's states.
     """
     optimum = smallest_gamma(plant.transformed(t))
     if optimum is None:

@@ -78,8 +78,8 @@ def quiet_gains(
     `noise` maps a mode to the amplitude n_i (m,) of its measurement noise. `apart` maps a mode to a
     mask (n, m) of the gains that may differ from 0; states with equal rows of the mask must be
     consecutive. Raises NoSolutionError if a mode is not detectable, or if no gains are proved for
-    `factor` times the smallest gamma. Raises ValueError for a decay
-    outside (0, 1] or a factor of at most 1.
+    `factor` times the smallest gamma. Raises ValueError for a decay outside (0, 1] or a factor of
+    at most 1.
     """
     if not 0.0 < decay <= 1.0 or not factor > 1.0:
         raise ValueError(

@@ -118,7 +118,6 @@ def _continuous(plant: GeneralisedPlant) -> GeneralisedPlant:
 
 
 def _regular(plant: GeneralisedPlant) -> bool:
-    """Return True if D12 has full column rank and D21 full row rank."""
     largest = max(float(np.max(np.abs(d))) for d in (plant.d11, plant.d12, plant.d21))
     return all(
         np.linalg.matrix_rank(d, FULL_RANK * largest) == ports

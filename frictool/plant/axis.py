@@ -105,7 +105,6 @@ class AxisParameters(NamedTuple):
 # cached, because an axis is checked and packed when it is made, and again for each simulation
 @lru_cache(maxsize=1)
 def _checked(parameters: AxisParameters) -> AxisParameters:
-    """Return `parameters.checked()`, cached."""
     parameters._raise_if_impossible()
     return parameters._replace(
         breakaway=max(parameters.breakaway, parameters.coulomb),
@@ -115,7 +114,6 @@ def _checked(parameters: AxisParameters) -> AxisParameters:
 
 @lru_cache(maxsize=1)
 def _packed(parameters: AxisParameters) -> NDArray[np.float64]:
-    """Return `parameters.as_array()`, cached."""
     axis = parameters.checked()
     levels = AxisFrictionLevels(axis.viscous, axis.coulomb, axis.breakaway)
     return np.concatenate([axis.numbers, axis.laws.pack(levels)])

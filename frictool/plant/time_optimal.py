@@ -156,7 +156,6 @@ class _Part(NamedTuple):
 
 
 def _driven(axis: DrivenAxis, position: float) -> list[_Part]:
-    """Return the motion at full drive from rest to a position."""
     overcome = max(axis.coulomb, 0.0)
     waiting = -axis.lag * math.log1p(-overcome / axis.effort)
     at_once = axis.backlash > 0.0 or axis.lag == 0.0
@@ -174,7 +173,6 @@ def _driven(axis: DrivenAxis, position: float) -> list[_Part]:
 
 
 def _braked(axis: DrivenAxis, start: _Point) -> list[_Part]:
-    """Return the motion at full negative drive up to the rest."""
     scale = start.state.velocity * axis.inertia / axis.effort + axis.lag
     part = _until(axis, start, -axis.effort, lambda state: -state.velocity, scale)
     edge = axis.backlash
@@ -209,7 +207,6 @@ def _until(
 
 
 def _point_at(axis: DrivenAxis, parts: list[_Part], time: float) -> _Point:
-    """Return the state of a motion at a time [s]."""
     part = next((part for part in parts if time <= part.end.time), parts[-1])
     span = time - part.start.time
     return _Point(time, _advanced(axis, part.start.state, part.command, span))
@@ -260,7 +257,7 @@ def _mean(exponent: float) -> float:
 
 
 def _second(first: float, second: float) -> float:
-    """Return the second divided difference of exp at 0, -first and -second."""
+    """Return the second divided difference of exp at the points 0, -first and -second."""
     if math.isinf(second):
         return 0.0
     if abs(second - first) > NEARLY_EQUAL * (1.0 + second):

@@ -21,7 +21,7 @@ MOST_TOLERANCE = 1.0  # largest value of --tolerance
 # lowest bandwidth tried, relative to the slowest resonance; number of bandwidths tried
 LOWEST = 1e-4
 POINTS = 2000
-# margin at the ends of a part, relative to its width; a part has a slightly different best line
+# margin at an end of a part, relative to its width: a load law fitted to the part differs slightly
 ROOM = 0.02
 WORTH = 0.1  # least useful part, relative to the travel
 
@@ -84,9 +84,7 @@ def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[flo
     """Return the widest parts of the travel that begin at an end of x (n,) and satisfy `holds`.
 
     The ends of the parts are rounded inwards. Parts narrower than the fraction WORTH of the travel
-    are left out.
-
-    holds: function that returns True if a slice of x satisfies the condition.
+    are left out. holds: function that returns True if a slice of x satisfies the condition.
     """
     parts = []
     for from_low in (True, False):

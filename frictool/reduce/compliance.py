@@ -22,7 +22,7 @@ from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.step_report import StepFigure, StepReport
 from frictool.reduce.travel_grid import known_travel
 
-TAKES_PART = 0.05  # fraction of a mode's strain energy, below which a link is not part of the mode
+TAKES_PART = 0.05  # smallest share in a mode's strain energy of a link that is part of the mode
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def middle(mechanism: Mechanism) -> np.ndarray:
 
 
 def _difference(before: Mechanism, after: Mechanism, bandwidth: float) -> tuple[float, float]:
-    """Return the relative error of the gain and the error of the phase [rad], source to sensor."""
+    """Return the relative error of the gain, and the error of the phase [rad], at the bandwidth."""
     source, sensor = controlled_names(before)
     one, other = (
         complex(

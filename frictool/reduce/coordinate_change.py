@@ -307,7 +307,6 @@ def _spring(here: MechanismView, name: str, spring: Spring) -> dict[str, Link]:
 
 
 def _one_body(here: MechanismView, blocks: list[str]) -> bool:
-    """Return True if links without backlash or compliance make the blocks one body."""
     factors = [here.seen[here.assembled.blocks.index(name)].by for name in blocks]
     apart = {link.name for link in factors[0]} ^ {link.name for link in factors[1]}
     return all(not link.compliant and link.gap == 0.0 for link in here.links if link.name in apart)

@@ -91,11 +91,6 @@ def as_friction(
 
 
 def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple[float, float]:
-    """Return the interval of a block's slope (quotient of two efforts) through one more link.
-
-    beyond: interval through the other links. helped, against: slopes of this link
-    (`LinkLoss.slopes`).
-    """
     ends = [slope * one for slope in (helped, against) for one in beyond]
     return min(ends), max(ends)
 

@@ -25,8 +25,7 @@ def read_test(path: Path, bench: Bench) -> Log:
     Raises
     ------
     LogError
-        If the file is not a test. A CSV of ramps is not one, because it cannot state when a ramp
-        ends.
+        If the file is no test, or a CSV of ramps, which does not state when a ramp ends.
     """
     if path.suffix.lower() != CSV:
         return read_excitation(path)

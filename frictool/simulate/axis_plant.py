@@ -130,7 +130,6 @@ class AxisPlant:
         )
 
     def _against_stops(self, variant: AxisVariant, record: Vector) -> Iterator[str]:
-        """Yield a warning for each end stop that the axis reaches."""
         travel = self.rig.travel
         if travel is None:
             return
@@ -152,5 +151,5 @@ class AxisPlant:
 
 
 def _drifted(values: list[float], factors: Vector) -> list[float]:
-    """Return each value times the smallest and the largest factor."""
+    """Return each value multiplied by the smallest factor, and by the largest factor."""
     return [value * factor for value in values for factor in extremes(factors)]

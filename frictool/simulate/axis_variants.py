@@ -178,7 +178,6 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
 
 
 def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[str, float]]:
-    """Return the parameters of each random plant by its name."""
     box = ranges(model)
     if all(low == high for low, high in box.values()):
         raise FrictoolError(
@@ -198,7 +197,6 @@ def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[s
 
 
 def _variant(name: str, owner: str, model: Model, values: dict[str, float]) -> AxisVariant:
-    """Return a plant of the model; `owner` names it in messages."""
     try:
         axis = axis_of(model, **values)
         return AxisVariant(name, axis, values, dynamic_law_of(model, axis))

@@ -126,8 +126,6 @@ class PreparedScenario(NamedTuple, Generic[V]):
 
 
 class _KeptReference(NamedTuple):
-    """Checked reference (n,), and the data of the scenario on which it depends."""
-
     key: tuple[object, ...]
     recorded: Log | None
     reference: Vector
@@ -344,7 +342,6 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _running(self) -> CompiledProgram:
-        """Return the controller's program in its number format."""
         try:
             return machine_in(self._program, self._number)
         except FixedPointOverflow as error:
@@ -360,7 +357,6 @@ class StepTest(Generic[V]):
     def _signals(
         self, loop: SimulatedLoop, record: Vector, known: Mapping[int, float], with_speed: bool
     ) -> ControllerSignals:
-        """Return the controller's internal signals for the log of a run."""
         controller, program = self.controller, self._program
         period = controller.sample_period_s
         run = RecordedRun(

@@ -24,7 +24,7 @@ from frictool.errors import InputFileError
 
 COMPILERS = ("cc", "gcc", "clang")
 OPTIONS = ("-std=c99", "-O2", "-fPIC", "-shared")
-LONGEST = 120.0  # s, limit of a compilation
+LONGEST = 120.0  # s, longest duration of a compilation
 MACROS = re.compile(
     r'^#define (\w+)_CONTROLLER_SHA256 "([0-9a-f]{64})"\s+'
     r'^#define \1_NUMBER "(double|float|q31)"',
@@ -195,7 +195,7 @@ def compiled_target(
 
 
 def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, ProgramNumber]:
-    """Return the header of a controller's sources, the prefix of its names, its number format."""
+    """Return the path of the header, the prefix of the C functions, and the number format."""
     if not folder.is_dir():
         raise InputFileError(
             folder,

@@ -90,7 +90,7 @@ def _started(machine: CompiledProgram, position: float) -> CompiledProgram:
 
 
 def _supervised(run: RecordedRun, new: CompiledProgram) -> Iterator[tuple[int, SupervisedProgram]]:
-    """Yield each sample (index) of a run with commands, and the controller after the sample."""
+    """Yield (index of a sample, controller after this sample) for each sample of a run."""
     supervised = SupervisedProgram(run.program, new)
     supervised.start(run.started_at)
     for k in range(run.reference.size):

@@ -75,7 +75,7 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
 
 
 def _latest_logged(time: Vector, values: Vector, instants: Vector, late: float) -> Vector:
-    """Return, for each instant (n,), the last of the values (m,) logged up to `late` after it.
+    """Return for each instant (n,) the last of the values (m,) logged before instant + `late`.
 
     Instants before the first value get the first value.
     """

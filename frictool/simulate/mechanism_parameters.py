@@ -34,7 +34,6 @@ def with_quantities(document: Mechanism, values: Mapping[str, float]) -> Mechani
 
 
 def _walk(one: Any, key: str) -> Iterator[tuple[str, Quantity]]:
-    """Yield every quantity below `one` with its key, in the document's order."""
     if isinstance(one, Quantity):
         yield key, one
         return
@@ -43,9 +42,10 @@ def _walk(one: Any, key: str) -> Iterator[tuple[str, Quantity]]:
 
 
 def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
-    """Yield (key, (key of the limit, factor)) of each friction parameter limited by another one.
+    """Yield (parameter, (its lower limit, factor)) for each friction parameter with a lower limit.
 
-    The factor converts the unit of the lower limit to the unit of the parameter.
+    The parameter and the limit, which is another parameter, are keys. The factor converts the unit
+    of the limit to the unit of the parameter.
     """
     if isinstance(one, FrictionOf):
         for name, other in _pairs(one):
@@ -93,9 +93,9 @@ def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
 
 
 def _ordered(document: FrictionOf, made: FrictionOf, provided: set[str]) -> FrictionOf:
-    """Return `made` with no friction parameter below the parameter that is its lower limit.
+    """Return `made` in which no friction parameter is below the parameter that is its lower limit.
 
-    If `provided` contains the limit but not the parameter, the two keep their ratio in `document`.
+    If `provided` contains the limit but not the parameter, their ratio is as in `document`.
     """
     parameters = dict(made.parameters)
     for name, other in _pairs(made):

@@ -29,7 +29,7 @@ from frictool.simulate.simulated_plant import SimulatedLoop, VariantRun, VariedP
 from frictool.typing import Vector
 
 FASTEST = 1e4  # largest rate of a link [rad/s] times the sample period
-# largest rate of a link [rad/s] times the duration [s]; a unit takes some microseconds to simulate
+# largest rate of a link [rad/s] times the duration [s]; 1 rad takes some microseconds to simulate
 MOST_TURNS = 1e8
 
 

@@ -159,7 +159,6 @@ def _by_kernel(
     out: MechanismRecord,
     progress: Callable[[int, int], None],
 ) -> int:
-    """Simulate all samples, PIECE samples at a time; return the status."""
     shown = np.array([measure(state.y[task.sight.sensor], task.sight.step)])
     waiting = np.zeros(task.delay_samples + 1)
     program = None if task.controller is None else copy_program(task.controller)
@@ -189,7 +188,6 @@ def _by_target(
     out: MechanismRecord,
     progress: Callable[[int, int], None],
 ) -> int:
-    """Simulate all samples with compiled code as the controller; return the status."""
     target, reference, sight = task.target, task.reference, task.sight
     assert target is not None
     assert reference is not None
@@ -238,9 +236,7 @@ def _drifting(
         columns.append(CONSTANT_FACTOR)
         limit = float(numbers[row + LIMIT])
         if task.conditions.size:
-            numbers[row + LIMIT] = (
-                np.inf
-            )  # `true_command` has already limited the request to the drive's loop
+            numbers[row + LIMIT] = np.inf  # `true_command` has already limited the command
     at = np.array(indices, dtype=np.int64)
     return DriftedNumbers(
         task.conditions, at, np.array(columns, dtype=np.int64), numbers[at], limit
@@ -248,7 +244,6 @@ def _drifting(
 
 
 def _failure_message(outcome: MechanismOutcome, status: int) -> str:
-    """Return the message of a failed run, with time, reason and the element of the last event."""
     instant = float(outcome.state.pace[1])
     text = f"{outcome.variant.topic}: at {instant:.6g} s {MESSAGES[status]}"
     events = outcome.out.events

@@ -135,7 +135,6 @@ def _values(
 def _variant(
     document: Mechanism, name: str, values: dict[str, float], owner: str, remedy: str
 ) -> MechanismVariant:
-    """Return the mechanism with these values; raise FrictoolError if it cannot be assembled."""
     try:
         made = with_quantities(document, values)
     except ValueError as error:

@@ -115,7 +115,7 @@ def simulate_open_loop(
 def _controlled(
     document: Mechanism, assembled: AssembledMechanism
 ) -> tuple[Rig, ControlledAxis] | None:
-    """Return the rig and the controlled axis; None if source or sensor are not determined."""
+    """Return rig and controlled axis; None unless source and sensor are unique or named."""
     try:
         return rig_of_mechanism(document, assembled)
     except ElementError:
@@ -153,7 +153,6 @@ def _check(
     names: DocumentNames,
     seen: tuple[Rig, ControlledAxis] | None,
 ) -> None:
-    """Raise DocumentError if the scenario has a reference or contradicts the mechanism."""
     period = document.sample_period_s
     if not scenario.is_open:
         key = "steps" if scenario.steps else "reference"

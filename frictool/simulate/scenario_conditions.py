@@ -116,7 +116,7 @@ def _effort(disturbance: Disturbance, rows: Vector, period: float) -> None:
 
 
 def _points(drifts: Drifts) -> dict[int, tuple[DriftPoint, ...]]:
-    """Return the points of each drift; the keys are columns of the conditions."""
+    """Return column of the conditions -> points of the drift in this column."""
     return {
         FRICTION: drifts.friction,
         VISCOUS_FACTOR: drifts.viscous,
@@ -136,10 +136,7 @@ def _constant_row(drifts: Drifts, factors: Mapping[str, float]) -> Vector:
 
 
 def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
-    """Write the sensor faults into `rows`.
-
-    Offsets of simultaneous faults are added, gains multiplied.
-    """
+    """Write the sensor faults into `rows`; simultaneous offsets add up, gains are multiplied."""
     for fault in faults:
         begin = _sample(fault.at_s / period)
         end = rows.shape[0]
@@ -158,7 +155,6 @@ def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
 
 
 def _sample(instant: float) -> int:
-    """Return the first sample at or after an instant [samples]."""
     scale = 10.0**SAME_INSTANT
     return math.ceil(round(instant * scale) / scale)
 

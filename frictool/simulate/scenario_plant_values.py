@@ -22,8 +22,8 @@ def check_given(
 ) -> None:
     """Raise DocumentError if the scenario's values under `given` do not fit the plant.
 
-    The name or the unit of a parameter may be wrong, or a breakaway below the Coulomb friction.
-    `ranges` contains the plant's parameters by name.
+    Errors are an unknown name, a wrong unit, and a breakaway below the Coulomb friction. `ranges`
+    contains the plant's parameters by name.
     """
     for name, quantity in scenario.given.items():
         if name not in ranges:

@@ -125,7 +125,6 @@ def linear_loops(
 
 
 def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
-    """Raise NoSolutionError if the limiter's virtual friction is unstable around standstill."""
     brake = limiter_brake(
         around.limiter, around.velocity, problem.model.bench.actuator.constant.value, problem.period
     )

@@ -2,8 +2,9 @@
 
 A box contains all plants whose parameters lie in given intervals. The search first tries to prove
 a bound slightly above the largest norm at the corners of the box; the slack is the relative
-difference. If the proof fails at a plant, the search includes the norm of this plant and doubles
-the slack. After a proof with a larger slack, it tries SLACK again, as long as the bound falls.
+difference. If the proof fails at a plant, the norm of this plant is also taken into account, and
+the slack is doubled. After a proof with a larger slack, SLACK is tried again, as long as the bound
+falls.
 """
 
 from __future__ import annotations

@@ -12,9 +12,9 @@ brakes at its limit, with its lag and the bench's delay. The assumptions favour 
 Method `auto` simulates steps of a known length. The time constant of the slowest plant's speed loop
 (`loop_allowance`) is then added to the shortest time.
 
-A specification does not state the length of a step. The drive must therefore manage a step of 20
-times static_error, at least 20 encoder counts and at most the travel (else exit 4). A note states
-the longest step that is possible in the specified time.
+A specification does not state the length of a step. The drive must therefore manage a step of
+length 20 static_error, limited to the range from 20 encoder counts to the travel (else exit 4). A
+note states the longest step that is possible in the specified time.
 """
 
 from __future__ import annotations
@@ -147,7 +147,6 @@ def shortest_step(model: Model, spec: Spec) -> float:
 
 
 def _static_error(spec: Spec) -> float:
-    """Return the largest allowed distance [rad | m] between target and final position."""
     return 0.0 if spec.static_error is None else float(spec.static_error.value)
 
 
@@ -225,9 +224,9 @@ def _check_time(
 def _longest_step(
     model: Model, least: ShortestTime, required: float, between: tuple[float, float]
 ) -> float:
-    """Return the length [rad | m] up to which steps are possible in the required time [s].
+    """Return the length [rad | m] of the longest step that is possible in the required time [s].
 
-    between: a length that is possible, and one that is not.
+    between: a length that is possible, and a length that is not.
     """
     possible, impossible = between
     for _ in range(LENGTHS):

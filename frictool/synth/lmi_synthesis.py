@@ -15,9 +15,9 @@ from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
 from frictool.synth.synthesis_problem import SynthesisProblem
 
-# pole of W2 times the sample period [rad]
-SLOW = 5e-5  # nearly an integrator below
-EASY = 1e-4  # well-conditioned
+# (pole of W2 [rad/s]) times the sample period
+SLOW = 5e-5  # a slower pole is nearly an integrator
+EASY = 1e-4  # the inequalities are well-conditioned
 
 
 def solve_inequalities(

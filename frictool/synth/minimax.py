@@ -145,7 +145,6 @@ def search(
 
 
 def _best(points: Sequence[DescentPoint]) -> list[DescentPoint]:
-    """Return at most KEPT points with different norms, the best first."""
     stable = sorted(
         (point for point in points if np.isfinite(point.worst)),
         key=lambda point: (round(point.missed, 4), point.worst),

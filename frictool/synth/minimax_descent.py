@@ -177,7 +177,8 @@ class MinimaxDescent:
 class _FiniteSet:
     """Gains and sensitivities at the finitely many frequencies of a step.
 
-    The frequencies are the stored peaks and the points of the grid with a value near the maximum.
+    The frequencies are the stored peak frequencies, and the grid points with a gain near the
+    maximum.
     """
 
     structure: StructuredController

@@ -23,9 +23,8 @@ from frictool.synth.balancing import balanced_form
 from frictool.synth.realisation import split_integrator
 
 Check = Callable[[Lti], None]
-Kept = Literal[
-    "high", "low"
-]  # frequencies preserved: truncation keeps the direct gain, residualisation the steady state
+# preserved frequencies: truncation keeps the direct gain, residualisation the steady state
+Kept = Literal["high", "low"]
 
 
 @dataclass(frozen=True)

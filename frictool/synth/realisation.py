@@ -137,10 +137,11 @@ def first_order(pole: float, residue: float, period: float) -> Lti:
 
 
 def _sections(whole: Lti, kept: Matrix) -> Matrix:
-    """Return second-order sections (m, 6) with zeros from the pencil of the system matrix.
+    """Return second-order sections (m, 6) of the system `whole`.
 
-    The pencil is better conditioned than a numerator polynomial. `kept` is the matrix of the stable
-    part; if `whole` has one state more, its first state is the integrator.
+    The zeros are eigenvalues of the pencil of the system matrix, which is better conditioned than a
+    numerator polynomial. `kept` is the matrix of the stable part; if `whole` has one state more,
+    its first state is the integrator.
     """
     a = whole.a
     b = whole.b
@@ -164,9 +165,8 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
     if len(first) and not len(poles):
         return np.asarray(first * [gain, gain, gain, 1.0, 1.0, 1.0])
     sections = paired_sections(zeros, poles, gain)
-    for _ in range(
-        len(poles) - len(zeros)
-    ):  # each pole without a zero delays by one sample: shift a numerator with a free coefficient
+    # each pole without a zero delays by one sample: shift a numerator with a free coefficient
+    for _ in range(len(poles) - len(zeros)):
         row = int(np.argmin(np.abs(sections[:, 2])))
         sections[row, :3] = [0.0, sections[row, 0], sections[row, 1]]
     return np.vstack([first, sections])

@@ -133,9 +133,9 @@ class StructuredController:
     def _denominator(
         self, parameters: Vector, s: ComplexVector
     ) -> tuple[ComplexVector, ComplexVector]:
-        """Return the denominator's factors (k, factors) at k values of s, and their derivatives.
+        """Return the factors (k, factors) of the denominator at s (k,), and their derivatives.
 
-        The derivatives have the shape (k, free).
+        The derivatives by the `free` parameters of the poles have the shape (k, free).
         """
         factors = []
         slopes = []

@@ -278,10 +278,6 @@ class _BlockRules:
 
 
 def _square_root_gain(model: Model, law: PositionLawDesign) -> float:
-    """Return the gain by `law.formula`: sqrt(2F/J) or sqrt(F/J), thesis (5.19) and annex 5.2.
-
-    F is the Coulomb friction, J the inertia.
-    """
     today = model.parameters
     factor = 2.0 if law.formula == "sqrt(2F/J)" else 1.0
     force = today.coulomb.value * law.virtual_coulomb_factor

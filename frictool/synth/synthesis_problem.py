@@ -192,11 +192,11 @@ class SynthesisProblem:
 class ControllerCandidate:
     """Controller before its verification.
 
-    controller: sampled at the bench's period. designed: the original in the design's domain. gamma:
-    bound of the norm that the method guarantees for its plants, None if it has none. optimum:
-    smallest gamma of the inequalities, or smallest worst norm of method `minimax`; else None.
-    scheduled: one controller at the bench's period for each vertex of `over`, with common state
-    coordinates (thesis 5.64).
+    controller: sampled at the bench's period. designed: the controller in the design's domain,
+    before it was sampled. gamma: bound of the norm that the method guarantees for its plants, None
+    if it has none. optimum: smallest gamma of the inequalities, or smallest worst norm of method
+    `minimax`; else None. scheduled: one controller at the bench's period for each vertex of `over`,
+    with common state coordinates (thesis 5.64).
     """
 
     controller: Lti

@@ -243,7 +243,10 @@ class _TradeSearch:
 
 
 class _Bracket:
-    """Interval [low, high] that contains the largest feasible x = log W1."""
+    """Interval [low, high] that contains the largest feasible x = log W1.
+
+    floor: gamma at W1 = 0.
+    """
 
     def __init__(self, required: float, deepest: TradePoint) -> None:
         self.required = required
@@ -251,11 +254,8 @@ class _Bracket:
         self.low = math.log(DEEPEST)
         self.high = 0.0
         self.kept: TradePoint | None = deepest if deepest.level <= required else None
-        self.below: tuple[float, float] | None = (
-            # x and log of gamma's excess over the floor: at the last feasible and the last
-            # infeasible point
-            None
-        )
+        # (x, log(gamma^2 - floor^2)/2) at the last feasible and at the last infeasible point
+        self.below: tuple[float, float] | None = None
         self.above: tuple[float, float] | None = None
         self.open = self.kept is not None
 
@@ -270,7 +270,7 @@ class _Bracket:
         self.open = not near and self.low < 0.0 and self.high - self.low > 0.5 * TOLERANCE
 
     def next(self) -> float:
-        """Return the next x, by interpolation of log(gamma^2 - floor^2)/2 or else by bisection."""
+        """Return the next x: by interpolation of log(gamma^2 - floor^2)/2, else the middle."""
         wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.required)
         known = [
             seen for seen in (self.below, self.above) if seen is not None and math.isfinite(seen[1])

@@ -50,11 +50,10 @@ class DerivedValue:
 class ChosenWeights:
     """Weights of a design, with data for `relax: auto`, which changes the weights.
 
-    noise_moves: True if the noise weight was derived from the amplitude A of the reference; it then
-    grows as A falls.
-    command_of_noise: W_u W4 if the weight of the command was derived, else None. least_effort:
-    smallest allowed factor of W3; with this factor, the noise of one encoder count alone reaches
-    the limit of W2.
+    noise_moves: True if the noise weight was derived from the amplitude A of the reference; the
+    noise weight then grows as A falls. command_of_noise: W_u W4 if the weight of the command was
+    derived, else None. least_effort: smallest allowed factor of W3; with this factor, the noise of
+    one encoder count alone reaches the limit of W2.
     """
 
     weights: PlantWeights
@@ -64,12 +63,10 @@ class ChosenWeights:
     least_effort: float = 1.0
 
     def relaxed(self, disturbance: float, effort: float) -> PlantWeights:
-        """Return the weights with W1 times `disturbance`, and with W3 times `effort`.
+        """Return the weights with W1 times `disturbance` and W3 times `effort`, both in (0, 1].
 
-        The amplitude A of the reference, from which other weights are derived, is multiplied by
-        `effort`, too.
-
-        Both factors are in (0, 1].
+        The amplitude A of the reference, from which other weights are derived, is also multiplied
+        by `effort`.
         """
         start = self.weights
         noise = (

@@ -13,9 +13,7 @@ from frictool.documents.certificate import CertifiedWeights, Filter
 from frictool.documents.controller import StateSpace, Velocity
 
 Quantity = Literal["norm", "sensitivity"]
-SENSITIVITY = CertifiedWeights(
-    error=Filter(1.0), disturbance=0.0, drive=0.0
-)  # with controlled position: (5.54)
+SENSITIVITY = CertifiedWeights(error=Filter(1.0), disturbance=0.0, drive=0.0)  # (5.54)
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,6 @@ def speed_feedback(
 def _observed(
     c: Lti, gain_of_law: float, speeds: tuple[ObserverSpeed, ...]
 ) -> tuple[FeedbackLoop, ...]:
-    """Return the loops of a controller whose speed comes from an observer."""
     loops = [
         FeedbackLoop(
             f"speed loop{_of(shown)}", _around(c, shown, {SHOWN: 1.0}, (DIFFERENCE,)), (DIFFERENCE,)
@@ -208,9 +207,9 @@ def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
 
 
 def from_position(feedback: FeedbackLoop) -> Lti:
-    """Return the system from -(encoder position) to the drive.
+    """Return the system from -(encoder position) to the drive: the response to encoder counts.
 
-    The system gives the response of the drive to encoder counts. A measured speed contains none.
+    A speed from a separate sensor has no encoder counts; it is 0 in this system.
     """
     period = feedback.system.period
     if feedback.sees == (ETA,):
@@ -301,9 +300,8 @@ def measured_axis(
 def _one_plus_integral(rate: float, period: float) -> Lti:
     """Return the system 1 + rate T z/(z - 1); T is the `period` [s].
 
-    For the input eta, the output is eta plus the integral of the requested speed, rate eta.
-
-    The integral includes the current sample.
+    For the input eta, the output is eta plus the integral of the requested speed `rate` eta,
+    including the current sample.
     """
     return Lti(
         np.eye(1), np.eye(1), np.array([[rate * period]]), np.array([[1.0 + rate * period]]), period

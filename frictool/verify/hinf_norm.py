@@ -88,7 +88,6 @@ def _peak(system: Lti, tolerance: float, looks: ArrayLike | None) -> tuple[float
 
 
 def _first_looks(system: Lti) -> NDArray[np.float64]:
-    """Return frequencies [rad/s] from which the search for the peak starts."""
     if not system.order:
         return _ends(system)
     poles = np.linalg.eigvals(system.a)
@@ -106,7 +105,6 @@ def _first_looks(system: Lti) -> NDArray[np.float64]:
 
 
 def _ends(system: Lti) -> NDArray[np.float64]:
-    """Return the ends of the frequency axis [rad/s]."""
     return np.array([0.0, np.pi / system.period if system.period else np.inf])
 
 

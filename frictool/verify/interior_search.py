@@ -92,9 +92,10 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivities at and between the vertices, and the plant of the second.
+    """Return the largest sensitivity at the vertices, the largest between them, and a plant.
 
-    Between the vertices, POINTS scattered plants are evaluated.
+    The plant is the one with the largest sensitivity between the vertices, where POINTS scattered
+    plants are evaluated.
     """
 
     def sensitivity(point: PlantPoint) -> float:

@@ -206,7 +206,6 @@ def _on_circle(angle: float) -> complex:
 
 @kernel
 def _by_modes(poles: ComplexVector, residues: ComplexVector, point: complex) -> float:
-    """Return |sensitivity| at a point of the unit circle, from poles and residues."""
     total = complex(1.0)
     for k in range(poles.shape[0]):
         total += residues[k] / (point - poles[k])
@@ -215,7 +214,6 @@ def _by_modes(poles: ComplexVector, residues: ComplexVector, point: complex) -> 
 
 @kernel
 def _by_matrices(loop: tuple[Matrix, Vector, Vector], point: complex) -> float:
-    """Return |sensitivity| at a point of the unit circle, from the matrices of `loop`."""
     a, b, c = loop
     n = b.shape[0]
     matrix = np.empty((n, n), dtype=np.complex128)

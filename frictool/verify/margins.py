@@ -123,7 +123,7 @@ def phase_crossings(loop: Lti) -> Vector:
     """Return the angular frequencies [rad/s], up to pi/period, where the loop gain is real."""
     n = loop.order
     zero = np.zeros
-    # z x = a x + b u,  p = z (a p + b u),  c x = c p
+    # state x of L(z), state p of L(1/z): z x = a x + b u,  p = z (a p + b u),  c x = c p
     m = np.block(
         [
             [loop.a, zero((n, n)), loop.b],
@@ -149,6 +149,7 @@ def gain_crossings(loop: Lti) -> Vector:
     b = loop.b
     c = loop.c
     d = loop.d
+    # L(1/z) L(z) u = u with the state x of L(z) and the state p of L(1/z):
     # z x = a x + b u,  v = c x + d u,  p = z (a p + b v),  c p + d v = u
     m = np.block(
         [

@@ -21,10 +21,10 @@ class ModelCheck:
     """Result of the check of a controller with a model.
 
     beyond: a phrase for each parameter or fact of the rig that contradicts the verification of the
-    controller (verify/certified_intervals.py). plants: number of plants checked. margin: their
-    smallest modulus margin, which `plant` has. specified: required margin. resonant: margin with
-    the model's resonances, None if the model has none. outside_margins: names of the model's
-    nonlinear parts, which no margin takes into account.
+    controller (verify/certified_intervals.py). plants: number of plants checked. margin, plant: the
+    smallest modulus margin, and the plant with this margin. specified: required margin. resonant:
+    margin with the model's resonances, None if the model has none. outside_margins: names of the
+    model's nonlinear parts, which no margin takes into account.
     """
 
     beyond: tuple[str, ...]

@@ -193,7 +193,6 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
 
 
 def _vertex(controller: Controller, loops: LinearLoops, point: PlantPoint) -> Vertex:
-    """Return the computed figures of a vertex; raise NoSolutionError if a loop is unstable."""
     vertex = loops.vertex(point)
     for check in vertex.checks:
         if check.spectral_radius >= 1.0 and is_required(
@@ -206,7 +205,6 @@ def _vertex(controller: Controller, loops: LinearLoops, point: PlantPoint) -> Ve
 
 
 def _brake(controller: Controller) -> None:
-    """Raise NoSolutionError if a limiter's virtual friction is unstable with the observer."""
     bench = controller.bench.actuator
     brake = limiter_brake(
         controller.limiter, controller.velocity, bench.constant.value, controller.sample_period_s

@@ -88,7 +88,7 @@ class VertexTransfers:
 
 
 def sensitivities(controller: Controller) -> VertexTransfers | str:
-    """Return the transfer functions at every vertex of a document, or the reason for none."""
+    """Return the transfer functions at every vertex, or the reason why a document has none."""
     stable = tuple(vertex for vertex in controller.verified.vertices if vertex.stable)
     if not stable:
         return "the controller names no vertex at which its loop is stable"
@@ -143,7 +143,7 @@ def _closed(controller: Controller, vertex: Vertex, weights: PlantWeights) -> Lt
 
 
 def _closed_by_speed(controller: Controller, rates: AxisRates, lag: float) -> Lti:
-    """Return the loop of a controller of the speed error; inputs: speed reference, friction."""
+    """Return the loop from [speed reference; friction] of a controller of the speed error."""
     period, velocity = controller.sample_period_s, controller.velocity
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     drive = gain(1.0, period)

@@ -202,7 +202,6 @@ def _surroundings(box: Box, period: float) -> tuple[Interval, Interval]:
 
 
 def _middle(box: Box, period: float) -> tuple[Fraction, Fraction]:
-    """Return K T^2/J and sigma_v T/J of the plant with the mean of each parameter."""
     t = Fraction(period)
     inertia, constant, viscous = (
         (low + high) / 2 for low, high in map(_ends, (box.inertia, box.constant, box.viscous))
@@ -254,9 +253,9 @@ def _kernel_loop(loop: CertificateLoop, holds: HoldPolynomials) -> KernelLoop:
 
 
 def _lost(holds: HoldPolynomials, lag: float) -> float:
-    """Return the double nearest to 1 - e, e = exp(-period/lag).
+    """Return the double nearest to 1 - exp(-period/lag).
 
-    Raises ValueError if e is not known well enough.
+    Raises ValueError if the enclosure of the exponential is too wide.
     """
     lost = 1 - holds.kept
     if lag and holds.kept_error > ROUNDING / 4 * lost:
@@ -273,7 +272,6 @@ def _charts(polynomial: Polynomial, scale: Fraction) -> ComplexVector:
 
 
 def _filter(weight: Filter, period: Fraction) -> tuple[float, float, float]:
-    """Return gain, zero and pole of a weight's Tustin equivalent gain (q + zero p)/(q + pole p)."""
     zero, pole = (
         0.0 if value is None else float(2 / (period * Fraction(value)))
         for value in (weight.zero, weight.pole)
@@ -298,7 +296,6 @@ def _ends(interval: tuple[float, ...]) -> Interval:
 
 
 def _down(value: Fraction) -> float:
-    """Return a double that is at most `value`, and nearly equal."""
     near = float(value)
     return near if Fraction(near) <= value else math.nextafter(near, -math.inf)
 

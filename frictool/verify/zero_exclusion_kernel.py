@@ -185,9 +185,8 @@ def inverse_inertia(
 ) -> tuple[float, float]:
     """Return (low, high) bounds of T^2/J for plants with kappa and sigma in given intervals.
 
-    T is the sample period, J the inertia; kappa and sigma are those of the module docstring.
-
-    `drive`: interval of kappa. `viscous`: interval of sigma. If low > high, there is no such plant.
+    T is the sample period, J the inertia; the module docstring defines kappa and sigma. `drive`:
+    interval of kappa. `viscous`: interval of sigma. If low > high, there is no such plant.
     """
     low = max(box.inverse[0], drive[0] / box.drive[1])
     high = min(box.inverse[1], drive[1] / box.drive[0])
@@ -246,7 +245,6 @@ def _held(loop: KernelLoop, index: int, at: tuple[float, float], space: KernelWo
 
 @part_kernel
 def _span(low: float, high: float) -> tuple[float, float]:
-    """Return a middle and a half-width that cover an interval."""
     middle = 0.5 * (low + high)
     return middle, max(middle - low, high - middle) * (1.0 + 2.0 * U)
 

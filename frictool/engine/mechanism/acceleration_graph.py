@@ -42,10 +42,10 @@ class JointTree(NamedTuple):
 
 @part_kernel
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
-    """Fill the rows VALUE and SLOPE of a tree's blocks with Lambda(x) and its derivative.
+    """Fill the rows VALUE and SLOPE of a tree's blocks for the acceleration x of its root.
 
-    Each block's value is the effort that its subtree needs if the root has the acceleration x.
-    towards: direction of the root's motion if it starts from rest, 0 if it moves already.
+    VALUE is Lambda(x) of the block's subtree, SLOPE its derivative (workspace_rows.py). towards:
+    direction of the root's motion if it starts from rest, 0 if the root moves already.
     """
     k, p, modes, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -103,8 +103,8 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at that zero.
 
-    If the root starts from rest, `towards` is the direction of its motion, and x * towards >= 0;
-    otherwise `towards` is 0. gross: sum of the magnitudes of the efforts.
+    towards: 0 for a moving root; for a root that starts from rest, the direction in which it
+    starts, so that x * towards >= 0. gross: sum of the magnitudes of the efforts.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])
@@ -186,8 +186,8 @@ def total_inertia(tree: JointTree) -> float:
 def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, stable zero of Lambda that x reaches from `start`); (False, x) if x diverges.
 
-    If the links were compliant and damped, x would move in the direction of -Lambda(x), to a zero
-    at which Lambda rises. A zero at which Lambda falls is unstable.
+    With slightly compliant, damped links, x would move in the direction of -Lambda(x) to a zero at
+    which Lambda rises (a stable zero).
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

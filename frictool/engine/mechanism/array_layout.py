@@ -22,7 +22,7 @@ from frictool.engine.mechanism import address_calls as ac
 from frictool.runtime.kernels import inset_kernel
 from frictool.typing import IntVector, Vector
 
-# indices of the counts
+# indices of the numbers of elements
 BLOCKS, JOINTS, COUPLINGS, FRICTIONS, PRESSINGS, PUSHES, STOPS, SOURCES, INNER = range(9)
 TIMED = 38  # index of the number of frictions whose law has a fixed step
 # sections of integers
@@ -87,7 +87,6 @@ MACHINE = ac.record_type(CompiledMechanism, ac.INDICES, ac.VECTOR, ac.INDEX_ROWS
 
 
 def _load(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
-    """Return code for an entry of an array (n,), without numba's test for a negative index."""
     data = context.make_array(kind)(context, builder, array).data
     return builder.load(builder.gep(data, [index]))
 
@@ -97,8 +96,6 @@ def _integer(value: int) -> Any:
 
 
 def _first(section: int, width: int, column: int = 0) -> Callable[..., Any]:
-    """Return a code generator for the index k[section] + width * row + column."""
-
     def code(context: Any, builder: Any, k: Any, row: Any) -> Any:
         start = _load(context, builder, ac.INDICES, k, _integer(section))
         start = builder.add(start, builder.mul(row, _integer(width)))
@@ -108,7 +105,7 @@ def _first(section: int, width: int, column: int = 0) -> Callable[..., Any]:
 
 
 def _row(section: int, width: int) -> Callable[[IntVector, int], int]:
-    """Return f(k, row): index at which a row of a section begins."""
+    """Return f(k, row): the index at which the row begins."""
     first = _first(section, width)
 
     @intrinsic
@@ -121,7 +118,7 @@ def _row(section: int, width: int) -> Callable[[IntVector, int], int]:
 
 
 def _entry(section: int, width: int = 1, column: int = 0) -> Callable[[IntVector, int], int]:
-    """Return f(k, row): entry of a section of integers."""
+    """Return f(k, row): the entry in the row of a section of integers."""
     first = _first(section, width, column)
 
     def code(context: Any, builder: Any, _: Any, a: Any) -> Any:
@@ -135,7 +132,7 @@ def _entry(section: int, width: int = 1, column: int = 0) -> Callable[[IntVector
 
 
 def _number(section: int) -> Callable[[IntVector, Vector, int], float]:
-    """Return f(k, p, row): entry of a section of floats with one column."""
+    """Return f(k, p, row): the entry in the row of a section of floats with one column."""
     first = _first(section, 1)
 
     def code(context: Any, builder: Any, _: Any, a: Any) -> Any:
@@ -149,7 +146,7 @@ def _number(section: int) -> Callable[[IntVector, Vector, int], float]:
 
 
 def _column(column: int, kind: Any, result: Any) -> Callable[..., Any]:
-    """Return f(array, row): entry of a column in the row that begins at index `row`."""
+    """Return f(array, row): the entry of a column in the row that begins at index `row`."""
 
     def code(context: Any, builder: Any, _: Any, a: Any) -> Any:
         return _load(context, builder, kind, a[0], builder.add(a[1], _integer(column)))
@@ -162,12 +159,10 @@ def _column(column: int, kind: Any, result: Any) -> Callable[..., Any]:
 
 
 def _parameter(column: int) -> Callable[[Vector, int], float]:
-    """Return f(p, row): parameter of an element whose row begins at index `row`."""
     return _column(column, ac.VECTOR, ac.FLOAT)
 
 
 def _place(column: int) -> Callable[[IntVector, int], int]:
-    """Return f(k, row): integer of a friction whose row begins at index `row`."""
     return _column(column, ac.INDICES, ac.INTEGER)
 
 

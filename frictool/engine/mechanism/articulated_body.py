@@ -45,7 +45,6 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
-    """Fill INERTIA, NEED and NEED_HIGH with the values of each block without its children."""
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for i in range(n):
@@ -66,7 +65,7 @@ def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
 def _hand_over_rest(
     k: IntVector, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool
 ) -> None:
-    """Add to the parent the force interval that a block at rest needs from the joint to it."""
+    """Add the force interval of a resting block and its subtree to that of the parent."""
     n = k[ly.BLOCKS]
     joint = ly.joint_of(k, i)
     parent = ly.parent_of(k, i)
@@ -119,7 +118,7 @@ def _guard_load(
 
 @inset_kernel
 def direction_of(modes: IntVector, y: Vector, n: int, block: int) -> float:
-    """Return the direction of motion of a block."""
+    """Return the direction of motion of a block, +1 or -1 (0 at rest)."""
     if modes[block] == FREE:
         return math.copysign(1.0, y[n + block])
     return float(modes[block])
@@ -129,7 +128,7 @@ def direction_of(modes: IntVector, y: Vector, n: int, block: int) -> float:
 def _hand_over(
     k: IntVector, p: Vector, i: int, y: Vector, modes: IntVector, w: Vector, whole: bool
 ) -> None:
-    """Add to the parent the force that a moving block needs from the joint to it."""
+    """Add the inertia and the force of a moving block and its subtree to those of the parent."""
     n = k[ly.BLOCKS]
     joint = ly.joint_of(k, i)
     parent = ly.parent_of(k, i)
@@ -238,7 +237,6 @@ def _rates(
     out: RateEvaluation,
     whole: bool,
 ) -> int:
-    """Evaluate `field`, or `field_within` if not `whole`."""
     k, p, _ = machine
     rates, w, guard, power = out
     n = k[ly.BLOCKS]

@@ -145,7 +145,6 @@ def _write(
     drives: Vector,
     out: MechanismRecord,
 ) -> None:
-    """Fill the sample's motion and modes, and the true values of the record."""
     n, u = machine.whole[ly.BLOCKS], machine.whole[ly.SOURCES]
     for i in range(2 * n):
         out.motion[k, i] = state.y[i]

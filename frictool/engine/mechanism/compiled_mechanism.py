@@ -68,7 +68,6 @@ class _SectionWriter:
 
 
 def _irreversible(packed: PackedMechanism) -> NDArray[np.bool_]:
-    """Return a mask (joints,) of the self-locking joints, which their load cannot drive."""
     joints = packed.joints
     return (np.abs(joints.ratio) <= joints.back_loss) | (np.abs(joints.ratio) <= joints.thread)
 
@@ -76,7 +75,6 @@ def _irreversible(packed: PackedMechanism) -> NDArray[np.bool_]:
 def _from_root(
     root: int, near: list[list[tuple[int, int]]], joints: Any, forest: JointForest
 ) -> None:
-    """Append the tree of a root to `forest`, depth first."""
     stack = [(root, -1, -1)]
     while stack:
         block, parent, joint = stack.pop()
@@ -145,7 +143,6 @@ def _roots(
 
 
 def _dry(packed: PackedMechanism, kinds: list[int]) -> IntVector:
-    """Return 1 for each block that can stick by its own elements, else 0 (n,)."""
     dry = np.zeros(packed.inertia.size, dtype=np.int64)
     for block, kind in zip(packed.frictions.block, kinds, strict=True):
         dry[block] |= kind == 0
@@ -159,10 +156,10 @@ def _dry(packed: PackedMechanism, kinds: list[int]) -> IntVector:
 
 
 def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Vector, Vector]:
-    """Return group, speed ratio and group mass of each block (n,).
+    """Return three arrays (n,): the group of each block, its ratio, and its group mass.
 
-    A group has the index of its first block. The ratio is the block's speed divided by the first
-    block's speed. The mass of the whole group is reflected to its first block.
+    A group is numbered by its first block. The ratio is the speed of the block divided by the speed
+    of the first block. The group mass is the mass of the whole group reflected to the first block.
     """
     n = packed.inertia.size
     joints = packed.joints
@@ -186,7 +183,6 @@ def _spans(forest: JointForest) -> IntVector:
 
 
 def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
-    """Return the scale of each inner state of the friction laws, for relative errors."""
     scales = [sizes_of(ROWS[row], p) for row, p in zip(rows, values, strict=True)]
     return np.concatenate(scales) if scales else np.zeros(0)
 

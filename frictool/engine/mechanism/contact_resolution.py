@@ -73,7 +73,7 @@ def _flanks(
 
 @inset_kernel
 def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
-    """Set the motion modes for which the efforts are evaluated, and mark blocks at end stops."""
+    """Set the motion modes for the evaluation of the efforts, and mark the blocks at end stops."""
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for i in range(n):
@@ -92,8 +92,8 @@ def resolve(
 ) -> int:
     """Set all modes, t [s] after the command; return a status code.
 
-    The modes of flanks that touch without relative speed, and of blocks that rest at a stop, must
-    already be set. out: guards of the present modes, and workspace. If a self-locking link wedges,
+    Before the call, set the modes of flanks that touch without relative speed and of blocks that
+    rest at a stop. out: guards of the present modes, and workspace. If a self-locking link wedges,
     the last entry of the integer row FOUND is the index in ORDER of the jammed part's first block.
     """
     k, p, _ = machine

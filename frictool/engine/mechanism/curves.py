@@ -9,7 +9,7 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def _piece(k: IntVector, p: Vector, curve: int, x: float) -> tuple[int, float]:
-    """Return the piece of a curve that contains x, and x limited to the curve's range."""
+    """Return the index of the piece that contains x, and x limited to the curve's range."""
     first = k[k[ly.CURVE_START] + curve]
     last = k[k[ly.CURVE_START] + curve + 1]
     breaks = k[ly.BREAKS] + curve

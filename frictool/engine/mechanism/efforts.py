@@ -1,13 +1,7 @@
 """Efforts on each block as functions of the state: sources, external efforts, couplings, frictions.
 
-Rows of the work array:
-
-    FORCE                        sum of all known efforts
-    GROSS                        sum of their magnitudes; computed only if `whole` is True
-    HOLD_LOW <= 0 <= HOLD_HIGH   range that friction on a block at rest can hold
-    DRIVEN                       effort of the sources alone
-
-`power` contains the power that each element delivers or absorbs, in the order of
+workspace_rows.py defines the rows FORCE, GROSS, HOLD_LOW, HOLD_HIGH and DRIVEN of the work array
+`w`. `power` contains the power that each element delivers or absorbs, in the order of
 engine/mechanism/state.py.
 """
 
@@ -118,7 +112,6 @@ def _at_flank(
 def _couplings(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> None:
-    """Add the efforts of compliant links, and set the guards of links with a gap."""
     w, guard, power = out.w, out.guard, out.power
     n = k[ly.BLOCKS]
     flanks = k[ly.BLOCKS] + 2 * k[ly.JOINTS]
@@ -222,7 +215,6 @@ def _frictions(
 def _pressings(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> None:
-    """Add the friction of each cam (a pressing) on its block."""
     w, power = out.w, out.power
     n = k[ly.BLOCKS]
     at = k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS]
@@ -254,9 +246,10 @@ def efforts(
     out: RateEvaluation,
     whole: bool,
 ) -> int:
-    """Fill the rows of w, the rates of inner states, the guards of flanks, and the powers.
+    """Fill the rows of `out.w` listed in this module, and `out`'s rates, flank guards and powers.
 
-    Returns a status of friction/status_codes.py.
+    The rates are those of the inner states of the friction laws. Returns a status of
+    friction/status_codes.py.
     """
     k, p, _ = machine
     _driving(k, p, t, y, inputs, out, whole)

@@ -90,7 +90,6 @@ def _through(
     tolerance: float,
     events: EventRows,
 ) -> int:
-    """Advance by `duration` [s] with constant modes of the fixed-step laws."""
     k, p, _ = machine
     y = state.y
     modes = state.modes
@@ -174,10 +173,7 @@ def _in_law_steps(
     tolerance: float,
     events: EventRows,
 ) -> int:
-    """Advance by `duration` [s] in the steps of fixed-step laws.
-
-    The modes of these laws are updated at the beginning of each step.
-    """
+    """Advance by `duration` [s]; update the modes of fixed-step laws at the start of each step."""
     k, p, _ = machine
     workspace = state.workspace
     out = RateEvaluation(

@@ -24,7 +24,6 @@ FIRST_STEP = 1e-5  # s, first step of a state
 
 @inset_kernel
 def _note(k: IntVector, state: MechanismState) -> None:
-    """Store the modes and speeds before an event."""
     for i in range(state.modes.shape[0]):
         state.workspace.integers[st.BEFORE, i] = state.modes[i]
     for i in range(k[ly.BLOCKS]):
@@ -47,7 +46,6 @@ def _are_finite(values: Vector) -> bool:
 
 @inset_kernel
 def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
-    """Compute the slopes and powers (row 0 of each) and the guards of the present state."""
     workspace = state.workspace
     out = RateEvaluation(
         workspace.slopes[0], workspace.w, workspace.lines[st.GUARD], workspace.powers[0]

@@ -109,10 +109,7 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
 
 @inset_kernel
 def _has_rate(k: IntVector, modes: IntVector, index: int) -> bool:
-    """Return True if the rate of the guard at `index` is known.
-
-    It is known for speeds, positions and flanks of compliant links.
-    """
+    """Return True for a guard of a speed, a position or a compliant flank, whose rate is known."""
     return not is_forced(k, modes, index) or index >= k[ly.BLOCKS] + 2 * k[ly.JOINTS]
 
 
@@ -159,7 +156,6 @@ def _keep(
 
 @inset_kernel
 def _keep_low(count: int, y: Vector, rates: Vector, guard: Vector, workspace: Workspace) -> None:
-    """Store state, rates and guards at the lower end of the bracket."""
     _keep(
         count,
         y,
@@ -173,7 +169,6 @@ def _keep_low(count: int, y: Vector, rates: Vector, guard: Vector, workspace: Wo
 
 @inset_kernel
 def _keep_high(count: int, workspace: Workspace) -> None:
-    """Store the end of the step as the upper end of the bracket."""
     kept = workspace.lines[Y_HIGH], workspace.lines[RATES_HIGH], workspace.lines[AT_HIGH]
     _keep(
         count,
@@ -197,7 +192,7 @@ def _first(
     lead: int,
     weights: tuple[float, float],
 ) -> tuple[float, int]:
-    """Return the time at which the first guard reaches its target (an estimate), and its index.
+    """Return the estimated time at which the first guard reaches its target, and its index.
 
     Only guards passed at `high` are candidates. weights: Illinois weights of the guard `lead`.
     """

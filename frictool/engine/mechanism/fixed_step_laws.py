@@ -1,11 +1,10 @@
 """Laws with a fixed time step T_e: hybrid A, B, C, and banded laws (thesis 3.28-3.39, 2.32, 2.35).
 
-The input of each law is the effort u on its block. u is the sum of the efforts of all other
-elements on the tree that moves with the block, reflected to the block by the joints. The mode is
-updated at the beginning of each step T_e and constant within the step; the motion within the step
-is integrated as usual. If one tree has several of these laws, the friction of each law is
-subtracted from u of the following laws. While a tree sticks by the friction of a static law, these
-laws are inactive.
+The input of each law is the effort u on its block: the sum of the efforts of all other elements on
+the tree that moves with the block, reflected to the block by the joints. The mode is updated at the
+beginning of each step T_e and constant within the step; the motion within the step is integrated as
+usual. If one tree has several of these laws, the friction of each law is subtracted from u of the
+following laws. While a tree sticks by the friction of a static law, these laws are inactive.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ HELD, SLIPS = 0, 1  # modes of a law
 
 @inset_kernel
 def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int, float]:
-    """Return the root of the tree that moves with a block, and (block's speed)/(root's speed)."""
+    """Return the root of the block's moving tree, and the block's speed divided by the root's."""
     n = k[ly.BLOCKS]
     i = block
     along = 1.0

@@ -34,7 +34,7 @@ TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of positi
 
 @inset_kernel
 def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> float:
-    """Return the approach speed of a joint's flanks on side +-1, in the coordinate of block b."""
+    """Return the speed at which flanks approach on side +1 or -1, in block b's coordinate."""
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, joint)
     a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
@@ -43,7 +43,7 @@ def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> floa
 
 @inset_kernel
 def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> float:
-    """Set the speeds in a group, `speed` for the first block; return the lost energy [J]."""
+    """Set the speeds of a group, `speed` for its first block; return the lost energy [J]."""
     n = k[ly.BLOCKS]
     before = y[n + group]
     for i in range(n):
@@ -54,10 +54,10 @@ def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> 
 
 @inset_kernel
 def _until(s: float, rate: float, goal: float, absorbed: float) -> float:
-    """Return the impulse at which the approach speed s of two flanks reaches `goal`.
+    """Return the impulse at which the approach speed s reaches `goal`.
 
-    The result is smaller if separating flanks return all of the energy `absorbed` before that.
-    rate: change of s per unit of impulse.
+    The impulse is smaller if the separating flanks return all the energy `absorbed` earlier. rate:
+    change of s per unit of impulse.
     """
     if rate >= 0.0:
         return math.inf
@@ -73,7 +73,7 @@ def _meet(
 ) -> None:
     """Resolve one impact of two groups.
 
-    The impulse grows in pieces, between the instants at which one of the groups comes to rest.
+    The impulse grows in pieces; a piece ends when one of the groups comes to rest.
     """
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, joint)
@@ -127,7 +127,6 @@ def _meet(
 def _strike(
     k: IntVector, p: Vector, stop: int, side: int, y: Vector, w: Vector, work: Vector
 ) -> None:
-    """Resolve one impact of a group at an end stop."""
     n = k[ly.BLOCKS]
     row = ly.stop_row(k, stop)
     block = ly.stop_block(k, stop)
@@ -167,7 +166,7 @@ def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
 @inset_kernel
 def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) -> None:
-    """Open each joint contact whose separation speed exceeds `speed` times the speed scale."""
+    """Open each contact that separates faster than `speed` times the speed scale."""
     n = k[ly.BLOCKS]
     for joint in range(k[ly.JOINTS]):
         if modes[n + joint] not in (OPEN, RIGID):
@@ -178,7 +177,6 @@ def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) 
 
 @inset_kernel
 def _part(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
-    """Open the contacts that separate, and the stops whose block moves."""
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     _let_go(k, p, y, modes, TOGETHER)

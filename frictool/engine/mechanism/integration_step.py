@@ -111,7 +111,6 @@ def stages(
 
 @inset_kernel
 def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) -> int:
-    """Write the indices of the active guards of forces to `watched`; return their number."""
     count = 0
     for index in range(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]):
         if guard[index] < math.inf and is_forced(k, modes, index):
@@ -122,7 +121,6 @@ def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) ->
 
 @inset_kernel
 def _error(k: IntVector, p: Vector, h: float, modes: IntVector, workspace: Workspace) -> float:
-    """Return the largest error of the states, each relative to the reference size of the state."""
     n = k[ly.BLOCKS]
     worst = 0.0
     errors = workspace.lines[st.ERRORS]

@@ -84,7 +84,7 @@ def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
 
 @inset_kernel
 def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
-    """Return the root x of VALUE of `_need`, a speed change; NaN if VALUE does not rise there."""
+    """Return the zero x of VALUE (`_need`), or NaN if VALUE does not rise there."""
     k, p, group, block, w = hit
     low = -math.inf
     high = math.inf

@@ -51,7 +51,6 @@ def _run(
     speeds: Vector,
     drives: Vector,
 ) -> tuple[int, int]:
-    """Fill the samples; return the status and the number of the last sample reached."""
     n = positions.shape[0]
     for sample in range(commands.shape[0] + 1):
         for i in range(n):

@@ -65,10 +65,9 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def _members(k: IntVector, modes: IntVector, index: int, members: IntVector) -> int:
-    """Fill `members` with the blocks of a rigid part, and return their number.
+    """Fill `members` with the blocks that rigid joints and closed contacts connect to a root.
 
-    Rigid joints and closed contacts connect these blocks to the root, which is block `index`. Both
-    `index` and `members` are indices in ORDER.
+    `index` (of the root) and `members` are indices in ORDER. Returns the number of blocks.
     """
     n = k[ly.BLOCKS]
     count = 0
@@ -88,7 +87,6 @@ def _members(k: IntVector, modes: IntVector, index: int, members: IntVector) -> 
 
 @inset_kernel
 def _spread_ratios(tree: JointTree) -> None:
-    """Fill the row ALONG with each block's speed divided by the root's speed."""
     k, p, _, members, _, w = tree
     for m in range(members.size):
         i = ly.block_at(k, members[m])
@@ -150,7 +148,7 @@ def _jammed(tree: JointTree) -> int:
 def _force_in_motion(
     tree: JointTree, i: int, x: float, towards: float
 ) -> tuple[float, float, float]:
-    """Return lambda of a moving member's joint, the kink of that joint, and the tolerance."""
+    """Return lambda and kink of the joint of a moving member, and the tolerance of lambda."""
     k, p, _, _, y, w = tree
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, ly.joint_of(k, i))

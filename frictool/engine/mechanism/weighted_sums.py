@@ -29,7 +29,7 @@ BUMPS = 7  # number of rows with coefficients of a dense output
 def _terms(rows: Sequence[Sequence[float]]) -> tuple[IntVector, Vector, IntVector]:
     """Return indices, weights and number of the nonzero terms of each row.
 
-    Indices and weights are filled up with 0 to a multiple of FOUR.
+    Each row of indices and weights is padded with zeros to a multiple of FOUR.
     """
     kept = [[(index, weight) for index, weight in enumerate(row) if weight != 0.0] for row in rows]
     width = max(len(row) + -len(row) % FOUR for row in kept)
@@ -51,7 +51,6 @@ ERROR_INDICES, ERROR_WEIGHTS, ERROR_TERMS = _terms(
 def _add(
     h: float, indices: IntVector, weights: Vector, terms: int, slopes: Vector, point: Vector
 ) -> None:
-    """Add h times a weighted sum of slopes to `point`."""
     for first in range(0, terms, FOUR):
         j0 = indices[first]
         j1 = indices[first + 1]

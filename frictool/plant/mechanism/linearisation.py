@@ -196,9 +196,9 @@ def _closed(
 def _moves(
     a: IntVector, b: IntVector, ratio: Vector, active: list[bool], count: int
 ) -> tuple[Matrix, tuple[int, ...]]:
-    """Return the speed of each block relative to the root of its group (n, g), and the roots.
+    """Return (moves, roots): moves (n, g) @ (speeds of the g roots) are the speeds of the n blocks.
 
-    Groups are formed by the active links; the root is the first block of each.
+    The active links form g groups of blocks; the root of a group is its first block.
     """
     neighbours: list[list[tuple[int, float]]] = [[] for _ in range(count)]
     for first, second, step, on in zip(a.tolist(), b.tolist(), ratio.tolist(), active, strict=True):

@@ -68,7 +68,6 @@ def _spread(root: int, neighbours: list[list[tuple[int, float]]]) -> dict[int, f
 def _reached(
     part: dict[int, float], inertia: Sequence[float], pushed: Sequence[tuple[int, float]]
 ) -> float:
-    """Return the speed of the root after the strongest source has acted for RISE_S."""
     total = sum(ratio**2 * inertia[block] for block, ratio in part.items())
     effort = max(
         (

@@ -199,7 +199,7 @@ class CandidateSearch:
     def _found(
         self, search: Callable[[np.random.Generator], None], random: np.random.Generator
     ) -> Candidate | None:
-        """Return the candidate with which a search ends; None if the candidates are exhausted."""
+        """Run `search`; return the candidate that it finds, or None after the last candidate."""
         try:
             search(random)
         except _FoundError as found:

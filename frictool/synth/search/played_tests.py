@@ -16,7 +16,8 @@ RESERVE = 0.05  # relative distance to each limit that the search aims at
 EXACT = ("oscillations", "drive_peak", "rest", "limit_cycle", "saturation_time_s")  # no reserve
 FAILED = 10.0  # shortfall of a candidate that cannot be played
 EACH = 0.02  # weight of the sum of all shortfalls, which is added to the largest shortfall
-# shortfall of a response that does not settle, and its increase with that of the static error
+# shortfall of a response that does not settle:
+# STANDSTILL + PER_ERROR log(1 + shortfall of the static error)
 STANDSTILL, PER_ERROR = 2.0, 0.3
 
 
@@ -53,7 +54,7 @@ class JudgedRuns(Protocol):
 
 
 class CandidateJudge(Protocol):
-    """Simulation of a controller with all plants, or with the plants of index `only`."""
+    """Simulation of a controller with all plants, or with the plants whose indices `only` lists."""
 
     def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> JudgedRuns:
         """Simulate a controller and return the results."""
