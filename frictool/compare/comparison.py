@@ -56,8 +56,8 @@ class LawRunner(Protocol):
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
         """Return row of thesis table 2.1 -> symbol, for the properties that probes measure.
 
-        `compliance`: True if the contact is compliant in presliding. `drift`: trajectory of the
-        drift test.
+        - compliance: True if the contact is compliant in presliding
+        - drift: trajectory of the drift test
         """
 
 
@@ -65,10 +65,10 @@ class LawRunner(Protocol):
 class LawResult:
     """Measures, verdicts and trajectories of one law.
 
-    `verdicts`: row of thesis table 3.2 -> symbol.
-    `properties`: row of thesis table 2.1 -> symbol.
-    `runs`: test -> trajectory.
-    `loop`: positions and friction of the presliding test; None for a rigid contact.
+    - verdicts: row of thesis table 3.2 -> symbol
+    - properties: row of thesis table 2.1 -> symbol
+    - runs: test -> trajectory
+    - loop: positions and friction of the presliding test; None for a rigid contact
     """
 
     title: str

@@ -54,8 +54,8 @@ def over_time(
 ) -> list[Row]:
     """Return rows with position, velocity and friction of each law against time.
 
-    `units`: units of position and force.
-    `window`: samples to show.
+    - units: units of position and force
+    - window: samples to show
     """
     length, force = units
     return [

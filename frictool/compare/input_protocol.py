@@ -93,8 +93,8 @@ def drift(scales: UnitScales) -> tuple[Segment, ...]:
 def presliding_path(presliding: float, points: int) -> tuple[Vector, Vector]:
     """Return positions (10 * points + 1,) [m | rad], and the indices (11,) of the turning points.
 
-    `presliding`: largest presliding displacement z_max [m | rad].
-    `points`: number of steps between two turning points.
+    - presliding: largest presliding displacement z_max [m | rad]
+    - points: number of steps between two turning points
     """
     legs = [np.linspace(a, b, points + 1)[1:] for a, b in pairwise(TURNING_POINTS)]
     path = np.concatenate([[TURNING_POINTS[0]], *legs]) * presliding

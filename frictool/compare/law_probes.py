@@ -96,8 +96,10 @@ def stiction(compliance: bool, holds: bool, settles: bool) -> str:
 
     `-`: the contact is compliant, or the mass moves below breakaway. `±`: the mass rests below
     breakaway, but only in an exact simulation. `+`: the mass rests in a simulation with a fixed
-    step, too. compliance, holds, settles: True if the contact is compliant, if the mass rests in
-    the exact simulation, and in the simulation with a fixed step.
+    step, too.
+
+    - compliance: True if the contact is compliant
+    - holds, settles: True if the mass rests in the exact simulation, and with a fixed step
     """
     if compliance or not holds:
         return "-"

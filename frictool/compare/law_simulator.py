@@ -243,8 +243,8 @@ class LawSimulator:
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
         """Return row of thesis table 2.1 -> symbol, for the properties that probes measure.
 
-        `compliance`: True if the contact is compliant in presliding. `drift`: trajectory of the
-        drift test.
+        - compliance: True if the contact is compliant in presliding
+        - drift: trajectory of the drift test
         """
         setting = self._setting
         friction_law = LAWS[law]

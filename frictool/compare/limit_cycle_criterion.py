@@ -17,10 +17,10 @@ PERIOD_TOLERANCE = 0.05
 class LimitCycleResult:
     """Measures of a limit cycle.
 
-    `amplitude`: half the peak-to-peak value of the position in the last quarter of the run.
-    `lasting`: amplitude in the last quarter divided by the amplitude in the second quarter.
-    `period_s`: mean time between upward crossings of the mean position in the second half; None if
-        the cycle dies out.
+    - amplitude: half the peak-to-peak value of the position in the last quarter of the run
+    - lasting: amplitude in the last quarter divided by the amplitude in the second quarter
+    - period_s: mean time between upward crossings of the mean position in the second half; None if
+      the cycle dies out
     """
 
     amplitude: float

@@ -22,8 +22,8 @@ def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vect
 
     The effort that a hybrid law reads is infinite, in the direction of motion.
 
-    `velocity` (n,): velocity in each step [m/s | rad/s].
-    `steps` (n,): duration of each step [s].
+    - velocity: velocity in each step, (n,), m/s | rad/s
+    - steps: duration of each step, (n,), s
 
     Raises NoSolutionError if the law cannot be evaluated.
     """

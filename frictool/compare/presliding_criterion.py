@@ -22,11 +22,11 @@ CLOSURE_ALLOWED = 0.02
 class PreslidingResult:
     """Measures of presliding.
 
-    `compliance`: True if the contact yields to a force below breakaway and springs back.
-    `closure`: difference of the friction at the ends of the inner loop, divided by the breakaway;
-        None without compliance.
-    `area`: area of the last outer loop, divided by the breakaway times the largest presliding
-        displacement; None without compliance.
+    - compliance: True if the contact yields to a force below breakaway and springs back
+    - closure: difference of the friction at the ends of the inner loop, divided by the breakaway;
+      None without compliance
+    - area: area of the last outer loop, divided by the breakaway times the largest presliding
+      displacement; None without compliance
     """
 
     compliance: bool
@@ -50,8 +50,9 @@ def measure(
 ) -> PreslidingResult:
     """Return the measures from the friction (n,) along prescribed positions (n,).
 
-    `turning` (11,): indices of the turning points.
-    `breakaway`: breakaway [N | N m]. `presliding`: largest presliding displacement [m | rad].
+    - turning: indices of the turning points, (11,)
+    - breakaway: breakaway [N | N m]
+    - presliding: largest presliding displacement [m | rad]
     """
     at = turning.astype(int)
     closure = abs(float(friction[at[INNER_END]] - friction[at[INNER_START]])) / breakaway

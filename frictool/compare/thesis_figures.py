@@ -105,7 +105,6 @@ def _picture(
 
 
 def _inputs(comparison: Comparison, number: str) -> PageFigure:
-    """Return a figure of the input of the presliding or the drift test."""
     scales = comparison.setting.scales
     units = _units(comparison)
     if number == "3.17":

@@ -15,8 +15,8 @@ Phases = tuple[tuple[float, float], ...]
 class LawTrajectory:
     """Samples of a simulated test.
 
-    `time`, `position`, `velocity`, `friction`: samples (n,) in SI.
-    `sticks`: begin and end [s] of each stick phase; the last phase may reach the end of the run.
+    - time, position, velocity, friction: samples (n,) in SI
+    - sticks: begin and end [s] of each stick phase; the last phase may reach the end of the run
     """
 
     time: Vector

@@ -81,18 +81,18 @@ class HybridKernels(NamedTuple):
 class Law:
     """A friction law: its name, its parameters and its kernels.
 
-    title: name for users.
-    equations: numbers of the law's equations in the thesis; empty if the thesis has none.
-    approximation: True for a regularised law, which never sticks.
-    slip_terms: terms of the slip force in `frictool equations`; if empty, the equations show the
-        name of the law.
-    slip_scales: function of a static law that returns two speeds [m/s | rad/s] from p. Above the
-        first speed, the slip force is the line p[0] + viscous |v|; the second speed is the
-        reference of relative tolerances.
-    tail: function that takes the values of a friction.yaml, or an empty mapping, and returns the
-        entries of p after the fixed parameters; None if p has no such entries.
-    tail_parameters: function that takes the size of the tail and returns how many parameters of
-        the tail are identified.
+    - title: name for users
+    - equations: numbers of the law's equations in the thesis; empty if the thesis has none
+    - approximation: True for a regularised law, which never sticks
+    - slip_terms: terms of the slip force in `frictool equations`; if empty, the equations show the
+      name of the law
+    - slip_scales: function of a static law that returns two speeds [m/s | rad/s] from p. Above the
+      first speed, the slip force is the line p[0] + viscous |v|; the second speed is the reference
+      of relative tolerances
+    - tail: function that takes the values of a friction.yaml, or an empty mapping, and returns the
+      entries of p after the fixed parameters; None if p has no such entries
+    - tail_parameters: function that takes the size of the tail and returns how many parameters of
+      the tail are identified
     """
 
     name: str
@@ -108,7 +108,7 @@ class Law:
 
     @property
     def kind(self) -> Literal["static", "dynamic", "hybrid"]:
-        """Kind of the law, which decides the driver."""
+        """Return the kind of the law, which decides the driver."""
         if isinstance(self.kernels, StaticKernels):
             return "static"
         return "dynamic" if isinstance(self.kernels, DynamicKernels) else "hybrid"
@@ -131,8 +131,8 @@ class Law:
         """Return the kernels' parameter array p from SI values by name.
 
         `tail` replaces the default tail; `maxwell_bank.bank_tail` and
-        `preisach_cycles.everett_tail` compute one from measurements. A one-line ValueError reports
-        a parameter that is unknown, missing or out of range.
+        `preisach_cycles.everett_tail` compute one from measurements. Raises ValueError if a
+        parameter is unknown, missing or out of range.
         """
         for name in values:
             self.index(name)

@@ -19,8 +19,10 @@ from frictool.typing import Vector
 def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> float:
     """Return the force [N | N m] after a monotonic movement to z [m | rad].
 
-    breakaway: breakaway force [N | N m]. limit: largest deflection [m | rad]. The memory is not
-    changed.
+    The memory is not changed.
+
+    - breakaway: breakaway force [N | N m]
+    - limit: largest deflection [m | rad]
     """
     virgin, start, start_force = branch_start(memory, z)
     if virgin:

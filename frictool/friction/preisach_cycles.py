@@ -26,9 +26,9 @@ PLACED = 1e-6  # relative tolerance of a cycle's ends
 def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     """Return the table of friction/preisach.py, shape ((n+1)^2,) with n = 2 len(cycles).
 
-    cycles: the descending branch of each cycle, as (positions that fall from a to -a, forces) in
-    any units. The amplitudes are a = k z_max/len(cycles), k = 1, 2 .. Forces are interpolated
-    between positions. Raises ValueError if a branch does not reach from a to -a.
+    `cycles`: pair (positions that fall from a to -a, forces) for the descending branch of each
+    cycle, in any units. The amplitudes are a = k z_max/len(cycles), k = 1, 2, ... Forces are
+    interpolated between positions. Raises ValueError if a branch does not reach from a to -a.
     """
     count = len(cycles)
     if count == 0:

@@ -17,7 +17,7 @@ class ParameterIntervals:
     """Estimate of one parameter, and two intervals of its value.
 
     - absolute: interval of the estimate, widened by the error of the drive constant
-    - bench: value and interval in the bench document; None if it does not state the parameter
+    - bench: value and interval in the bench document, or None
     """
 
     name: str

@@ -190,7 +190,7 @@ def conclusion(one: Population) -> str:
         no.append(f"logs of one unit{which} differ by {one.within.beyond:.2g} {_p(one.within.p)}")
     if one.drift is not None and one.rejects(one.drift):
         no.append(
-            f"it drifts by {MONTH_DAYS * one.drift.slope.value:+.2g} in {MONTH_DAYS:g} days "
+            f"the values drift by {MONTH_DAYS * one.drift.slope.value:+.2g} in {MONTH_DAYS:g} days "
             f"{_p(one.drift.p)}"
         )
     if not no and one.rejects(one.whole):

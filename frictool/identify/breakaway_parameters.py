@@ -74,7 +74,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
 
 
 def _known_fall(sliding: Outcome) -> StribeckVelocityRange | None:
-    """Return the Stribeck velocity of the sliding logs and its range, or None."""
+    """Return the range of Stribeck velocities from the sliding logs, or None."""
     velocity = sliding.identified.get("stribeck_velocity")
     if velocity is None:
         return None
@@ -123,7 +123,7 @@ def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws 
 def _inertia_over_position(
     logs: AxisLogs, outcome: Outcome, fit: SlidingFit
 ) -> tuple[Outcome, str | None]:
-    """Return the outcome for friction over position, and the reason for its methods.
+    """Return the outcome for friction over position, and the reason for the choice of methods.
 
     An inertia that was fitted with constant friction is removed. With method `auto`, the inertia of
     the weak form with friction over position replaces it if possible.

@@ -162,7 +162,7 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches at the level of the proved ones; none if these have several levels."""
+    """Return the stretches at the level of the proved stretches; [] if that is not one level."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []

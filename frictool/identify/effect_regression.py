@@ -285,7 +285,7 @@ class EffectRegression:
                 if one.needs_temperature and rival.term == WARMING:
                     continue  # a measured cause explains the change along the log
                 if one.is_load and rival.only_widens:
-                    continue  # its polynomials contain every load, with another offset
+                    continue  # such an effect is a polynomial that can imitate every load
                 if self.rows.visible(rival, others) and self._as_good(
                     self.rows.squares([*others, rival]), least
                 ):
@@ -393,7 +393,7 @@ def other_inertia(fit: SlidingFit) -> bool:
 
 
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
-    """Return whether noise reduces the inertia of `fit` by more than its half width."""
+    """Return whether noise reduces the inertia of `fit` by more than the inertia's half width."""
     inertia = fit.parameters.get("inertia")
     if "inertia" not in regression.rows.base:
         return False
@@ -409,7 +409,10 @@ def _states(samples: RegressionSamples) -> IntVector:
 
 
 def _without_knees(samples: RegressionSamples, fit: SlidingFit, bench: Bench) -> RegressionSamples:
-    """Return the samples minus the effort of knees and Stribeck effect, which are not fitted."""
+    """Return the samples without the effort of speed regimes and Stribeck effect.
+
+    The regression does not fit these two.
+    """
     if fit.laws is None or not (fit.laws.regimes or "stribeck_velocity" in fit.parameters):
         return samples
     intervals = {**sliding_intervals(fit.parameters, bench), **fit.parameters}

@@ -2,8 +2,8 @@
 
 A parameter is refused if the logs do not determine it. The model then contains a value from the
 bench's range, which may differ from the value of the first fit. The other parameters are therefore
-fitted again, with the refused parameter fixed at the model's value. Its interval widens the
-intervals of the others.
+fitted again, with the refused parameter fixed at the model's value. The interval of the refused
+parameter widens their intervals.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ def refit(
     """Return a fit with the method and load terms of `fit`.
 
     The parameters in `fixed` are fixed at their values. A parameter that `auto` set to 0 stays 0.
-    An inertia that `auto` took from another method is kept. Raises UnusableLogs if the
-    method cannot use the records.
+    An inertia that `auto` took from another method is kept. Raises UnusableLogs if the method
+    cannot use the records.
     """
     assert fit.method is not None
     fixed_settings = with_held(settings, fit, fixed)

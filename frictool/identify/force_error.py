@@ -149,8 +149,8 @@ def friction_in_slip(
 ) -> Vector:
     """Return the friction force (n,) at positions and velocities (n,) in slip, N m | N.
 
-    The friction has the sign of the velocity. temperature: (n,), degC; None for the reference of
-    the laws.
+    The friction has the sign of the velocity. `temperature`: temperatures (n,), degC; None for the
+    reference temperature of the laws.
     """
     warm = np.ones((2, velocity.size))
     if temperature is not None and laws is not None and laws.temperature is not None:

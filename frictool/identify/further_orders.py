@@ -2,8 +2,8 @@
 
 The effect `friction_over_position` of `rows/effects.py` has the columns s P_k(x), k = 1 to 3, with
 the direction s, the position x and the Legendre polynomials P_k. Real friction has further orders.
-In strokes that repeat each other, the speed is a function of the position, so that a further order
-resembles viscous friction, and the residual does not show it.
+In strokes that repeat each other, the speed is a function of the position. A further order then
+resembles viscous friction, and is not visible in the residual.
 
 Friction over position is therefore a cubic smoothing spline (Wahba 1978): the coefficients of the
 P_k are random and independent, with the mean 0 and the standard deviation t/k^2. The fitted

@@ -285,7 +285,7 @@ class PublishedFilters:
     - skip: number of samples dropped at the start, while the filters settle
     - decimate: ratio of the sample rates before and after decimation
     - decimate_order, decimate_ripple_db: order and ripple of the Chebyshev low-pass for decimation
-    - decimate_band: edge of its pass band, relative to the new Nyquist frequency
+    - decimate_band: pass band edge of this low-pass, relative to the new Nyquist frequency
     """
 
     cutoff_hz: float = 100.0

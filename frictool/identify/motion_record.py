@@ -298,8 +298,8 @@ def velocity_record(
 def velocity_count(velocity: Vector) -> float:
     """Return the step of a quantised velocity (n,).
 
-    Without a visible step, return the step whose quantisation would cause the noise that the fourth
-    differences show.
+    If no step is visible, return the step whose rounding noise equals the noise of the velocity,
+    which is computed from fourth differences.
     """
     step = encoder_step(np.unique(velocity))
     noise = float(np.sqrt(np.mean(np.diff(velocity, 4) ** 2) / 70.0)) if velocity.size > 4 else 0.0

@@ -211,15 +211,15 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
     """
     if fall.known:
         return (
-            f"its interval is valid for the fit's Stribeck velocity, [{fall.low:.3g}, "
-            f"{fall.high:.3g}] {unit}"
+            f"the interval of the breakaway is valid for the fit's Stribeck velocity, "
+            f"[{fall.low:.3g}, {fall.high:.3g}] {unit}"
         )
     upper = f"up to {fall.high:.2g} {unit}" if isfinite(fall.high) else "of any size"
     lower = f" from {fall.low:.2g}" if fall.low > 0.0 else ""
     return (
-        f"its interval is valid for Stribeck velocities{lower} {upper}, which the encoder cannot "
-        "separate; to narrow it, use a finer encoder, a slower ramp, or runs at constant speeds "
-        "(--method stribeck-curve)"
+        f"the interval of the breakaway is valid for Stribeck velocities{lower} {upper}, which the "
+        "encoder cannot separate; for a narrower interval, use a finer encoder, a slower ramp, or "
+        "runs at constant speeds (--method stribeck-curve)"
     )
 
 
@@ -290,8 +290,8 @@ def table(outcome: IdentifiedModel) -> str:
     if result.ramp is not None:
         unit = model.parameters.breakaway.unit
         lines.append(
-            f"breakaway from {result.ramp.onsets} onsets; until the encoder shows one, the effort "
-            f"rises by {result.ramp.delay:.3g} {unit} on average (corrected)"
+            f"breakaway from {result.ramp.onsets} onsets of motion; until the encoder shows an "
+            f"onset, the effort rises by {result.ramp.delay:.3g} {unit} on average (corrected)"
         )
         lines.append(fall_line(result.ramp.fall, si_unit("velocity", model.axis)))
     if result.over_rate is not None:

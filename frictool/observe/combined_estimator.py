@@ -64,8 +64,9 @@ class VelocityEstimation(Protocol):
 class EstimateBlock:
     """Estimates at the samples of a block.
 
-    piece: samples of the log. velocity, friction, wear: (3, n), with the rows value, lower and
-    upper bound. second: output of an additional observer, or None.
+    - piece: samples of the log
+    - velocity, friction, wear: (3, n), with the rows value, lower and upper bound
+    - second: output of an additional observer, or None
     """
 
     piece: MotionBlock
@@ -117,7 +118,7 @@ def estimate_along(
 def _wear(time: Vector, known: list[tuple[int, WearEstimate]]) -> Matrix:
     """Return value, low, high (3, n) of the wear at each sample of a block.
 
-    known: pairs (index of a sample, wear estimate that applies from this sample).
+    `known`: pairs (index of a sample, wear estimate that applies from this sample).
     """
     counts = np.diff([*(start for start, _ in known), time.size])
     values = np.array(

@@ -50,7 +50,8 @@ class EstimatePlot:
     def drawn(self, name: str, limit: float | None) -> str:
         """Return the plot as an `<svg>` element.
 
-        name: name of the log, for the alternative text. limit: largest allowed wear, or None.
+        - name: name of the log, for the alternative text
+        - limit: largest allowed wear, or None
         """
         time, low, high = self._trace.drawn()
         scale, unit = _scale(float(time[-1] - time[0]) if time.size else 0.0)

@@ -24,7 +24,9 @@ ESTIMATE = "estimate"  # metadata record with the final estimate, each value as 
 def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, notes: Notes) -> None:
     """Write the estimates of a log.
 
-    one: observation of the log. parts: blocks of estimates. notes: additional metadata records.
+    - one: observation of the log
+    - parts: blocks of estimates
+    - notes: additional metadata records
     """
     first = next(parts)
     shift = max(0, -round(float(first.piece.time[0]) * NS))

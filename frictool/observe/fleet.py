@@ -54,9 +54,10 @@ def observe_logs(
 ) -> list[FleetResult]:
     """Return the result of each log, in the order of `fleet`.
 
-    cores, cluster: number of processes, or address of a Dask cluster (`workers/job_sharing.py`). If
-    both are None, a small fleet runs in this process. tick: function called with the completed
-    fraction (0 to 1).
+    - cores: number of processes
+    - cluster: address of a Dask cluster, used in place of local processes. If `cores` and `cluster`
+      are None, a small fleet runs in this process
+    - tick: function called with the completed fraction (0 to 1)
     """
     few = (
         sum(member.path.stat().st_size for member in fleet if member.path.is_file()) < WORTH_SHARING

@@ -42,8 +42,9 @@ SEEN_LAST = ("kind", "moves", "velocity_rms", "duration_s", "reason")
 class FleetRow:
     """Result for one log.
 
-    ratio: wear relative to the wear of the unit at commissioning. reason: reason for the verdict,
-    or for a missing result. first: True if this log stands for the commissioning of its unit.
+    - ratio: wear relative to the wear of the unit at commissioning
+    - reason: reason for the verdict, or for a missing result
+    - first: True if this log stands for the commissioning of its unit
     """
 
     file: str
@@ -110,9 +111,9 @@ def rows(
 ) -> list[FleetRow]:
     """Return one row per log, sorted by unit, date and file.
 
-    limit: largest allowed ratio to commissioning, or largest allowed wear if the ratio is unknown.
-    commissioning: wear at commissioning of all units; None: each unit is compared with the unit's
-    first log with an estimate.
+    - limit: largest allowed ratio to commissioning, or largest allowed wear if the ratio is unknown
+    - commissioning: wear at commissioning of all units; None: each unit is compared with the unit's
+      first log with an estimate
     """
     first = {} if commissioning is not None else _first_logs(fleet)
     made = [_row(one, limit, commissioning, first) for one in fleet]

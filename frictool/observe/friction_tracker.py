@@ -44,7 +44,7 @@ WIDTH, LOOSE = 0.2, 0.4
 class FrictionTracker:
     """Estimator of friction along a log, block by block.
 
-    confidence: confidence level of the intervals.
+    `confidence`: confidence level of the intervals.
     """
 
     def __init__(self, model: Model, confidence: float = 0.95) -> None:
@@ -68,9 +68,11 @@ class FrictionTracker:
     ) -> Matrix:
         """Return the friction's value, lower and upper bound (3, n) [N m | N].
 
-        Friction is positive if it opposes a positive velocity. velocity: value, lower and upper
-        bound (3, n) [rad/s | m/s]. known: pairs (index of a sample, wear estimate that applies from
-        this sample); the first pair has index 0.
+        Friction is positive if it opposes a positive velocity.
+
+        - velocity: value, lower and upper bound, (3, n), rad/s | m/s
+        - known: pairs (index of a sample, wear estimate that applies from this sample); the first
+          pair has index 0
         """
         if not piece.follows:
             self._state[KNOWN], self._state[GAPS:] = 0.0, 0.0
@@ -116,8 +118,8 @@ def _unsure(quantity: Quantity, part: float) -> Vector:
 def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
     """Return the kernel's wear factors (3, 3) and zones (k, 5).
 
-    The rows of the factors are wear forward, wear backward and added friction. rough: relative half
-    width of the friction at one position, added in quadrature to the interval of the wear.
+    kernels/friction_interval.py explains the two arrays. `rough`: relative half width of the
+    friction at one position, added in quadrature to the interval of the wear.
     """
     is_added = estimate.kind == "additive" and estimate.added is not None
     both = EstimateRange(1.0, 1.0, 1.0) if is_added else estimate.wear
@@ -133,7 +135,7 @@ def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
 
 
 def _ends_of(wear: EstimateRange, rough: float) -> list[float]:
-    """Return value, low, high of the wear at one position."""
+    """Return value, low, high of the wear at one position, with the relative error `rough`."""
     deviation = rough * wear.value
     low = math.hypot(wear.value - wear.low, deviation)
     high = math.hypot(min(wear.high, UNBOUNDED) - wear.value, deviation)

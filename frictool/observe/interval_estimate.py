@@ -48,15 +48,19 @@ class WearZone:
 class WearEstimate:
     """Estimate of the wear after some moves.
 
-    time: time [s] of the last sample used. moves: number of moves used. wear: dry friction divided
-    by the model's dry friction (1: no wear), mean of directions and zones. kind: kind of wear in
-    the data, or `none`. forward, backward: wear of each direction. added: increase of the friction
-    [N m | N], for kind additive. zones: wear by zone, for kind zones.
-
-    scale: common factor of all wears due to an error of the actuator constant; the interval is from
-    the bench's range of the constant. The intervals of the wears do not include this factor, which
-    cancels in a ratio to commissioning. others: other parameters (inertia, viscous, ...) divided by
-    the model's values. warnings: lines of text.
+    - time: time [s] of the last sample used
+    - moves: number of moves used
+    - wear: dry friction divided by the model's dry friction (1: no wear), mean of directions and
+      zones
+    - kind: kind of wear in the data, or `none`
+    - forward, backward: wear of each direction
+    - added: increase of the friction [N m | N], for kind additive
+    - zones: wear by zone, for kind zones
+    - scale: common factor of all wears due to an error of the actuator constant, with an interval
+      from the bench's range of the constant. The factor cancels in a ratio to commissioning; the
+      intervals of the wears do not include the factor
+    - others: other parameters (inertia, viscous, ...) divided by the model's values
+    - warnings: lines of text
     """
 
     time: float

@@ -44,8 +44,9 @@ OFTEN = 100  # samples per gap; with more gaps, every move contains one
 class ObservationSettings:
     """Options for reading and judging logs.
 
-    topic: name of the stream; None: /axis. confidence: confidence of all intervals. patterns:
-    patterns that take the unit and the date from file names.
+    - topic: name of the stream; None: /axis
+    - confidence: confidence of all intervals
+    - patterns: patterns that take the unit and the date from file names
     """
 
     window: TimeWindow = EVERYTHING
@@ -90,7 +91,7 @@ class LogObserver:
     ) -> None:
         """Open the log and set up the estimators.
 
-        observer: path and document of an additional observer. A tracking observer replaces the
+        `observer`: path and document of an additional observer. A tracking observer replaces the
         velocity estimator.
 
         Raises LogError as `open_stream` does, DocumentError if the observer has another kind of

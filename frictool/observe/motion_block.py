@@ -17,10 +17,12 @@ from frictool.typing import Vector
 class MotionBlock:
     """Consecutive samples at the bench's period.
 
-    time [s], position [rad | m], effort [N m | N]: (n,), finite. The effort is the drive times its
-    constant. follows: True if the first sample is one period after the last sample of the previous
-    block. velocity: (n,) [rad/s | m/s] from a simulation or a sensor, for comparison only; None if
-    the log has no velocity. temperature: (n,) [degC]; None if the log has none.
+    - time, position, effort: finite samples, (n,), s, rad | m, N m | N. The effort is the drive
+      times the actuator constant
+    - follows: True if the first sample is one period after the last sample of the previous block
+    - velocity: velocity of a simulation or a sensor, for comparison only, (n,), rad/s | m/s; None
+      if the log has no velocity
+    - temperature: temperature, (n,), degC; None if the log has none
     """
 
     time: Vector

@@ -24,8 +24,8 @@ from frictool.runtime.object_view import ResultView
 class LogObservation(ResultView):
     """Result of `observe`.
 
-    outcome: final wear, velocity errors and verdict. estimates: log of velocity, friction and wear
-    at each sample, with intervals.
+    - outcome: final wear, velocity errors and verdict
+    - estimates: log of velocity, friction and wear at each sample, with intervals
     """
 
     outcome: ObservationOutcome

@@ -30,10 +30,13 @@ KINDS = {
 class ObservationOutcome:
     """Outcome of observing one log.
 
-    duration: length of the log [s]. period: sample period [s]. figures: velocity errors by name,
-    SI. ratio: wear relative to the wear at commissioning. reference: file with the wear at
-    commissioning. observer: results of the additional observer. doubts: reasons why the log may be
-    from another rig.
+    - duration: length of the log [s]
+    - period: sample period [s]
+    - figures: velocity errors by name, SI
+    - ratio: wear relative to the wear at commissioning
+    - reference: file with the wear at commissioning
+    - observer: results of the additional observer
+    - doubts: reasons why the log may be from another rig
     """
 
     source: str

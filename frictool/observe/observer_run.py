@@ -25,10 +25,12 @@ MISS = "miss"  # name of the innovation in control/tracking_observer.py
 class ObserverOutput:
     """Estimates of an observer at the n samples of a block, each (n,).
 
-    time [s], position [rad | m], velocity [rad/s | m/s]. friction [N m | N]: has the sign of the
-    velocity. wear: factor of the friction, or added friction [N m | N] of an additive observer;
-    None if the observer does not estimate wear. miss: part of (measured - predicted position)
-    beyond the dead zone [rad | m], of tracking observers only.
+    - time, position, velocity: s, rad | m, rad/s | m/s
+    - friction: friction with the sign of the velocity, N m | N
+    - wear: factor of the friction, or added friction [N m | N] of an additive observer; None if the
+      observer does not estimate wear
+    - miss: part of (measured - predicted position) beyond the dead zone of a tracking observer,
+      rad | m; None for other observers
     """
 
     time: Vector

@@ -21,7 +21,7 @@ def page_of_log(
 ) -> str:
     """Return the HTML text for one log; the same inputs give the same bytes.
 
-    picture: the `<svg>` element of the log.
+    `picture`: the `<svg>` element of the log.
     """
     verdict = outcome.verdict
     caption = (

@@ -55,10 +55,11 @@ OPENING_SAMPLES = 1 << 16
 class SampleStream:
     """Stream of a log during reading; the fields are complete when `pieces` has ended.
 
-    period: sample period [s] of the bench, or of the log if the two differ by more than 1 %. truth:
-    True if the velocity in the log is that of a simulation. gaps: number of gaps. longest_gap: s.
-    first, last: times of the first and the last sample [s]. coldest, hottest: range of the
-    temperature [degC]; coldest > hottest if the log has none.
+    - period: sample period [s] of the bench, or of the log if the two differ by more than 1 %
+    - truth: True if the velocity in the log is that of a simulation
+    - gaps, longest_gap: number of gaps, and length [s] of the longest one
+    - first, last: times of the first and the last sample [s]
+    - coldest, hottest: range of the temperature [degC]; coldest > hottest if the log has none
     """
 
     made: LogAssembly

@@ -41,8 +41,8 @@ CALIBRATED = NormalDist().inv_cdf(0.975)
 class VelocityEstimator:
     """Estimator of the velocity along a log, block by block.
 
-    confidence: confidence of the intervals. observer: tracking observer; if None, one is designed
-    from the model.
+    - confidence: confidence of the intervals
+    - observer: tracking observer; if None, one is designed from the model
     """
 
     def __init__(

@@ -36,8 +36,8 @@ LEAST = 12  # samples, shortest stretch that is compared
 class ErrorSums:
     """Sums of squared errors, and number of samples.
 
-    low_passes: (2 m + 1,), one sum for each filter of a bank of m bandwidths. observer: sum for the
-    estimated velocity.
+    - low_passes: sum for each filter of kernels/low_pass_bank.py with m bandwidths, (2 m + 1,)
+    - observer: sum for the estimated velocity
     """
 
     low_passes: Vector
@@ -49,7 +49,7 @@ class ErrorSums:
 class PendingSamples:
     """Last samples (n,) of position, estimated and true velocity, kept for the next comparison.
 
-    compared: number of these samples that have been compared already.
+    `compared`: number of these samples that have been compared already.
     """
 
     position: list[Vector] = field(default_factory=list)
@@ -61,7 +61,8 @@ class PendingSamples:
 class VelocityErrors:
     """Errors of an estimated velocity, summed over a log block by block.
 
-    cutoff: cut-off frequency of the zero-phase velocity [Hz]. period: sample period [s].
+    - cutoff: cut-off frequency of the zero-phase velocity [Hz]
+    - period: sample period [s]
     """
 
     def __init__(self, cutoff: float, period: float) -> None:
@@ -78,7 +79,7 @@ class VelocityErrors:
     def take(self, position: Vector, estimate: Vector, truth: Vector | None, follows: bool) -> None:
         """Add samples (n,) of a block.
 
-        truth: velocity from a simulation or a sensor, in all blocks of a log or in none.
+        `truth`: velocity from a simulation or a sensor, in all blocks of a log or in none.
         """
         if not follows:
             self._compare(last=True)

@@ -32,8 +32,9 @@ HEALTHY = 1.0  # wear of a unit like the model
 class WearVerdict:
     """Verdict against a limit of the wear.
 
-    exceeded: None if undecided. certain: True if the whole interval is on one side of the limit.
-    reason: one line of text.
+    - exceeded: True if the wear is above the limit; None if undecided
+    - certain: True if the whole interval is on one side of the limit
+    - reason: one line of text
     """
 
     limit: float
@@ -50,7 +51,7 @@ def judge(
 ) -> WearVerdict:
     """Return the verdict on `ratio`, the wear relative to commissioning, or on the wear if None.
 
-    doubts: reasons why the log may be from another rig (rig_plausibility.py). With doubts, a wear
+    `doubts`: reasons why the log may be from another rig (rig_plausibility.py). With doubts, a wear
     below the limit is undecided; a wear above the limit stays exceeded.
     """
     verdict = _of_all_and_parts(estimate, limit, ratio)

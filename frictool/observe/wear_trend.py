@@ -67,7 +67,6 @@ def _abscissa(axes: Axes, dated: bool) -> None:
 
 
 def _draw(axes: Any, number: int, unit: str, points: Sequence[tuple[float, EstimateRange]]) -> None:
-    """Draw the logs of one unit from their points (abscissa, estimate)."""
     value = np.array([estimate.value for _, estimate in points])
     reach = np.array(
         [

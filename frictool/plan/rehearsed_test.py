@@ -227,7 +227,7 @@ class RehearsedTests:
         If `screened`, a test that probably misses the precision is rehearsed on the first axes
         only.
         """
-        self.progress(f"rehearsing a test of {test.sequence.duration:.3g} s ({label})")
+        self.progress(f"simulating a test of {test.sequence.duration:.3g} s ({label})")
         free = self.request.duration is not None
         limits = {name: math.inf if free else half for name, half in self.wanted.items()}
         sample = self._sample(test, limits, self.request.seed)
@@ -297,7 +297,7 @@ def _shortfall(
         if one.refusals:
             missed.append(
                 f"`identify` refuses {name} in {len(one.refusals)} of "
-                f"{len(one.refusals) + len(one.widths)} rehearsals ({one.refusals[0]})"
+                f"{len(one.refusals) + len(one.widths)} simulations ({one.refusals[0]})"
             )
         elif one.upper > wanted[name]:
             share = 100.0 * request.wanted[name]
@@ -306,5 +306,5 @@ def _shortfall(
     duration = test.sequence.duration
     changes = remedies(bench, request, None) if set(sample) != {"breakaway"} else []
     return "; ".join(
-        [f"rehearsals of a test of {duration:.3g} s miss: {', '.join(missed)}", *changes]
+        [f"simulations of a test of {duration:.3g} s miss: {', '.join(missed)}", *changes]
     )

@@ -105,7 +105,7 @@ def test_constant_speeds_narrow_the_interval(tmp_path: Path) -> None:
 
 def test_the_text_says_what_the_interval_holds_and_what_narrows_it(tmp_path: Path) -> None:
     result = run("identify", ramps_of(tmp_path, 0.0), "--bench", bench_of(tmp_path))
-    assert "its interval is valid for Stribeck velocities up to" in result.stdout
+    assert "the interval of the breakaway is valid for Stribeck velocities up to" in result.stdout
     assert "a finer encoder, a slower ramp" in result.stdout
 
 

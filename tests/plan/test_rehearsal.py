@@ -180,7 +180,7 @@ def test_a_precision_that_rehearsals_miss_is_refused_with_the_figures(
     monkeypatch.setattr(rehearsed_test, "rehearse", refusing)
     with pytest.raises(
         NoSolutionError,
-        match=r"miss: `identify` refuses inertia in 1 of 1 rehearsals \(no motion\)",
+        match=r"miss: `identify` refuses inertia in 1 of 1 simulations \(no motion\)",
     ):
         rehearsed_strokes(bench, PrecisionRequest({"inertia": 0.02}))
 

@@ -45,7 +45,7 @@ class ParameterAssessment:
     - known: precision of the a-priori interval; None without an interval
     - target: the smaller of `wanted` and `known`
     - least: Cramér-Rao bound of the proposed test; None for breakaway and presliding
-    - doubled: precision with an encoder of twice the resolution; None if none can be computed
+    - doubled: precision with an encoder of twice the resolution; None if it cannot be computed
     - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if no
       step down to FINEST times the bench's step suffices
     - counts: counts per revolution of an encoder with this step; None for a linear axis
@@ -71,8 +71,7 @@ class Assessment(ResultView):
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
-    - drive: shortest response times that the drive allows; None if neither the request nor the
-      bench gives the length of the step
+    - drive: shortest step responses that the drive allows; None if the step's length is unknown
     """
 
     bench: Bench

@@ -47,7 +47,7 @@ def _wanted(rows: Sequence[ParameterAssessment]) -> str:
 
 
 def _times_as_long(row: ParameterAssessment) -> float:
-    """Return the factor by which a longer test reaches the precision; inf if unknown."""
+    """Return the factor on the test's duration that gives the precision; inf if unknown."""
     precision = row.verdict.precision
     return math.inf if precision is None else (precision / row.target) ** 2
 

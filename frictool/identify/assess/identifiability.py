@@ -46,7 +46,7 @@ class Identifiability:
     """Verdict on one parameter; precisions are relative to the a-priori value.
 
     - precision: half width of the expected 95 % interval; None if it cannot be computed
-    - bound: largest error that the encoder's quantisation can cause; None if it causes none
+    - bound: largest error that the encoder's quantisation can cause; None without such an error
     - why: reason for the verdict, as text
     - method, test: proposed method and test, or None
     - filter: time constant of the proposed low-pass filter, s; None without a filter
@@ -94,7 +94,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return a text on the error of differences of samples, and on the precision with windows."""
+    """Return the reason against differences of samples, with the precision of least squares."""
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:

@@ -13,8 +13,8 @@ slip is assumed to be proportional to the breakaway (thesis 4.42).
 - The mean over both directions cancels an offset of the effort.
 - After the onset, friction falls from the breakaway to Coulomb friction. The Stribeck velocity of
   this fall comes from another log, or from the times of the encoder's changes
-  (`stribeck_velocity`). The value of the breakaway is that of an immediate fall if these times
-  allow one. The interval includes the values with all falls that they allow.
+  (`stribeck_velocity`). If these times agree with an immediate fall, the breakaway is computed with
+  it. The interval covers every fall that agrees with the times.
 - The interval contains the spread between onsets (jackknife) and the ranges of the axis's
   parameters (`combined_interval`). A sampled ramp rises by one step per sample. Two errors of half
   a step, which do not average out, are added: the breakaway lies anywhere within a step, and the
@@ -155,7 +155,7 @@ def breakaway(
     )
     delay = float(np.mean([onset.level for onset in data.onsets]) - np.mean(seen))
     friction = fit.friction
-    if law is None and data.offset is not None:  # the polynomials of `law` are without this change
+    if law is None and data.offset is not None:  # `law` keeps the offset of the bench
         friction = friction + (data.offset - nominal["offset"]) * positions.direction
     return Breakaway(
         mean,

@@ -162,7 +162,7 @@ def misfit(
     table_duration: float,
     table: Table,
 ) -> tuple[float, float]:
-    """Return the least weighted sum of squares for the onset `t0` [s], and its start [rad | m].
+    """Return the least weighted sum of squares for the onset `t0` [s], and the start [rad | m].
 
     The sum is `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change.
     The start is the distance from the rest position to the first change.

@@ -138,7 +138,7 @@ def _onset(
 
 
 def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
-    """Return the mean square of the distance moved in one sample, in counts^2."""
+    """Return the weight `BreakawayOnset.timing`, the mean square distance in a sample, counts^2."""
     if time.size < 2:
         return 1.0  # any positive number: one change alone does not determine the position
     return float(
@@ -147,6 +147,6 @@ def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
 
 
 def _above(record: MotionRecord) -> float:
-    """Return by how many samples the acting effort of a ramp is ahead of the logged effort."""
+    """Return the lead [samples] of the acting effort of a ramp over the logged effort."""
     before, _, after = effort_weights(record.period, record.lag)
     return after - before

@@ -38,7 +38,7 @@ from frictool.typing import IntVector, Vector
 PRIOR = 12.0  # 1/variance of a rest position that is uniform within its count, 1/count^2
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities
 ONSETS_COMPARED = 100
-SURELY = 1.0 + 1e-9  # factor on a limit, so that the order of a sum's terms does not matter
+SURELY = 1.0 + 1e-9  # factor on a limit, for the rounding of a sum in another order
 # largest number of results in the cache; one identification computes some 10 000
 MOST_KEPT = 20_000
 TOGETHER = 4  # number of onsets that one call of the kernel computes
@@ -164,8 +164,8 @@ class OnsetData:
     ) -> float:
         """Return the mean misfit (`efforts`) of the onsets, computed with the fall `fall`.
 
-        Return inf if the mean exceeds `most`. The onsets are evaluated in the order `order`, the
-        largest expected misfit first, so that a few of them often exceed `most`.
+        Return inf as soon as the sum shows that the mean exceeds `most`. The onsets are evaluated
+        in the order `order`, those with the largest expected misfit first.
         """
         onsets, factors = self._compared(shape)
 

@@ -53,8 +53,7 @@ class BreakawayOverRate:
 
     - rates: mean breakaway at each rate, in ascending order of the rate
     - per_decade: increase of the breakaway for a tenfold rate, N m | N; None for a single rate
-    - interval: its value is the mean of `rates`; its ends are the lowest and the highest end of the
-      intervals of `rates`
+    - interval: mean breakaway of all rates, and the range that contains the intervals of all rates
     """
 
     rates: tuple[BreakawayAtRate, ...]
@@ -137,8 +136,8 @@ def _rise(
 ) -> Interval | None:
     """Return the slope of the mean breakaways (k,) over the logarithms `decades` of the rates (k,).
 
-    The half width is the larger of two: one follows from the intervals of the means, the other from
-    the scatter of the means about the line.
+    The half width follows from the intervals of the means or, if that is larger, from the scatter
+    of the means about the line.
     """
     if decades.size < 2:
         return None

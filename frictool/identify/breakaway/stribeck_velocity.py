@@ -24,7 +24,7 @@ import scipy
 
 # Stribeck velocities relative to the speed at which the ramp alone passes a count
 GRID = np.geomspace(0.02, 20.0, 24)
-EXPONENTS = (2.0, 1.0, 0.5)  # exponents of a Stribeck curve that fits try, the preferred one first
+EXPONENTS = (2.0, 1.0, 0.5)  # exponents of the Stribeck curve in fits, the preferred one first
 
 
 class StribeckFall(NamedTuple):

@@ -10,9 +10,9 @@ following steps fit them together with the sliding parameters.
 2. If the intervals of `least_squares` and `power_balance` do not overlap, friction at low speed is
    not viscous + Coulomb, and `power_balance` is preferred.
 3. Otherwise `least_squares` is preferred.
-4. The methods of steps 2 and 3, without and with the load terms that the simulation selects, and
-   output error are compared by their prediction of strokes outside the fit (`method_comparison`).
-   The preferred method is used if its error is at most a tenth larger than the smallest error.
+4. The methods of steps 2 and 3 and output error are compared by their prediction of strokes
+   outside the fit (`method_comparison`). The preferred method is used if its error is at most a
+   tenth larger than the smallest error.
 5. An inertia that is not identified yet comes from the weak form if `assess` proposes this,
    otherwise from output error, which differentiates nothing.
 
@@ -72,7 +72,7 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
         try:
             return _of_runs(records, bench, settings)
         except UnusableLogs:
-            pass  # too few runs or speeds for a curve
+            pass  # too few parts at constant speed for a curve
     return _of_strokes(records, bench, settings)
 
 
@@ -152,7 +152,7 @@ def _at_inertia(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> SlidingFit:
-    """Return `fit` with the parameters other than the inertia fitted again with `inertia` fixed.
+    """Return `fit` with the inertia fixed at `inertia`, and the other parameters fitted again.
 
     The encoder's noise makes the inertia of `fit` too small, which shifts the other parameters.
     """
@@ -202,7 +202,7 @@ def _of_runs(
         return strokes
     curve = run(STRIBECK_CURVE, records, bench_with_inertia(bench, inertia), settings)
     curve = replace(curve, method=STRIBECK_CURVE, why=why)
-    return joined(curve, strokes, strokes.method or REFERENCE, "the reversals show it")
+    return joined(curve, strokes, strokes.method or REFERENCE, "it follows from the reversals")
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
@@ -278,7 +278,7 @@ def _differentiated(
             replace(robust, method=POWER_BALANCE, why=why),
             replace(efficient, method=REFERENCE, why=why),
         ]
-    # before the simulation chooses, since a computed effort could not be recognised afterwards
+    # after the comparison of methods, a computed effort could no longer be recognised
     refuse_self_explained(fits[0], records)
     from frictool.identify.estimators.method_comparison import ComparedData, best_by_prediction
 

@@ -315,7 +315,10 @@ def _trials(
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
 ) -> list[Trial]:
-    """Return a trial for each unused hypothesis that the rows determine, added to those used."""
+    """Return one trial for each further hypothesis that the rows determine.
+
+    The fit of a trial includes the hypotheses `used`.
+    """
     hidden = LIKE_ACCELERATION if search.noisy(rows.samples) else ()
     free = [one for one in search.hypotheses if one not in used and one.term not in hidden]
     level = 0.5 * FALSE_ALARM / max(len(search.hypotheses), 1)
@@ -544,7 +547,6 @@ def _explanation(
     rivals: Sequence[Trial],
     state: str,
 ) -> Explanation:
-    """Return the explanation of a trial; `before`: sum of the squares without its hypothesis."""
     one = trial.hypothesis
     alike = tuple(rival.hypothesis.what for rival in rivals)
     position = trial.rows.samples.loads.get(TERMS[SPRING][0])

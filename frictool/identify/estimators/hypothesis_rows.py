@@ -120,7 +120,7 @@ class ReducedRows:
             return False
 
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
-        """Return by how much the encoder noise alone lets additional columns reduce the residual.
+        """Return the decrease of the mean square residual by more columns that is due to noise.
 
         n is the rms noise of the acceleration, and s^2 the mean square of the acceleration that the
         other columns do not explain. The noise adds J^2 n^2 (s^2 - n^2)/s^2 to the mean square
@@ -137,11 +137,11 @@ class ReducedRows:
         return inertia**2 * noise**2 * (1.0 / after - 1.0 / before)
 
     def left_by_others(self, hypotheses: Sequence[Hypothesis]) -> float:
-        """Return the mean square of the acceleration that the other columns do not explain."""
+        """Return the mean square of the acceleration after a fit of the columns in `hypotheses`."""
         return self._left([k for k in self.columns(hypotheses) if k != 0], 0)
 
     def _left(self, columns: Sequence[int], target: int) -> float:
-        """Return the mean square of the column `target` that these columns do not explain."""
+        """Return the mean square of the column `target` after a fit of the columns `columns`."""
         triangle = merged(self.sides[:, :, [*columns, target]])
         return float(triangle[-1, -1] ** 2) / self.samples.velocity.size
 

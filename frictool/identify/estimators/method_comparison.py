@@ -1,15 +1,15 @@
 """Choice of the method whose model predicts strokes outside the fit best.
 
-The candidates are the regressions that `auto`
-requests, without and with the load terms that the simulation selects, and output error. Each
-candidate is fitted to one half of the logs and predicts the other half. The predictions are
-compared by the rms error of the simulated position and by the force error.
+The candidates are output error with the load terms that predict best (`structure_selection`), and
+the regressions of `auto`, without and with these load terms. Each candidate is fitted to one half
+of the logs and predicts the other half. The predictions are compared by the rms error of the
+simulated position and by the force error.
 
 A candidate is allowed if its force error is at most twice the smallest, since a model with a wrong
 effort may still simulate the position well. The first allowed candidate with a position error
-within a tenth of the smallest is chosen. The order is the method of the decision scheme (`auto`),
-other regressions, output error. Output error is not chosen if the regression with the same load
-terms contradicts it.
+within a tenth of the smallest is chosen. The order of preference is: method of the decision scheme
+(`auto`), other regressions, output error. Output error is rejected if a parameter of the regression
+with the same load terms lies outside its interval.
 
 If an effect was removed from the effort (`rows/effects.py`), the method of the decision scheme is
 used, because the effect cannot be simulated. If the logs are too short to be halved, the
@@ -326,7 +326,7 @@ def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> Segmen
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the rms error of the force on each half of the rows, fitted to the other half."""
+    """Return the rms force error of both halves of the rows, each with the fit to the other."""
     errors = [
         force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
     ]

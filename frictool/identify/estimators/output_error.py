@@ -63,7 +63,7 @@ MOST_CLUSTERS = 60
 def influences(
     simulated: SegmentSimulation, fitted: SimulationFit, regressed: Mapping[str, float]
 ) -> Matrix:
-    """Return the shift (c, p) of p parameters due to the effort errors of each of c clusters.
+    """Return the shift (c, p) of p parameters due to the effort errors of each cluster of strokes.
 
     `regressed`: parameters of the regression, with which the effort errors are computed.
     """
@@ -212,7 +212,7 @@ def _widened(
     half: dict[str, float],
     fixed: Mapping[str, Interval],
 ) -> dict[str, float]:
-    """Return `half`, increased by the uncertainty of the fixed parameters (sum of squares)."""
+    """Return the half widths `half`, widened by the uncertainty of the fixed parameters."""
     squares = np.array(list(half.values())) ** 2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)
@@ -232,7 +232,10 @@ def _with_inertia(
     inertia: Interval,
     settings: IdentificationSettings,
 ) -> tuple[SegmentSimulation, SimulationFit, dict[str, Interval]]:
-    """Return the fit with the regression's inertia, and intervals that include its uncertainty."""
+    """Return simulation, fit and intervals with the inertia fixed at the regression's value.
+
+    The intervals include the uncertainty of this inertia.
+    """
     index = simulated.names.index("inertia")
     others = np.delete(fitted.jacobian, index, axis=1)
     slope = np.linalg.lstsq(others, fitted.jacobian[:, index], rcond=None)[0]
@@ -252,10 +255,7 @@ def _with_inertia(
 
 
 def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
-    """Return the parameters at which the search starts.
-
-    They are the regression's values if these are plausible, else the bench's.
-    """
+    """Return the first values of the search: the regression's if plausible, else the bench's."""
     known = load_values(start.laws)
     for name in SLIDING:
         prior = getattr(bench.mechanics, name)

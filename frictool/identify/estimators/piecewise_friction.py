@@ -5,10 +5,10 @@
 
 A knee is a speed at which the slope changes. Each row of the regression is a mean over a part of a
 stroke. The formula is averaged over all speeds in this part; its value at the mean speed would blur
-a knee. For fixed knees the model is linear in the parameters. Knees are
-added one at a time; after each addition, all knees are optimised in turn. Schwarz's criterion (BIC)
-for n strokes and p parameters decides when to stop; a knee adds two parameters, its speed and its
-slope. The penalty p log n is multiplied by n/(n - p - 2) for few strokes (McQuarrie, 1999).
+a knee. For fixed knees the model is linear in the parameters. Knees are added one at a time; after
+each addition, all knees are optimised in turn. Schwarz's criterion (BIC) for n strokes and p
+parameters decides when to stop; a knee adds two parameters, its speed and its slope. The penalty
+p log n is multiplied by n/(n - p - 2) for few strokes (McQuarrie, 1999).
 
 The criterion assumes equal independent errors of all strokes. One stroke with a large error (a
 transient of a soft belt, for example) can therefore justify a knee. The jackknife does not need

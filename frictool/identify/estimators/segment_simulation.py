@@ -107,7 +107,7 @@ class SegmentSimulation:
         return np.asarray(out)
 
     def missing_effort(self, values: Mapping[str, float]) -> list[Vector]:
-        """Return per segment the effort (m,) [N m | N] that an observer adds to the model."""
+        """Return the effort (m,) [N m | N] that an observer adds to the model in each segment."""
         gains = of_each_record(self.segments, observer_gains)
         return [
             self._observe(segment, values, gain)
@@ -134,7 +134,7 @@ class SegmentSimulation:
 
 
 def _state(segment: RecordSegment, p: Vector) -> Vector:
-    """Return the initial state (7,); an axis in motion has its backlash closed."""
+    """Return the state (7,) at the start; the backlash of a moving axis is closed."""
     state = segment.start()
     if state[VELOCITY] != 0.0:
         state[GAP] = np.sign(state[VELOCITY]) * 0.5 * p[BACKLASH]

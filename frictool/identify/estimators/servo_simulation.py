@@ -42,7 +42,7 @@ DELAY_SHARES = (0.2, 0.4, 0.6, 0.8)  # first delays of the search, as shares of 
 SHORT_RUNS = 8  # evaluations of the search from each delay
 MOST_RUNS = 60  # largest number of evaluations in the trust region
 FIRST_STROKES = 3  # strokes of a free swing that are added to the search one by one
-OTHER_FRICTIONS = (0.8, 1.25)  # start of further searches: Coulomb friction over the best one
+OTHER_FRICTIONS = (0.8, 1.25)  # Coulomb friction of further starts, relative to the best fit
 FAILED = 10.0  # rad, residual of a failed simulation; it makes the search turn back
 
 

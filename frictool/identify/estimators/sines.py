@@ -45,7 +45,7 @@ from frictool.typing import Matrix, Vector
 
 COLUMNS = ("viscous", "coulomb", "offset")
 NO_INERTIA = (
-    "the method of sines does not identify it: the mean acceleration in the middle of a stroke is "
+    "the method of sines cannot identify it: the mean acceleration in the middle of a stroke is "
     "nearly zero"
 )
 GATE = 0.5  # speed above which samples are used, relative to the largest speed of the stroke

@@ -104,9 +104,8 @@ def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Mat
 def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
     """Return the parameters (p,) from the matrices M (`mean`) and S (`noise`), (p + 1, p + 1).
 
-    The module docstring defines M and S.
-
-    The last row and column belong to the effort, whose noise must be positive.
+    The module docstring defines M and S. The last row and column belong to the effort, whose noise
+    must be positive.
     """
     scale = np.sqrt(np.diag(mean))
     m, s = mean / np.outer(scale, scale), noise / np.outer(scale, scale)

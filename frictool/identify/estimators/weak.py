@@ -101,7 +101,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if precision >= known:
         kept = {name: interval for name, interval in result.parameters.items() if name != "inertia"}
         reason = (
-            f"the weak form over {window} samples would determine it to {percent(precision)}; "
+            f"the weak form over {window} samples would give {percent(precision)}; "
             f"the bench's range is narrower: {percent(known)}"
         )
         return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})

@@ -1,8 +1,8 @@
 """Choice of position polynomials and speed knees for the weak form by their predictions.
 
 Friction is a polynomial of the position. Its order is the smallest order that predicts strokes
-outside the fit as well as the best order does. The order is 0 unless the best
-order reduces the prediction error significantly and by at least a fifth.
+outside the fit as well as the best order does. The order is 0 unless the best order reduces the
+prediction error significantly and by at least a fifth.
 
 Viscous friction changes at knees of the speed. Each new knee is placed at the speed at which it
 reduces the residual most, and is kept by the same rule. The order is chosen again after each knee,
@@ -39,8 +39,8 @@ ENDS = 0.05  # share of the rows that must be slower, and faster, than any knee
 class FrictionStructure:
     """Dependence of the friction on position and speed.
 
-    `order`: degree of the polynomials in the position; 0 if the friction does not depend on it.
-    `knees`: speeds [rad/s | m/s], ascending, at which the viscous friction changes.
+    - order: degree of the polynomials in the position; 0 if the friction does not depend on it
+    - knees: speeds [rad/s | m/s], ascending, at which the viscous friction changes
     """
 
     order: int = 0
@@ -52,8 +52,8 @@ def choose_structure(
 ) -> FrictionStructure:
     """Return the friction structure that the strokes support.
 
-    `samples`: rows with all position columns, computed from the records in `parts`. `overlap`:
-    number of rows with which each row is correlated.
+    - samples: rows with all position columns, computed from the records in `parts`
+    - overlap: number of successive rows whose errors are correlated
     """
     best = _Comparison(samples, parts, (), overlap, confidence).of_best_order()
     for _ in range(MOST_KNEES):

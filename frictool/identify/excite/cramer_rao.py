@@ -13,10 +13,10 @@ a stroke has the information
 
     M = G' V^-1 G
 
-and the M of all strokes are added. If the bench declares loads (`load.terms`), G has an additional
-column for each of their parameters; the strokes are centred on the middle of the travel. If the
-bench declares that there is no offset, G has no column for it. No unbiased estimator has a variance
-below the diagonal of M^-1.
+The information of the test is the sum of M over all strokes. No unbiased estimator has a variance
+below the diagonal of the inverse of this sum. If the bench declares loads (`load.terms`), G has an
+additional column for each of their parameters; the strokes are centred on the middle of the travel.
+If the bench declares that there is no offset, G has no column for it.
 
 Effects that a test must separate from friction and inertia (`PriorAxis.effects`) are further
 columns: a spring has the column x - middle, and a delay of the effort the column -du/dt, where

@@ -30,11 +30,11 @@ from frictool.typing import Vector
 
 CONFIDENCE = 0.95  # confidence of the promised intervals
 QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
-# half width of `identify` relative to that of least squares over windows, before rehearsals
+# half width of `identify` relative to that of least squares over windows, if not yet simulated
 EXPECTED_FACTOR = 1.3
 PAUSE = 0.1  # s, duration of one pause
 KIND = "strokes"
-# largest number of corrections of the limits by the ratio of expected deviation to Cramér-Rao bound
+# largest number of corrections of the limits by the ratio of expected deviation to bound
 CORRECTIONS = 8
 MORE = 1.02  # factor on this ratio, so that the corrections end
 
@@ -197,7 +197,7 @@ def _expected_deviation(
 ) -> Vector:
     """Return the standard deviations (p,) of least squares over windows; 0 for loads.
 
-    They exceed the Cramér-Rao bound. `identify` uses this estimator or a better one.
+    The result exceeds the Cramér-Rao bound. `identify` uses this estimator or a better one.
     """
     strokes = [
         replace(one.stroke, times=float(count))

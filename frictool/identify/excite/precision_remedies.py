@@ -38,7 +38,7 @@ def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> l
 
 
 def _duration(bench: Bench, request: PrecisionRequest) -> float:
-    """Return the shortest duration of the test on `bench`, s; inf if there is none."""
+    """Return the shortest duration [s] with which a test on `bench` is precise enough, or inf."""
     try:
         program = stroke_program(
             bench, request, stroke_candidates(bench, request.noise, request.effects)

@@ -11,7 +11,7 @@ from frictool.documents.quantity import Quantity, drive_dimension, si_unit
 from frictool.identify.excite.precise_strokes import CONFIDENCE, PreciseTest
 from frictool.identify.fit_result import DIMENSIONS
 
-METHOD = "auto"  # of `identify`, with which the test was rehearsed
+METHOD = "auto"  # method of `identify` in the simulations of the test
 
 
 def promise_of(
@@ -19,7 +19,7 @@ def promise_of(
 ) -> Promise:
     """Return `promise.yaml`: the precision to expect from the tests of a bench.
 
-    noise: standard deviation of the drive's noise, A | V; None for the default.
+    `noise`: standard deviation of the drive's noise, A | V; None for the default.
     """
     actuator = bench.actuator
     assumed = DRIVE_NOISE_SHARE * actuator.limit.value if noise is None else noise

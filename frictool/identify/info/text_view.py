@@ -115,7 +115,7 @@ def _motion(facts: dict[str, Any], surveys: Sequence[StreamSurvey]) -> list[str]
     meaning = f": {KINDS[test['kind']]}" if test["kind"] in KINDS else ""
     lines.append(
         f"test: {test['kind'] or 'too short to recognise'} "
-        f"({'given' if test['given'] else 'detected'}){meaning}"
+        f"({'stated in the log' if test['given'] else 'detected'}){meaning}"
     )
     return lines
 

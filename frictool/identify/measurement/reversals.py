@@ -130,7 +130,7 @@ def reversals(
 def _over_windows(
     estimate: Callable[[int], Interval], windows: list[int]
 ) -> Interval | UnusableLogs:
-    """Return the estimate with the first window; its interval contains those of all windows.
+    """Return the estimate with the first window, and an interval that covers those of all windows.
 
     `windows` are lengths in samples. The effect of the encoder's noise differs between windows.
     """

@@ -5,7 +5,7 @@
 - Over position, if there are ramps: each breakaway, and for each direction a polynomial fitted to
   the breakaways, with the interval of its mean.
 - Over position and speed, if friction depends on position: friction of the model in slip.
-- Over temperature, if friction was fitted over it: factors of viscous and Coulomb friction.
+- Over temperature, if the model has this dependence: factors of viscous and Coulomb friction.
 """
 
 from __future__ import annotations

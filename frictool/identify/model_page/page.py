@@ -115,7 +115,7 @@ def _explanation_table(outcome: IdentifiedModel) -> TextTable:
             "Treatment",
             "Effort, rms",
             "Error on strokes left out of the fit, relative to the error without this cause",
-            "Predict equally well",
+            "Causes that predict equally well",
             "To decide",
         ),
         tuple(

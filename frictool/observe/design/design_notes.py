@@ -52,9 +52,9 @@ def _encoder(observer: Observer, switched: Switched) -> str:
     speed, wear = (max(abs(mode.gains[row][0]) for mode in switched.modes) * step for row in (1, 2))
     return (
         f"the encoder is coarse: one count of {step:.4g} {position} changes the estimated speed by "
-        f"up to {speed:.3g} {velocity} and alpha by up to {wear:.3g}{effort}; use an encoder with "
-        f"counts below {COARSE * sigma * observer.sample_period_s:.2g} {position}, or use --kind "
-        "tracking, and `observe run` for the wear"
+        f"up to {speed:.3g} {velocity} and the wear by up to {wear:.3g}{effort}; use an encoder "
+        f"with counts below {COARSE * sigma * observer.sample_period_s:.2g} {position}, or use "
+        "--kind tracking, and `observe run` for the wear"
     )
 
 
@@ -135,7 +135,7 @@ def _slow(observer: Observer, switched: Switched) -> str:
         time_constant(mode.spectral_radius, observer.sample_period_s) for mode in switched.modes
     )
     return (
-        f"alpha follows slowly, with a time constant of {slowest:.3g} s: choose a --decay below "
+        f"the wear is estimated with a time constant of {slowest:.3g} s: choose a --decay below "
         f"{switched.decay:g}"
         if slowest > SLOW_S
         else ""
@@ -147,8 +147,8 @@ def _dear(switched: Switched) -> str:
     if least is None or switched.quiet is not None or switched.gamma <= DEAR * least:
         return ""
     return (
-        f"gamma is {switched.gamma / least:.3g} times its value without a decay: choose a --decay "
-        f"nearer to 1 than {switched.decay:.5g}"
+        f"the error bound gamma is {switched.gamma / least:.3g} times that without a decay: choose "
+        f"a --decay nearer to 1 than {switched.decay:.5g}"
     )
 
 

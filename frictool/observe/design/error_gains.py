@@ -25,8 +25,8 @@ CONVERGED = 1e-12  # relative size of the last step
 class ErrorGains(NamedTuple):
     """Standard deviation of the velocity error divided by that of a position error [1/s].
 
-    rounding: for a white error of the measured position. misfit: for the error of the predicted
-    position that a white error of the acceleration causes.
+    - rounding: ratio for a white error of the measured position
+    - misfit: ratio for the error of the predicted position due to a white error of the acceleration
     """
 
     rounding: float
@@ -36,7 +36,9 @@ class ErrorGains(NamedTuple):
 def error_gains(gains: tuple[float, float, float], inertia: float, period: float) -> ErrorGains:
     """Return the error gains of a tracking observer.
 
-    gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]. inertia: kg m^2 | kg. period: s.
+    - gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]
+    - inertia: kg m^2 | kg
+    - period: s
 
     Raises NoSolutionError if the observer's error does not decay.
     """

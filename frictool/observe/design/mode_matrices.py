@@ -29,9 +29,9 @@ from frictool.lmi.switched_observer_gains import ObserverMode
 class ModeConstants:
     """Constants that all modes share, SI.
 
-    viscous: coefficient of the viscous friction. stuck_speed: factor h of the estimated speed in
-    each sample of mode 0. weights: weights of the errors of position, speed and wear, the diagonal
-    of C-bar.
+    - viscous: coefficient of the viscous friction
+    - stuck_speed: factor h of the estimated speed in each sample of mode 0
+    - weights: weights of the errors of position, speed and wear, the diagonal of C-bar
     """
 
     wear: Literal["multiplicative", "additive"]
@@ -63,8 +63,8 @@ def subsystem(
 ) -> ObserverMode:
     """Return the matrices A (3, 3), C (1 or 2, 3), Q (3, 1) and C-bar (3, 3) of a mode.
 
-    direction: s; 0 for the stuck mode. friction, deviation: f_m(i) and Delta_f(i) of the mode's
-    interval [N m | N].
+    - direction: direction s of the motion, 1 or -1; 0 for the stuck mode
+    - friction, deviation: f_m(i) and Delta_f(i) of the mode's interval [N m | N]
     """
     gain = facts.period / facts.inertia
     a = np.array([[1.0, facts.period, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

@@ -21,9 +21,9 @@ Switch = tuple[int, int]
 def switches(forward: int, backward: int, allowed: Transitions) -> tuple[Switch, ...]:
     """Return the sorted pairs (mode, mode at the next sample).
 
-    forward, backward: number of intervals of each direction. allowed: with `neighbours`, a moving
-    mode may switch to the next interval in the direction of motion; with `direction`, to any
-    interval of the same direction.
+    - forward, backward: number of intervals of each direction
+    - allowed: with `neighbours`, a moving mode may switch to the next interval in the direction of
+      motion; with `direction`, to any interval of the same direction
     """
     modes = [*range(-backward, 0), 0, *range(1, forward + 1)]
     pairs = {(i, i) for i in modes} | {(i, 0) for i in modes} | {(0, i) for i in modes}

@@ -107,9 +107,10 @@ def design_switched(
 def _synthesised(
     posed: dict[int, ObserverMode], allowed: tuple[Switch, ...], decay: float, quiet: float | None
 ) -> tuple[SwitchedGains, float | None]:
-    """Return the gains and, if `quiet` is not None, their noise gain; else None.
+    """Return the gains, and their noise gain.
 
-    If `quiet` is None, the gains follow from thesis (6.6). Otherwise they pass less noise.
+    If `quiet` is None, the gains follow from thesis (6.6), and the noise gain is None. Otherwise
+    the gains pass less noise.
     """
     if quiet is None:
         return switched_gains(posed, allowed, decay), None

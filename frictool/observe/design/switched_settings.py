@@ -23,9 +23,9 @@ class SwitchedObserverSettings:
     """Options of `observe design`; an option that is None is derived from the model.
 
     - intervals: number of position intervals of each direction, if friction varies with position
-    - switch_speed: Sigma, speed below which the axis is treated as stuck [rad/s | m/s]
+    - switch_speed: speed Sigma below which the axis is treated as stuck [rad/s | m/s]
     - weights: weights of the errors of position, speed and wear alpha
-    - decay: lambda; each sample multiplies the error by at most this factor
+    - decay: largest factor lambda by which a sample multiplies the error
     - inertia: inertia that replaces the model's [kg m2 | kg]
     - transitions: allowed switches of a moving axis: `neighbours`, to the next interval in the
       direction of motion; `direction`, to any interval of the same direction

@@ -120,7 +120,6 @@ def _without(switched: Switched) -> str:
 
 
 def _table(observer: Observer, switched: Switched) -> list[str]:
-    """Return the table of modes as aligned lines, one row per mode."""
     heads = (
         "mode",
         f"over {si_unit('position', observer.axis)}",

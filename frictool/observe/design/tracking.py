@@ -41,9 +41,10 @@ def design_tracking(
 ) -> Observer:
     """Return the tracking observer of a model, at the bench's period.
 
-    bandwidth_rad_s: bandwidth w; None: the value of `bandwidth_of`. drive_noise: standard deviation
-    of the measured drive [A | V]. cell: dead zone of the innovation, in encoder steps. inertia: J
-    [kg m2 | kg]; None: the model's.
+    - bandwidth_rad_s: bandwidth w [rad/s]; None for the value of `bandwidth_of`
+    - drive_noise: standard deviation of the measured drive [A | V]
+    - cell: dead zone of the innovation, in encoder steps
+    - inertia: inertia J [kg m2 | kg]; None for the model's
 
     Raises UnsuitableSetting if the bandwidth is above 1/period.
     """

@@ -44,12 +44,16 @@ ROUNDING = 1e-6  # relative tolerance of gain and decay in the simulation
 class ObserverVerification:
     """Results of the verification.
 
-    The module defines the symbols. gamma: proved bound of |z|/|Delta|. radii: spectral radius of
-    A_i - L_i C_i by mode. switching_radius: largest spectral radius of the product of these
-    matrices of two modes that may alternate. simulated_gain: largest |z|/|Delta| in simulation.
-    rest: largest growth factor of e' P e from the start of a rest of any length to the first sample
-    after the rest. turn: largest growth factor of e' P e at a switch between moving modes that is
-    not allowed.
+    The module defines the symbols.
+
+    - gamma: proved bound of |z|/|Delta|
+    - radii: spectral radius of A_i - L_i C_i by mode
+    - switching_radius: largest spectral radius of the product of the matrices A_i - L_i C_i of two
+      modes that may alternate
+    - simulated_gain: largest |z|/|Delta| in simulation
+    - rest: largest growth factor of e' P e from the start of a rest of any length to the first
+      sample after the rest
+    - turn: largest growth factor of e' P e at a switch between moving modes that is not allowed
     """
 
     gamma: float
@@ -63,7 +67,7 @@ class ObserverVerification:
 def motion_samples(growth: float, decay: float) -> float | None:
     """Return the number of samples in which e' P e falls by the factor `growth`.
 
-    decay: lambda. The result is None if lambda is 1.
+    `decay`: decay factor lambda. The result is None if lambda is 1.
     """
     return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 
@@ -190,8 +194,9 @@ def _forward(
 ) -> Matrix:
     """Return the weighted errors z (samples, k, p) of k sequences of modes, from zero error.
 
-    delta: model errors (samples, k, w). a, q, weight: A - L C, Q and C-bar of each mode. index:
-    sequences.
+    - delta: model errors (samples, k, w)
+    - a, q, weight: A - L C, Q and C-bar of each mode
+    - index: mode at each sample of each sequence, (samples + 1, k)
     """
     e = np.zeros((index.shape[1], a.shape[1]))
     out = []

@@ -59,8 +59,7 @@ def viscous_friction(p: Vector, direction: float, speed: float) -> float:
 def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[float, float, float]:
     """Return the wear at the position x, and both ends of its interval.
 
-    factors: (3, 3), rows forward, backward, added; columns value, low, high. A row of `zones`
-    contains both ends of a range of positions, and the wear there as value, low, high.
+    `friction_along` explains `factors` and `zones`.
     """
     for row in range(zones.shape[0]):
         if zones[row, 0] <= x < zones[row, 1]:
@@ -93,8 +92,8 @@ def _in_slip(
 ) -> tuple[float, float, float]:
     """Return value, low, high of the friction in slip at the position x and the velocity v.
 
-    loose: result of `_play`. The factors of viscous and dry friction are those at the temperature
-    of the sample.
+    `loose` is the fraction that `_play` returns. The factors of viscous and dry friction are those
+    at the temperature of the sample.
     """
     direction = 1.0 if v > 0.0 else -1.0
     speed = abs(v)
@@ -125,7 +124,7 @@ def _in_slip(
 
 @kernel
 def _play(state: Vector, x: float, direction: float, widths: Vector) -> float:
-    """Update the positions inside the backlash of three widths to the position x.
+    """Update the position inside the backlash, for each of three widths, after a motion to x.
 
     Return the fraction of the three widths (0 to 1) for which the flanks do not touch.
     """
@@ -156,15 +155,20 @@ def friction_along(
 ) -> None:
     """Fill `out` (3, n) with the friction of consecutive samples: value, low, high [N m | N].
 
-    axes: (3, EXTENDED_SIZE), parameters of the axis with nominal, least and largest viscous
-    friction. load: array of plant/position_load.py. gap: (2, 3), with the rows width of the
-    backlash [rad | m] and friction inside the backlash [N m | N]. swing: inertia divided by two
-    counts; swing v^2 is the effort that stops the axis within one count. factors: (3, 3), with the
-    rows wear forward, wear backward and added friction. The columns of gap and factors are value,
-    low and high. zones: (k, 5), with the columns start, end [rad | m], then value, low and high of
-    the wear. quantile: quantile of the normal distribution. x [rad | m], effort [N m | N]: (n,). v:
-    (3, n), value, low and high of the velocity. warm: (2, n), factors of viscous and dry friction.
-    state: (STATE_SIZE,), updated in place.
+    - axes: (3, EXTENDED_SIZE), parameters of the axis with nominal, least and largest viscous
+      friction
+    - load: array of plant/position_load.py
+    - gap: (2, 3), rows: width of the backlash [rad | m], friction inside the backlash [N m | N];
+      columns: value, low, high
+    - swing: inertia divided by two counts; swing v^2 is the effort that stops the axis within one
+      count
+    - factors: (3, 3), rows: wear forward, wear backward, added friction; columns as in `gap`
+    - zones: (k, 5), columns: start, end [rad | m], then value, low and high of the wear
+    - quantile: quantile of the normal distribution
+    - x, effort: position [rad | m] and effort [N m | N], (n,)
+    - v: (3, n), value, low and high of the velocity [rad/s | m/s]
+    - warm: (2, n), factors of viscous and dry friction at the temperature of each sample
+    - state: (STATE_SIZE,), updated in place
     """
     p = axes[0]
     # at rest: position, largest static friction forward and backward, load

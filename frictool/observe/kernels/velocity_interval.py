@@ -40,10 +40,13 @@ LOW_PASS, LEFT, SINCE, SHOWN, MEAN_SQUARE, PEAK, STATE_SIZE = 0, 1, 2, 3, 4, 5, 
 class VelocityIntervalConstants(NamedTuple):
     """Constants of the interval.
 
-    unsure: relative uncertainty of the inertia. friction: (uncertainty of the dry friction)/inertia
-    [rad/s2 | m/s2]. step: encoder step [rad | m]. cell: dead zone of the observer [rad | m].
-    bandwidth: observer's bandwidth [rad/s]. period: sample period [s]. rounding, misfit: fields of
-    `ErrorGains` [1/s].
+    - unsure: relative uncertainty of the inertia
+    - friction: (uncertainty of the dry friction)/inertia [rad/s2 | m/s2]
+    - step: encoder step [rad | m]
+    - cell: dead zone of the observer [rad | m]
+    - bandwidth: observer's bandwidth [rad/s]
+    - period: sample period [s]
+    - rounding, misfit: fields of `ErrorGains` [1/s]
     """
 
     unsure: float
@@ -68,9 +71,11 @@ def velocity_interval(
 ) -> None:
     """Fill `half` (n,) with the half widths of the velocity's interval [rad/s | m/s].
 
-    velocity: (n,), estimated. position: (n,), measured. acceleration: (n,), from the model. miss:
-    (n,), part of (measured - predicted position) beyond the observer's dead zone. state: (6,),
-    updated.
+    - velocity: estimated velocity, (n,), rad/s | m/s
+    - acceleration: acceleration of the model, (n,), rad/s^2 | m/s^2
+    - position: measured position, (n,), rad | m
+    - miss: part of (measured - predicted position) beyond the observer's dead zone, (n,), rad | m
+    - state: values between samples, in the order of the module's constants, (6,), updated
     """
     step, period = sizes.step, sizes.period
     pole = math.exp(-sizes.bandwidth * period)

@@ -28,8 +28,8 @@ NEGLIGIBLE = 1e-3  # smallest weight of a component of a mixture that is used
 def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tuple[Vector, Vector]:
     """Return the posterior mean (p,) and covariance (p, p).
 
-    gram, right: C' C and C' effort with the matrix C of the data rows. mean, belief: mean and
-    covariance of the prior.
+    - gram, right: C' C and C' effort with the matrix C of the data rows
+    - mean, belief: mean and covariance of the prior
     """
     spread: Vector = np.linalg.solve(np.eye(mean.size) + belief @ gram, belief).astype(np.float64)
     return mean + spread @ (right - gram @ mean), spread
@@ -46,8 +46,9 @@ def best_fit(gram: Vector, right: Vector) -> Vector:
 def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vector:
     """Return the logarithms (m,) of the evidence of the data under m priors, up to a constant.
 
-    gram: (p, p), C' C. best: (p,), least-squares fit. means (m, p), beliefs (m, p, p): means and
-    covariances of the priors.
+    - gram: (p, p), C' C
+    - best: (p,), least-squares fit
+    - means (m, p), beliefs (m, p, p): means and covariances of the priors
     """
     off = best - means
     whole = np.eye(best.size) + gram @ beliefs
@@ -61,9 +62,11 @@ def mixture(
 ) -> tuple[Vector, Vector]:
     """Return the posterior mean (p,) and covariance (p, p) under a mixture of m priors.
 
-    gram: (p, p), C' C. right: (p,), C' effort. best: (p,), least-squares fit. means (m, p), beliefs
-    (m, p, p): means and covariances of the priors. beforehand: (m,), logarithms of the weights of
-    the priors.
+    - gram: (p, p), C' C
+    - right: (p,), C' effort
+    - best: (p,), least-squares fit
+    - means (m, p), beliefs (m, p, p): means and covariances of the priors
+    - beforehand: (m,), logarithms of the weights of the priors
     """
     weights = scipy.special.softmax(evidences(gram, best, means, beliefs) + beforehand)
     chosen = np.flatnonzero(weights > NEGLIGIBLE)

@@ -26,8 +26,8 @@ EXPLAINED = 2.0  # size of a change, in standard deviations of the random step t
 class ChangeDetector:
     """Detector of changes of the parameters of several filters.
 
-    shape: (k, n), the numbers of filters and parameters. favoured: index of the wear among the
-    parameters.
+    - shape: (k, n), the numbers of filters and parameters
+    - favoured: index of the wear among the parameters
     """
 
     def __init__(self, shape: tuple[int, ...], favoured: int) -> None:
@@ -39,7 +39,7 @@ class ChangeDetector:
     def seen(self, step: Vector, weight: Vector) -> Vector:
         """Return the standard deviations (k, n) of random steps that explain a change; 0 for none.
 
-        step, weight: (k, n), numerator and denominator of the maximum-likelihood step (see the
+        `step`, `weight`: (k, n), numerator and denominator of the maximum-likelihood step (see the
         module). A filter that reports a change restarts its sums.
         """
         self._steps = MEMORIES * self._steps + step[..., None]

@@ -46,10 +46,13 @@ class FilterBank:
     """Bank of k filters for the same n parameters.
 
     After each move, the parameter `name` makes a random step with the standard deviation `walk`
-    [SI]. The other parameters make a step only after a detected change. restrictions: map from the
-    parameters to a row for each filter; the maps differ only in the prior. variance: prior variance
-    of a row's residual [(N m)^2 | N^2]. states (k, n), spreads (k, n, n): means and covariances,
-    relative to the prior mean, in units of the prior standard deviations.
+    [SI]. The other parameters make a step only after a detected change.
+
+    - restrictions: map from the parameters to a row for each filter; the maps differ only in the
+      prior
+    - variance: prior variance of a row's residual, (N m)^2 | N^2
+    - states, spreads: means (k, n) and covariances (k, n, n), relative to the prior mean, in units
+      of the prior standard deviations
     """
 
     def __init__(
@@ -168,7 +171,7 @@ class FilterBank:
 
         r is the variance learned so far. If the residual of the move is significantly larger, r
         includes this residual: a noisy first move must not have the weight that follows from the
-        prior variance. left: (k,), squared residuals of the present filters.
+        prior variance. `left`: squared residuals of the present filters, (k,).
         """
         known = noise = self.noise
         # fitted without earlier moves, because a changed parameter is not noise

@@ -17,11 +17,13 @@ from frictool.typing import Matrix, Vector
 class Move:
     """Motion from one rest or reversal to the next.
 
-    gram: (p + 1, p + 1), sum of row' row over the weak-form rows of the move. The first p columns
-    of a row are `WeakFormLayout.names`, the last one is the effort [N m | N]. rows: number of rows.
-    time: time [s] of the last sample of the last row. direction: 1 or -1. speed: mean speed over
-    the rows [rad/s | m/s]. excess: temperature at `time` minus the reference of the model [K]; 0 if
-    unknown.
+    - gram: sum of row' row over the weak-form rows of the move, (p + 1, p + 1). The first p columns
+      of a row are `WeakFormLayout.names`, the last column is the effort [N m | N]
+    - rows: number of rows
+    - time: time [s] of the last sample of the last row
+    - direction: 1 or -1
+    - speed: mean speed over the rows [rad/s | m/s]
+    - excess: temperature at `time` minus the reference of the model [K]; 0 if unknown
     """
 
     gram: Vector

@@ -42,8 +42,8 @@ QUANTILE = 1.96  # half the width of an interval, in standard deviations
 class UnmodelledFriction:
     """Friction at top speed that the model does not include, relative to the dry friction.
 
-    slope, deviation: mean and standard deviation of the part that is proportional to speed. bend:
-    standard deviation of the friction that each bend adds.
+    - slope, deviation: mean and standard deviation of the part that is proportional to speed
+    - bend: standard deviation of the friction that each bend adds
     """
 
     slope: float = 0.0
@@ -55,8 +55,10 @@ class UnmodelledFriction:
 class ParameterRestriction:
     """Linear map coefficients = fixed + matrix @ parameters, with the parameters' prior.
 
-    names: names of the parameters, (r,). matrix: (p, r). fixed: (p,), part of the coefficients that
-    does not depend on the parameters. mean, deviation: (r,), prior of each parameter.
+    - names: names of the parameters, (r,)
+    - matrix: coefficients per unit of each parameter, (p, r)
+    - fixed: part of the coefficients that does not depend on the parameters, (p,)
+    - mean, deviation: prior mean and prior standard deviation of each parameter, (r,)
     """
 
     names: tuple[str, ...]
@@ -119,8 +121,8 @@ def restriction(
 def dry_columns(layout: WeakFormLayout, side: str | None = None, zone: int | None = None) -> Vector:
     """Return a vector (p,) with 1 at the columns of the dry friction and 0 at the others.
 
-    side: `forward` or `backward`; None for both directions. zone: index of a zone of the travel;
-    None for all zones.
+    - side: `forward` or `backward`; None for both directions
+    - zone: index of a zone of the travel; None for all zones
     """
     chosen = np.zeros(len(layout.names))
     for index, name in enumerate(layout.names):

@@ -64,20 +64,26 @@ LEAST_FRICTION = 1e-9  # least dry friction relative to the effort at the drive'
 class WeakFormLayout:
     """Constants of the rows, SI.
 
-    period: sample period [s]. window: samples in a window. every: samples between two rows. reach:
-    number of samples on each side of a sample from which the speed at the sample is computed. phi:
-    (window,), weight function, 0 at both ends. second: (window,), second difference of phi [1/s^2].
-    effort: (3,), weights of the effort at the sample before, at the sample and at the next sample.
-    slowest, fastest: speed limits of usable samples [rad/s | m/s]. knees: (h,), speeds at which
-    friction may bend [rad/s | m/s].
-
-    edges: (z + 1,), edges of the zones [rad | m]; the end zones extend beyond the outer edges. dry:
-    (2, c), polynomials of the model's friction [N m | N], backward and forward, constant outside
-    `mapped` (2,) [rad | m]. count: encoder step [rad | m]. gap: widest backlash plus one count
-    [rad | m], or 0. stops: (2,), positions of the end stops [rad | m]. load: array of
-    plant/position_load.py. offset: the model's offset [N m | N]. friction: mean dry friction over
-    the travel and both directions [N m | N]. temperature: dependence of friction on temperature;
-    None if the model has none.
+    - period: sample period [s]
+    - window: samples in a window
+    - every: samples between two rows
+    - reach: number of samples on each side of a sample from which the speed at the sample is
+      computed
+    - phi: (window,), weight function, 0 at both ends
+    - second: (window,), second difference of phi [1/s^2]
+    - effort: (3,), weights of the effort at the sample before, at the sample and at the next sample
+    - slowest, fastest: speed limits of usable samples [rad/s | m/s]
+    - knees: (h,), speeds at which friction may bend [rad/s | m/s]
+    - edges: (z + 1,), edges of the zones [rad | m]; the end zones extend beyond the outer edges
+    - dry: (2, c), polynomials of the model's friction [N m | N], backward and forward, constant
+      outside `mapped` (2,) [rad | m]
+    - count: encoder step [rad | m]
+    - gap: widest backlash plus one count [rad | m]; 0 without a backlash
+    - stops: (2,), positions of the end stops [rad | m]
+    - load: array of plant/position_load.py
+    - offset: the model's offset [N m | N]
+    - friction: mean dry friction over the travel and both directions [N m | N]
+    - temperature: dependence of friction on temperature; None if the model has none
     """
 
     period: float
@@ -120,8 +126,8 @@ def layout_of(
 ) -> WeakFormLayout:
     """Return the layout for a model.
 
-    period: sample period [s]; None for the bench's. window: number of samples of a window, zones:
-    number of zones; None for the defaults.
+    - period: sample period [s]; None for the bench's
+    - window, zones: number of samples of a window, and number of zones; None for the defaults
 
     Raises FrictoolError if the model has no dry friction, or if the window is not odd or too short.
     """
@@ -254,7 +260,7 @@ def _knees(model: Model) -> Vector:
 
 
 def _gap(model: Model, count: float) -> float:
-    """Return the widest backlash plus one count [rad | m]; 0: none."""
+    """Return the widest backlash plus one count [rad | m]; 0 without a backlash."""
     width = model.bench.mechanics.backlash
     if width is None or width.value == 0.0:
         return 0.0

@@ -95,9 +95,10 @@ def remember(
     """Write bends and friction of a sample into the ring buffer.
 
     The values are written to the columns `index` and `index` + window, so that each window is
-    contiguous. ring: (h + z, 2 window). The first h rows are bends. The other z rows are zones; the
-    row of the zone of x [rad | m] gets the friction at x [N m | N], the other rows get 0. The
-    factors of viscous and dry friction are those at the temperature of the sample.
+    contiguous. The factors of viscous and dry friction are those at the temperature of the sample.
+
+    `ring`: ring buffer (h + z, 2 window). The first h rows are bends, the other z rows are zones.
+    The row of the zone of x [rad | m] gets the friction at x [N m | N], the other zones get 0.
     """
     bends = knees.shape[0]
     zones = edges.shape[0] - 1
@@ -131,8 +132,10 @@ def fill_row(
 ) -> None:
     """Fill the row (p + 1,) of the window that ends at sample `last`.
 
-    The last element of the row is the effort. first: column of the ring buffer at which the window
-    begins. warm: (2, n), factors of viscous and dry friction at the temperatures of the samples.
+    The last element of the row is the effort.
+
+    - first: column of the ring buffer at which the window begins
+    - warm: factors of viscous and dry friction at the temperatures of the samples, (2, n)
     """
     window = phi.shape[0]
     bends = ring.shape[0] - zones
@@ -202,9 +205,12 @@ def walk(
 ) -> int:
     """Process samples from `begin` until a move has ended or fewer than `reach` samples remain.
 
-    position, effort: (n,), with at least window + reach samples before `begin`. gram: (p + 1, p +
-    1) and move: (5,), of the current move. warm: as in `fill_row`. Return the index of the next
-    sample to process; move[ENDED] is 1 if the move has ended.
+    - position, effort: (n,), with at least window + reach samples before `begin`
+    - gram: sum of row' row of the current move, (p + 1, p + 1)
+    - move: numbers of the current move, in the order of the module's constants, (5,)
+    - warm: factors of viscous and dry friction, (2, n)
+
+    Return the index of the next sample to process; move[ENDED] is 1 if the move has ended.
     """
     window = phi.shape[0]
     zones = edges.shape[0] - 1

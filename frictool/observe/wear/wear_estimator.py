@@ -60,7 +60,7 @@ class WearEstimator:
     ) -> None:
         """Set up the estimator; raise FrictoolError for a model without dry friction.
 
-        period: sample period of the log [s]; None: the bench's.
+        `period`: sample period of the log [s]; None: the bench's.
         """
         self.model = model
         self.layout = layout_of(model, period)

@@ -78,11 +78,13 @@ RECENT = 8  # moves between later classifications; most moves that are searched 
 class WearClassification:
     """Wear by kind, direction and zone.
 
-    kind: most likely kind; the other values assume this kind. evidence: log evidence of each kind
-    minus that of `none`. wear: mean wear of both directions and all observed zones. forward,
-    backward: wear of a direction; None if the direction was not observed. inertia: relative to the
-    model's. added: increase of the friction [N m | N], for kind additive. zones: observed zones,
-    for kind zones.
+    - kind: most likely kind; the other values assume this kind
+    - evidence: log evidence of each kind minus that of `none`
+    - wear: mean wear of both directions and all observed zones
+    - forward, backward: wear of a direction; None if the direction was not observed
+    - inertia: inertia divided by the model's
+    - added: increase of the friction [N m | N], for kind additive
+    - zones: observed zones, for kind zones
     """
 
     kind: Kind
@@ -326,7 +328,7 @@ class WearClassifier:
     ) -> EstimateRange:
         """Return the weighted sum of the parameters with its interval.
 
-        extra: standard deviation that is added in quadrature.
+        `extra`: standard deviation that is added in quadrature.
         """
         scaled = weights * self._unit
         value = float(scaled @ theta)

@@ -39,7 +39,8 @@ def zone_mean(layout: WeakFormLayout, zone: int) -> Vector:
 def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | None = None) -> Vector:
     """Return weights (p,) of the mean friction over `zones`, relative to the model's.
 
-    zones: indices of zones; empty for all zones. side: direction; None for both.
+    - zones: indices of zones; empty for all zones
+    - side: direction; None for both
     """
     sides = SIDES if side is None else (side,)
     bounded = np.all(np.isfinite(layout.edges)) and layout.edges[0] < layout.edges[-1]
