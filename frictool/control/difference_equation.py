@@ -144,7 +144,7 @@ def state_bounds(
     x is the state, e the input and u the drive of `equation`.
 
     With `conditional`, an integrator keeps its value at the drive's limit, and its bound follows
-    from that limit and from the bounds of the other states. There must be a single integrator. It
+    from that limit and from the bounds of the other states. There must be one integrator, which
     must have c b >= 0 and enter no other state, and no other state may have an anti-windup gain.
     The bounds are not valid in two cases: while the drive is released, and with a term that is
     added to the drive before its limit. The fixed-point word of the state may then saturate.

@@ -265,8 +265,8 @@ class _Scaling:
     def _scale_dot(self, node: ProgramNode, wanted: int) -> None:
         """Set one fraction for a sum of products.
 
-        It is at most the smallest fraction of the products, and smaller if the sum needs more
-        range.
+        The fraction is at most the smallest fraction of the products, and smaller if the sum needs
+        more range.
         """
         half = len(node.args) // 2
         pairs = [
@@ -351,7 +351,7 @@ class _Scaling:
                 return after(low, s), after(high, s)
 
     def _after(self, node: ProgramNode, word: int, shift: int) -> int:
-        """Return the shifted word; check that it and the sum before the shift fit into 64 bits."""
+        """Return the shifted word; check that the sum before the shift and the word fit."""
         self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
         return self._long(node, _moved(word, shift))
 

@@ -171,7 +171,7 @@ class Program:
         self.updates[self.states[name].index] = value
 
     def last(self, name: str, value: ProgramNode, start: float | str) -> ProgramNode:
-        """Return a state that is the `value` one sample ago; equal names share it."""
+        """Return a state that is the `value` one sample ago; equal names give the same state."""
         state = self.states.get(f"{name}_before")
         if state is None:
             state = self.state(f"{name}_before", value.low, value.high, start)

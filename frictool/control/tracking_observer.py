@@ -1,4 +1,4 @@
-"""An observer for a coarse encoder: it is corrected only if its estimate leaves the encoder's cell.
+"""Observer for a coarse encoder, corrected only if the estimate leaves the encoder's cell.
 
     m    = y - x with a dead zone of +-cell/2            y: measured, the lower edge of a count
                                                          x: estimate in encoder readings

@@ -8,9 +8,9 @@ With friction laws (plant/axis_friction_laws.py) a slip also ends at an end stop
 limit of the Stribeck layer and at an end of the position polynomials. If the breakaway grows with
 the time at rest, engine/drive_lag.py computes the time of the breakaway. A slip has a closed form
 unless friction is nonlinear in speed or position, or a load depends on the position
-(plant/position_load.py); such a slip is integrated in steps (engine/slip_integration.py). A dynamic
-law, which neither sticks nor slips, is integrated by engine/dynamic_law_axis.py. Most axes need
-only the closed form; `advance_axis` with `curved` None is compiled without the integrators.
+(plant/position_load.py); any other slip is integrated in steps (engine/slip_integration.py). A
+dynamic law, which neither sticks nor slips, is integrated by engine/dynamic_law_axis.py. Most axes
+need only the closed form; `advance_axis` with `curved` None is compiled without the integrators.
 
 The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the
@@ -361,7 +361,7 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
     """Return the present drive [A | V], limited to `drive_range`.
 
-    If the drive has a lag, the drive before the limit is part of the state; else it is the command.
+    The drive before the limit is an entry of the state if the drive has a lag, else the command.
     """
     low, high = drive_range(p, state[ax.VELOCITY])
     return float(min(max(state[ax.DRIVE] if p[ax.LAG] > 0.0 else command, low), high))

@@ -53,7 +53,7 @@ def servo_effort(
 
 
 class RampProgress(NamedTuple):
-    """Index of the next drive value, number of the segment, encoder reading at its start."""
+    """Index of the next drive value, number of the segment, reading at the start of the segment."""
 
     row: int
     segment: float
@@ -135,7 +135,7 @@ def play_one_ramp(
     """Advance `state` (7,), in place, through one ramp of the drive [A | V] in a direction (1, -1).
 
     The drive is 0 for `pause` samples and then rises by `slope` per second up to `top`. The ramp
-    ends after `samples` samples. If `advance_on` [rad | m] is finite, it ends earlier once the axis
+    ends after `samples` samples. If `advance_on` [rad | m] is finite, the ramp ends once the axis
     has moved by `advance_on` or passed the position `turn`. extremes (3,): lowest position, highest
     position and largest speed so far, updated. Returns True if the axis ends beyond `turn`, and a
     status of engine/status_codes.py.

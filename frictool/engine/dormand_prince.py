@@ -77,7 +77,10 @@ ERRORS = np.array((E1, 0.0, E3, E4, E5, E6, E7))
 
 
 class _Slip(NamedTuple):
-    """Slip in one direction: acceleration = (effort - force(v, direction, law)) mobility."""
+    """Slip in one direction: v' = (effort - force(v, direction, law)) mobility.
+
+    mobility: 1/mass.
+    """
 
     force: Force
     law: Vector

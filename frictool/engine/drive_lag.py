@@ -26,7 +26,7 @@ def lagged_drive(drive: float, command: float, lag: float, t: float) -> float:
 
 @kernel
 def _steepness(age: float, lag: float, t: float) -> float:
-    """Return (age + t)^2 e^{-t/lag} of `outgrowing_time`, with its maximum at t = 2 lag - age."""
+    """Return (age + t)^2 e^{-t/lag}, which has its maximum at t = 2 lag - age."""
     return (age + t) * (age + t) * math.exp(-t / lag)
 
 

@@ -136,8 +136,9 @@ def linearise(
 ) -> int:
     """Fill the derivatives of y' at the state y for engine/rosenbrock.py; `slope`: y' at y.
 
-    The derivatives are difference quotients. Their steps lead away from velocity 0, and in the
-    direction in which z moves: a hysteresis is stiffer in the opposite direction.
+    The derivatives are difference quotients. The step of the velocity leads away from 0. The step
+    of z has the direction in which z moves, because a hysteresis is stiffer in the opposite
+    direction.
     """
     kernels, laws, mass, drive, load = driven
     gains, couplings, in_time = linear
@@ -187,9 +188,9 @@ def try_law_step(
     stages: Vector,
     end: Vector,
 ) -> float:
-    """Try one step of length h [s] from the state y to `end`; return error/tolerance, or inf.
+    """Try one step of length h [s] from the state y to `end`; return error/tolerance.
 
-    slope: rate y' at y. stages (6, n).
+    The result is inf if a kernel of the law fails. slope: rate y' at y. stages (6, n): filled.
     """
     gains, couplings, in_time = linear
     rows = CONTACT + couplings.shape[1]

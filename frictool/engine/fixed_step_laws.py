@@ -2,7 +2,8 @@
 
 The step T_e is a parameter of these laws, not a tolerance: thesis (3.11) limits T_e by the capture
 velocity. Each step uses the midpoint rule; the mode is determined at the start of the step. A
-banded law treats a band of low velocities as rest: there it reports the velocity 0 (Karnopp's v_m).
+banded law treats a band of low velocities as rest, and reports the velocity 0 in this band
+(Karnopp's v_m).
 The rate of the position and the drive's derivative term use the reported velocity.
 
 The extensions (friction/law_extension.py) are the same as in the event-driven engine; Coulomb

@@ -47,7 +47,7 @@ def body_of(
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
-        raise ValueError(f"{law.name} has no exact form; it can only be simulated in a fixed step")
+        raise ValueError(f"{law.name} is no static law without a band of rest; use run_law")
     straight, scale = law.slip_scales(p)
     packed = extension.pack(law, p) if extension is not None and not extension.plain else None
     back = p if packed is None else packed.backward
@@ -78,7 +78,7 @@ class LawRunSettings:
     tolerance: relative tolerance of a dynamic law.
     speed_scale: smallest speed to which `tolerance` is relative [m/s | rad/s].
     length_scale: smallest presliding displacement to which `tolerance` is relative [m | rad].
-    extension: friction/law_extension.py; at 0 s the body has just come to rest.
+    extension: extended friction (friction/law_extension.py); the body stops just before 0 s.
     most_events: largest number of events.
     """
 

@@ -64,7 +64,7 @@ def friction_line(body: Vector, region: float, direction: float) -> tuple[float,
 
 @bare_kernel
 def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
-    """Return the friction force at speed v; at rest it is the effort, limited to the breakaway.
+    """Return the friction at speed v; at rest the friction is the effort up to the breakaway.
 
     At an end stop, the stop balances the remaining effort.
     """

@@ -125,10 +125,10 @@ def _bounce(driven: DrivenBody, state: Vector, t: float, span: float) -> int:
 def arrive(
     driven: DrivenBody, state: Vector, t: float, kind: int, towards: float, span: float
 ) -> int:
-    """Update the body's direction, region and speed after the event `kind`; return the event.
+    """Update the body's direction, region and speed after an event of the given `kind`.
 
-    Instead of BOUNCES, the function returns RESTS_AT_STOP if the flight of the rebound would be too
-    short. towards: direction of a breakaway. span [s]: duration of the run.
+    Returns the kind, or RESTS_AT_STOP if the flight of a rebound (BOUNCES) would be too short.
+    towards: direction of a breakaway. span [s]: duration of the run.
     """
     body = driven.body
     direction = state[fb.DIRECTION]

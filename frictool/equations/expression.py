@@ -155,7 +155,7 @@ class Equation:
 
 
 def symbol(text: str, latex: str, unit: str = "", value: float | None = None) -> Term:
-    """Return an atom as a term."""
+    """Return the term that consists of one symbol."""
     return Term(((Atom(text, latex, unit, value), 1),))
 
 

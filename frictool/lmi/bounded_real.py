@@ -81,7 +81,7 @@ class ProjectedInequality:
         )
 
     def at(self, v: Matrix, gamma: float) -> Matrix:
-        """Return the left side for v = R or S and a gamma; it must be positive definite."""
+        """Return the left side for v = R or S; it is positive definite if the inequality holds."""
         if self.disc:
             return np.asarray(
                 self.fixed + gamma * self.level - self.p @ v @ self.p.T + self.e @ v @ self.e.T

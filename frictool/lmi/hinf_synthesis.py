@@ -178,7 +178,7 @@ def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.
     (R, S) do not admit a controller to working precision, ValueError if `ease` is below 1.
     """
     if not ease >= 1.0:
-        raise ValueError(f"ease is {ease:g}; it is a factor on gamma, 1 or more")
+        raise ValueError(f"ease is {ease:g}; allowed: 1 or more, a factor on gamma")
     framed = lyapunov.frame.plant(plant).transformed(lyapunov.t)
     try:
         central_controller = central(framed, lyapunov.r, lyapunov.s, ease * lyapunov.gamma)

@@ -68,8 +68,9 @@ class ObserverMode:
 class SwitchedGains:
     """Gains L_i (n, m) of each mode, and the `gamma` that thesis (6.9) proves for them with `p`.
 
-    decay: lambda. smallest_gamma: smallest gamma of (6.6) without a decay. p: P_i for the scaled
-    states t^-1 x; for states in SI units, the decrease of e' P e would be lost in rounding.
+    decay: lambda. smallest_gamma: smallest gamma of (6.6) without a decay. t, p: scaling t of the
+    states, and P_i for the scaled states t^-1 x. In SI units, rounding errors would hide the
+    decrease of e' P_i e.
     """
 
     gains: dict[int, Matrix]
@@ -95,7 +96,7 @@ def switched_gains(
     Raises ValueError for a decay outside (0, 1].
     """
     if not 0.0 < decay <= 1.0:
-        raise ValueError(f"a decay of {decay:g} per sample; allowed: above 0 and at most 1")
+        raise ValueError(f"decay is {decay:g} per sample; allowed: above 0 and at most 1")
     t = state_units(modes)
     for index, mode in modes.items():
         refuse_undetectable(index, mode.in_states(t))

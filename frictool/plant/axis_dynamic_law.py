@@ -32,7 +32,7 @@ def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
     """Return the further laws of an axis, such as levels by direction, for a dynamic law.
 
     viscous: coefficient below the first knee [N m s/rad | N s/m]. Raises ValueError if the axis has
-    a law that no dynamic law supports; `FrictionExtension.pack` checks the others.
+    a law that no dynamic law supports; `FrictionExtension.pack` checks the other laws.
     """
     names = {parameter.name for parameter in law.parameters}
     levels = {} if laws.backward is None else laws.backward._asdict()

@@ -172,5 +172,5 @@ def _one_command(whole: Mechanism, source: str) -> None:
     if others:
         raise NoSolutionError(
             f"{whole.name}: {source} and {', '.join(others)} are commanded; a one-inertia model "
-            f"has one command; give every source except {source} a constant effort, or remove it"
+            f"has one command; remove every source except {source}, or make its effort constant"
         )

@@ -55,7 +55,7 @@ class ControllerSignals(NamedTuple):
 
     speed: speed that the controller used. profile: profile that the controller's loop tracked.
     fault: 1 while the controller is in the fault state, else 0. Without commands of a supervisor,
-    fault is None, and AxisChannels computes it from the measured positions.
+    `fault` is None, and AxisChannels derives the fault from the measured positions.
     """
 
     speed: Vector | None = None

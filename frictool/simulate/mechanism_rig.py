@@ -5,7 +5,7 @@ from the sensor's position:
 
     q_block - start_block = ratio (q_sensor - start_sensor)
 
-ratio is the product of the ratios of the links between them. The load is the block that
+ratio is the product of the ratios of the links between the two blocks. The load is the block that
 `control.load` names; without that key, the block separated by most links from the sensor, or the
 last one of several such blocks in the file. The load's position is converted to the sensor's
 coordinate, so that it can be compared with the reference.

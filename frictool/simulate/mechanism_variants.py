@@ -149,7 +149,7 @@ def _variant(
 
 
 def _check_signs(made: Mechanism, owner: str, remedy: str) -> None:
-    """Raise FrictoolError if a value is below the limit that documents set for its key."""
+    """Raise FrictoolError if a value is below the least value that documents allow for its key."""
     try:
         DocumentReader(Path()).read(compose(to_yaml(made), Path()), Mechanism, "")
     except DocumentError as error:

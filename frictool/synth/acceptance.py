@@ -72,9 +72,9 @@ def accept(
     for one in rounded[: len(HELD)]:
         if not tolerates_rounding(one, worst_norm, required):
             raise NoSolutionError(
-                f"coefficients rounded to {one.number}: norm {one.gamma:.4g} ({worst_norm:.4g} "
-                f"before rounding), modulus margin {one.modulus_margin:.3f} (specified: "
-                f"{required:g}); reduce the ratio of largest to smallest weight"
+                f"not verified: rounding to {one.number} changes the norm from {worst_norm:.4g} "
+                f"to {one.gamma:.4g}, and the modulus margin is {one.modulus_margin:.3f} "
+                f"(specified: {required:g}); reduce the ratio of largest to smallest weight"
             )
     return stored.Verified(
         candidate.gamma,

@@ -2,7 +2,8 @@
 
 Thesis (5.46), (5.64) define the weights of the corners. The interpolated controller satisfies the
 inequalities only if the plants are affine in the parameters (`vertices: first_order`, continuous
-time). It is therefore verified as it runs on the target, at the corners and at plants between them.
+time). The controller is therefore verified in the form that runs on the target, at the corners and
+at plants between them.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ The bands of a design are compared with the encoder and the specification. The s
 compared with the shortest time of a step (plant/time_optimal.py): the drive accelerates and then
 brakes at its limit, with its lag and the bench's delay. The assumptions favour the controller:
 
-- The axis stops short of the target by static_error, and the encoder reads one count closer to it.
+- The axis stops short of the target by static_error and one encoder count.
 - The step begins with the backlash open.
 - Load, back-EMF and resonances are neglected.
 - For the rise time, the axis need not stop, and the drive has no lag.
@@ -164,7 +164,7 @@ def _response(model: Model, spec: Spec) -> ShortestTime:
 
 
 def _rise(axis: DrivenAxis, length: float) -> float:
-    """Return the shortest rise time, at full drive without lag; the axis brakes afterwards."""
+    """Return the shortest rise time [s], at full drive without lag; the axis brakes afterwards."""
     at_once = replace(axis, lag=0.0)
     low, high = (shortest_time(at_once, StepZone(share * length, math.inf)) for share in RISE)
     return high - low

@@ -57,7 +57,7 @@ def stored_forms(k: Lti) -> LinearController:
     if np.max(weight * np.abs(from_sections - direct)) > 1e-6 * np.max(weight * np.abs(direct)):
         raise NoSolutionError(
             "the second-order sections do not have the frequency response of the controller, "
-            "because its poles are ill-conditioned; relax the weights"
+            "whose poles are ill-conditioned; relax the weights"
         )
     return LinearController(
         discrete=stored_state_space(whole),

@@ -77,7 +77,7 @@ def _matrices(system: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
     missing = [name for name in "ABCD" if not hasattr(system, name)]
     if missing:
         raise FrictoolError(
-            f"a {type(system).__name__} is no linear system; allowed: systems of python-control "
+            f"a {type(system).__name__} is not a linear system; allowed: systems of python-control "
             "and scipy.signal, or an Lti"
         )
     a, b, c, d = (

@@ -129,9 +129,9 @@ def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
 
 
 def _nested(ratio: Fraction, last: int, one: int) -> dict[int, tuple[int, int]]:
-    """Return integer bounds (centre, radius) of v_j times `one`, for each j up to `last`.
+    """Return j -> (centre, radius), integers that enclose v_j times `one`, for each j up to `last`.
 
-    v_j: sums of `exponential_series`. one: power of 2 that scales numbers to integers.
+    `exponential_series` defines v_j. one: power of 2 that scales numbers to integers.
     """
     begun = last + 64 + 4 * math.ceil(ratio)
     enclosures = {begun: (one >> 1, (one >> 1) + 1)}

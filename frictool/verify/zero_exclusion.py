@@ -259,7 +259,7 @@ def _lost(holds: HoldPolynomials, lag: float) -> float:
     """
     lost = 1 - holds.kept
     if lag and holds.kept_error > ROUNDING / 4 * lost:
-        raise ValueError("actuator.loop_time_constant_s is too long")
+        raise ValueError("actuator.loop_time_constant_s is too long for this period")
     return float(lost)
 
 

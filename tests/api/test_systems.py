@@ -153,7 +153,7 @@ def test_whoever_s_system_it_is_the_same(given: Any, controller: Controller) -> 
         ),
         (control.tf([1.0, 0.0], [1.0]), "improper"),
         (control.ss([[0.5]], [[1.0]], [[np.inf]], [[0.0]], PERIOD), "not finite"),
-        (3.0, "a float is no linear system"),
+        (3.0, "a float is not a linear system"),
     ],
 )
 def test_what_is_no_such_system_is_refused(given: Any, words: str) -> None:

@@ -200,11 +200,11 @@ block, kind, level, straight = map(_place, (BLOCK, KIND, LEVEL, STRAIGHT))
 
 @inset_kernel
 def law_values(k: IntVector, row: int) -> slice:
-    """Return the indices in p of the parameters of a friction law; row: `friction_row`."""
+    """Return the indices in p of a friction law's parameters; row: result of `friction_row`."""
     return slice(k[LAW_VALUES] + k[row + VALUES], k[LAW_VALUES] + k[row + VALUES_END])
 
 
 @inset_kernel
 def inner_states(k: IntVector, row: int) -> slice:
-    """Return the indices in y of the inner states of a friction law."""
+    """Return the indices in y of a friction law's inner states; row: result of `friction_row`."""
     return slice(2 * k[BLOCKS] + k[row + FIRST_INNER], 2 * k[BLOCKS] + k[row + INNER_END])

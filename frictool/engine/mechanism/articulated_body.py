@@ -105,7 +105,7 @@ def _hand_over_rest(
 def _guard_load(
     k: IntVector, p: Vector, i: int, modes: IntVector, w: Vector, guard: Vector
 ) -> None:
-    """Set the guard of a self-locking joint at rest; it is passed when the load changes sign."""
+    """Set the guard of a self-locking joint at rest, which is passed when the load changes sign."""
     joint = ly.joint_of(k, i)
     row = ly.joint_row(k, joint)
     at = k[ly.BLOCKS] + k[ly.JOINTS] + joint
@@ -156,7 +156,10 @@ def _hand_over(
 def _gather(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, whole: bool
 ) -> bool:
-    """Sweep from the leaves to the roots; return False if a tree's effective inertia is <= 0."""
+    """Sweep from the leaves to the roots; fill guards, and the accelerations of the roots.
+
+    Returns False if the effective inertia of a moving tree is <= 0.
+    """
     n = k[ly.BLOCKS]
     sound = True
     for index in range(n - 1, -1, -1):

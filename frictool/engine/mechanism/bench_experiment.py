@@ -38,9 +38,8 @@ def play_reference(
 ) -> int:
     """Follow `reference` (n,) under the bench's position loop; fill `position` and `drive` (n,).
 
-    servo (5,): `PositionServo`. inputs, drifting, out: records of engine/mechanism/closed_loop.py,
-    with neither signals in `inputs` nor drifts in `drifting`. Returns a status of
-    engine/status_codes.py.
+    servo (5,): `PositionServo`. inputs, drifting, out: records of engine/mechanism/closed_loop.py;
+    `inputs` must have no signals, `drifting` no drifts. Returns a status of engine/status_codes.py.
     """
     constant = ly.constant(machine.numbers, ly.source_row(machine.whole, sight.source))
     waiting = np.zeros(delay + 1)

@@ -113,7 +113,7 @@ def flowing(
 ) -> float:
     """Return the present drive of a source [A | V | N m | N].
 
-    Without a lag it is the limited command.
+    Without a lag the drive is the limited command.
     """
     k, p = machine.whole, machine.numbers
     low, high = source_limits(k, p, source, state.y)

@@ -35,7 +35,7 @@ STIFF_MARGIN = 1e-10  # tolerance of the contact of a compliant flank, relative 
 def _driving(
     k: IntVector, p: Vector, t: float, y: Vector, inputs: Vector, out: RateEvaluation, whole: bool
 ) -> None:
-    """Fill the rows of w with the efforts of sources, constant, cam and external efforts.
+    """Fill the rows of w with the efforts of sources and pushes, and with external efforts.
 
     DRIVEN contains the sources only, `power` the powers of sources and external efforts.
     """
@@ -94,7 +94,10 @@ def _at_flank(
     guard: Vector,
     index: int,
 ) -> tuple[float, bool]:
-    """Return the deflection of a compliant flank, and True if it is pressed; set guard[index]."""
+    """Set guard[index] of a compliant flank; return its deflection, and True if it is pressed.
+
+    e, rate: stretch of the coupling and its rate. mode: -1, +1: pressed at that flank; OPEN.
+    """
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
         side = float(mode)

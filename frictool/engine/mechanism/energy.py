@@ -23,9 +23,9 @@ from frictool.typing import IntVector, Vector
 class EnergyBalance(NamedTuple):
     """Energies of a mechanism [J].
 
-    stored: energy relative to unstrained couplings and to the first points of curves. put_in: work
-    of sources and external efforts. lost: work that all other elements absorb, minus the work that
-    they return.
+    stored: energy in couplings, 0 if they are unstrained, and in pushes, 0 at position 0 or at the
+    first point of a curve. put_in: work of sources and external efforts. lost: work that all other
+    elements absorb, minus the work that they return.
     """
 
     kinetic: float

@@ -86,8 +86,8 @@ def range_at_driver(
 ) -> tuple[float, float]:
     """Return the range of forces at end a for which a joint at rest stays at rest.
 
-    low, high: range of the force at end b. At an end stop, one of them is infinite. An infinite
-    force is transmitted without loss, so that a stop does not wedge a self-locking link.
+    low, high: range of the force at end b. At an end stop, one end of this range is infinite. An
+    infinite force is transmitted without loss, so that a stop does not wedge a self-locking link.
     """
     least = math.inf
     most = -math.inf

@@ -51,10 +51,10 @@ class Group(NamedTuple):
 
 @part_kernel
 def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
-    """Fill VALUE and SLOPE of the group's first block for a speed change x per unit of impulse.
+    """Fill the rows VALUE and SLOPE of the group's first block.
 
-    VALUE is the impulse on the first block that this speed change needs in addition to `impulse` on
-    `block`. SLOPE is the derivative of VALUE by x.
+    x: speed change of the first block per unit of impulse. VALUE: impulse that this block needs for
+    the speed change x, in addition to `impulse` on `hit.block`. SLOPE: derivative of VALUE by x.
     """
     k, p, group, block, w = hit
     n = k[ly.BLOCKS]
@@ -84,7 +84,7 @@ def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
 
 @inset_kernel
 def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
-    """Return the zero x of VALUE (`_need`), or NaN if VALUE does not rise there."""
+    """Return the x at which VALUE of `_need` is 0, or NaN if VALUE does not rise there."""
     k, p, group, block, w = hit
     low = -math.inf
     high = math.inf

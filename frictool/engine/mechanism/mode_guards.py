@@ -48,7 +48,10 @@ def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
 def _flank_left(
     k: IntVector, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int
 ) -> tuple[float, float]:
-    """Return a pressed flank's force, or an open flank's distance times stiffness, and its rate."""
+    """Return f and its rate f'.
+
+    f: force of a pressed flank, or distance of an open flank times its stiffness.
+    """
     n = k[ly.BLOCKS]
     row = ly.coupling_row(k, coupling)
     a, b = ly.coupling_a(k, coupling), ly.coupling_b(k, coupling)

@@ -25,10 +25,9 @@ from frictool.typing import IntVector, Vector
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     """Fill NEED and NEED_HIGH with each member's force range; return False if a range is empty.
 
-    If `sided` is True, the load of each self-locking joint must be on the side of the kink that the
-    joint's branch states (state.py). For branch 0 and `towards` 0, the load must be at the kink.
-    For branch 0 and another `towards`, it must be on the side on which the joint drives if the root
-    moves in the direction `towards`.
+    sided: True if each self-locking joint must be loaded on the side of its kink that its branch
+    (state.py) states. A joint with branch 0 must then be loaded at its kink if `towards` is 0, else
+    on the side on which the joint drives for a motion of the root in the direction `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]
@@ -83,7 +82,7 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
 
 @inset_kernel
 def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
-    """Return the range of force that a member at rest needs from its joint, and the tolerance."""
+    """Return (low, high, tolerance) of the force that a member at rest needs from its joint."""
     ratio = ly.ratio(p, ly.joint_row(k, ly.joint_of(k, i)))
     low = w[rows.NEED, i]
     high = w[rows.NEED_HIGH, i]
@@ -121,9 +120,9 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @inset_kernel
 def unload(tree: JointTree) -> bool:
-    """Set the branch of a self-locking joint to 0 unless its load is on the branch's side.
+    """Set the branch of each self-locking joint to 0 unless its load is on the branch's side.
 
-    The tree is at rest. Returns True if it has self-locking joints.
+    The tree must be at rest. Returns True if the tree has self-locking joints.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]

@@ -103,10 +103,9 @@ def _spread_ratios(tree: JointTree) -> None:
 def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]:
     """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
-    A self-locking joint can hold its driving end only under load. If the load changes its sign, or
-    a run begins without load, any effort makes the driving end slip. The driving end comes to rest
-    again if it then drives the load. Otherwise it keeps moving, if such a motion exists; then
-    `leaves` is True.
+    A self-locking joint holds its driving end only under load. If the load changes its sign, or a
+    run begins without load, any effort makes the driving end slip. The driving end stops again if
+    it then drives the load. `leaves` is True if the driving end can keep moving instead.
     """
     k, p, _, members, _, w = tree
     if stays_loaded(tree, 0.0):
@@ -148,7 +147,7 @@ def _jammed(tree: JointTree) -> int:
 def _force_in_motion(
     tree: JointTree, i: int, x: float, towards: float
 ) -> tuple[float, float, float]:
-    """Return lambda and kink of the joint of a moving member, and the tolerance of lambda."""
+    """Return the force at a moving joint's load end, the force at its kink, and the tolerance."""
     k, p, _, _, y, w = tree
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, ly.joint_of(k, i))

@@ -65,7 +65,7 @@ class Candidate:
 
     @cached_property
     def missing(self) -> dict[str, float]:
-        """Return the largest excess over each requirement's limit, relative to it, by key."""
+        """Return key of a requirement -> largest excess over the limit, relative to the limit."""
         each = [missing(runs) for runs in self.runs]
         keys = [metric.key for metric in self.metrics]
         return {key: max(one[key] for one in each if key in one) for key in keys}
@@ -218,7 +218,7 @@ class CandidateSearch:
         self._evolve([one.point for one in nearest], nearest[0].point, NEAR, random)
 
     def _nearest_miss(self) -> Candidate | None:
-        """Return the candidate with the smallest shortfall; it may be an unverified one."""
+        """Return the candidate with the smallest shortfall, verified or not."""
         missed = [one for one in self.played if self.refusals or one.largest_missing > 0.0]
         return min(missed or self.played, key=lambda one: one.largest_missing, default=None)
 

@@ -126,7 +126,7 @@ def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
 
 
 def missing(runs: JudgedRuns) -> dict[str, float]:
-    """Return the largest excess over each requirement's limit, relative to it, by key."""
+    """Return key of a requirement -> largest excess over the limit, relative to the limit."""
     worst = shortfalls(runs, 0.0).max(axis=0)
     return {one.key: float(value) for one, value in zip(runs.metrics, worst, strict=True)}
 
