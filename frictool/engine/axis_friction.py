@@ -137,7 +137,7 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 
 
 def is_straight(p: Vector, load: Vector) -> bool:
-    """Return True if every slip of an axis with the parameters p and the load (l,) is closed-form.
+    """Return True if every slip of an axis with parameters p and load (l,) has a closed form.
 
     The friction is then linear in speed between knees and does not depend on the position.
     """

@@ -38,7 +38,7 @@ class ServoMemory(NamedTuple):
 def servo_effort(
     servo: Vector, memory: ServoMemory, reference: float, measured: float, period: float
 ) -> tuple[float, ServoMemory]:
-    """Return the effort [N m | N] of the bench's position loop at a sample, and the loop's memory.
+    """Return the effort [N m | N] of the bench's position loop, and its memory for the next sample.
 
     servo (5,): `PositionServo`.
     """

@@ -59,9 +59,8 @@ class FrictionBody:
 
     slip_force: kernel (v, direction, law) -> force. law: parameters of the kernel. `breakaway`,
     `coulomb`, `viscous` and `viscous_beyond` are pairs (backward, forward), >= 0; `stops` is (low,
-    high). tolerance: largest error of the speed, relative to the speed or, below
-    `speed_scale`, to `speed_scale`. The function
-    `law_simulation.body_of` returns the body of a friction law.
+    high). tolerance: largest error of the speed, relative to the speed or, below `speed_scale`,
+    to `speed_scale`. The function `law_simulation.body_of` returns the body of a friction law.
     """
 
     mass: float

@@ -60,7 +60,7 @@ class EffortFunction(NamedTuple):
     def as_array(self) -> Vector:
         """Return the coefficients (10,) for the kernels.
 
-        Raises ValueError if one is not finite or the frequency is negative.
+        Raises ValueError if a coefficient is not finite or the frequency is negative.
         """
         array = np.array(self, dtype=np.float64)
         if not np.all(np.isfinite(array)):

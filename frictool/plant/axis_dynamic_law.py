@@ -29,7 +29,7 @@ class AxisDynamicLaw(NamedTuple):
 
 
 def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
-    """Return the further laws of an axis, such as levels by direction, for a dynamic law.
+    """Return the friction laws of an axis that extend a dynamic law, such as levels by direction.
 
     viscous: coefficient below the first knee [N m s/rad | N s/m]. Raises ValueError if the axis has
     a law that no dynamic law supports; `FrictionExtension.pack` checks the other laws.

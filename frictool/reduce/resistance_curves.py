@@ -137,7 +137,7 @@ def as_curves(
     x: Vector,
     loss: LinkLoss = NO_LOSS,
 ) -> Mechanism:
-    """Replace the frame links and the constant efforts of `block` by curves at positions x (n,)."""
+    """Replace the links to the frame and the constant efforts of `block` by curves at x (n,)."""
     number = assembled.blocks.index(block)
     directed = resistance(resisting(assembled, number, x), loss)
     replaced = position_elements(mechanism, block)

@@ -114,8 +114,8 @@ def _values(
 ) -> Vector:
     """Return the values of d parameters of n variants, (n, d).
 
-    parts (n, d): position of each value in its range, 0 (low) to 1 (high). If another parameter is
-    a lower limit, the range begins at that parameter's value.
+    parts (n, d): position of each value in its range, 0 (low) to 1 (high). The range of a parameter
+    with another parameter as lower limit begins at the value of the limit.
     """
     lows, highs = (
         np.array([one.low for one in ranged.values()]),

@@ -16,8 +16,8 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 def lft(problem: SynthesisProblem) -> ControllerCandidate:
     """Return the controller candidate for the centre plant with its uncertainty channel.
 
-    Raises NoSolutionError if the inequalities have no solution, or if the norm of the loop exceeds
-    their gamma.
+    Raises NoSolutionError if the inequalities have no solution, or if the loop's norm exceeds the
+    gamma of the inequalities.
     """
     posed = problem.posed_with_constant_input()
     centre = uncertain_centre(problem.model, problem.design.channel_effort)

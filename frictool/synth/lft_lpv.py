@@ -17,8 +17,8 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 def lft_lpv(problem: SynthesisProblem) -> ControllerCandidate:
     """Return the candidate with the controllers of the centre plant and of the vertices.
 
-    Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
-    their gamma.
+    Raises NoSolutionError if the inequalities have no solution, or if a loop's norm exceeds the
+    gamma of the inequalities.
     """
     posed = problem.posed_with_constant_input()
     design = problem.design

@@ -38,10 +38,10 @@ def bound(problem: SynthesisProblem) -> float:
 
 
 def lpv(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the candidate: the controller of the plant `frozen_at`, and those of the vertices.
+    """Return the candidate: the controllers of the plant `frozen_at` and of the vertices.
 
-    Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
-    their gamma.
+    Raises NoSolutionError if the inequalities have no solution, or if a loop's norm exceeds the
+    gamma of the inequalities.
     """
     posed = problem.posed_with_constant_input()
     design = problem.design

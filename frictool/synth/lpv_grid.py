@@ -32,9 +32,9 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
     """Return the controller of the plant `frozen_at` and, if requested, scheduled controllers.
 
-    Raises NoSolutionError if the inequalities have no solution, or if the norm of the loop exceeds
-    their gamma. Raises FrictoolError for options that this method does not support (regimes, pole
-    regions, linearised vertices, scheduled sampled controllers).
+    Raises NoSolutionError if the inequalities have no solution, or if the loop's norm exceeds the
+    gamma of the inequalities. Raises FrictoolError for options that this method does not support
+    (regimes, pole regions, linearised vertices, scheduled sampled controllers).
     """
     design = problem.design
     options = design.grid or Grid()

@@ -90,7 +90,10 @@ def stored_profile(
 def _least_acceleration(
     model: Model, speed: float, share: float, drive_peak: float
 ) -> tuple[float, str, str]:
-    """Return the largest acceleration of the worst vertex at `speed`, its unit and its source."""
+    """Return the smallest acceleration of all vertices at `speed`, its unit, and a text on it.
+
+    The drive has the fraction `share` of its limit.
+    """
     actuator = model.bench.actuator
     load = disturbance(model).total
     rates = []

@@ -144,7 +144,8 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
 def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
     """Return the distance from x, in the direction `going`, to the end of a linear piece of Lambda.
 
-    A piece ends where the force of a joint passes its kink, or the force of a flank passes 0.
+    A piece ends where the force of a joint passes the kink of the joint's loss (joint_losses.py),
+    or the force of a flank passes 0.
     """
     k, p, _, members, y, w = tree
     n = k[ly.BLOCKS]

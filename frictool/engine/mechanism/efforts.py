@@ -249,10 +249,10 @@ def efforts(
     out: RateEvaluation,
     whole: bool,
 ) -> int:
-    """Fill the rows of `out.w` listed in this module, and `out`'s rates, flank guards and powers.
+    """Fill the rows of `out.w` that the module docstring names, and the other arrays of `out`.
 
-    The rates are those of the inner states of the friction laws. Returns a status of
-    friction/status_codes.py.
+    These are the rates of the inner states of friction laws, the guards of flanks, and the powers.
+    Returns a status of friction/status_codes.py.
     """
     k, p, _ = machine
     _driving(k, p, t, y, inputs, out, whole)

@@ -37,7 +37,7 @@ from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 TOLERANCE = (
-    1e-8  # relative tolerance of a speed; its reference is at least a tenth of the speed scale
+    1e-8  # tolerance of a speed, relative to the speed, or to a tenth of the speed scale if larger
 )
 MAX_EVENTS = 200_000  # most events in a call
 GROWTH, SHRINKAGE, SAFETY = 4.0, 0.2, 0.9

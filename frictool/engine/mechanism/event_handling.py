@@ -144,9 +144,9 @@ def _meet_or_halt(
 def handle_event(
     machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows
 ) -> int:
-    """Handle the events indicated by the guards, t [s] after the command: impacts, stops, modes.
+    """Handle the events that the guards indicate: impacts, stops and changes of modes.
 
-    Returns a status of engine/status_codes.py.
+    t [s]: time since the command. Returns a status of engine/status_codes.py.
     """
     k, p, _ = machine
     y = state.y

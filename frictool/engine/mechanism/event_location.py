@@ -227,7 +227,7 @@ def locate(
     """Shorten a step of length h to the first instant at which a guard is passed.
 
     Returns the new length, and True if the rates could not be evaluated. The row GUARD contains the
-    guards at the beginning of the step, the row TRIAL the guards at its end; at least one of them
+    guards at the beginning of the step, the row TRIAL the guards at its end, of which at least one
     is passed. Afterwards the rows END, AFTER, TRIAL and SPENT contain the results of the shortened
     step.
 

@@ -17,10 +17,7 @@ AT_REVERSAL = 1e-3  # speed below which a step may pass 0, relative to the speed
 
 @part_kernel
 def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) -> float:
-    """Return the time of the first reversal of a block with a dynamic law in a step, or h.
-
-    h: length of the step.
-    """
+    """Return the time in a step of length h at which a dynamic law first reverses, or h."""
     n = k[ly.BLOCKS]
     shortest = h
     for f in range(k[ly.FRICTIONS]):

@@ -221,8 +221,8 @@ def impacts(k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, wor
 
     The energy lost in each contact is added to `work`. If all approach speeds are below BOUNCE,
     touching parts get the same speed, and the forces then determine which contacts stay closed.
-    Otherwise two parts that push a third one in turn could cause an endless series of impacts.
-    Returns a status of engine/status_codes.py.
+    This prevents an endless series of impacts if two parts push a third part in turn. Returns a
+    status of engine/status_codes.py.
     """
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]

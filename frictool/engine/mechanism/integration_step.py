@@ -99,7 +99,7 @@ def stages(
     """Compute slopes and powers of the stages first .. end - 1 of a step of length h.
 
     t [s]: time since the command. Only the first `watching` guards of the row WATCHED are checked.
-    Returns the fraction of the step at which the first of these is passed, 1 if none is passed,
+    Returns the fraction of the step at which the first guard is passed, 1 if none is passed,
     or -1 if a law fails. The implementation is called by its address, so that callers are compiled
     without it.
     """

@@ -62,7 +62,7 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 def _jam(
     k: IntVector, p: Vector, index: int, state: MechanismState, now: float, events: EventRows
 ) -> bool:
-    """Stop a jammed part at once, as in an impact; parts that it only pushes keep their speed.
+    """Stop a jammed part at once, as in an impact; parts that are only pushed keep their speed.
 
     Returns False if the jammed part is already at rest.
     """

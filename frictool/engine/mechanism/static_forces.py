@@ -98,7 +98,8 @@ def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, fl
 def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
     """Return the side of the kink, +1 or -1, on which the joint of a member at rest is loaded.
 
-    The result is 0 if the load may be on either side, because friction behind the joint carries it.
+    The result is 0 if friction behind the joint can carry the load, so that either side is
+    possible.
     """
     low, high, slack = force_at_rest(k, p, i, w)
     row = ly.joint_row(k, ly.joint_of(k, i))
