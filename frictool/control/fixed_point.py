@@ -79,7 +79,7 @@ def coefficient(value: float, bits: int) -> tuple[int, int]:
 
 
 def fixed_program(program: Program, bits: int = BITS["q31"]) -> FixedProgram:
-    """Return the scaling of a program; raise FixedPointOverflow if a value has none."""
+    """Return the scaling of a program; raise FixedPointOverflow if a value cannot be scaled."""
     return _Scaling(program, bits).done()
 
 

@@ -55,7 +55,7 @@ def corner_weights(
 def weighted_coefficients(
     program: Program, equations: Sequence[DifferenceEquation], weights: list[ProgramNode]
 ) -> CoefficientNodes:
-    """Return the sums of the coefficients of `equations`, multiplied by `weights`.
+    """Return the sums of the coefficients of `equations`, weighted with `weights`.
 
     A coefficient that is equal in all equations becomes a constant.
     """

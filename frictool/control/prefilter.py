@@ -71,9 +71,9 @@ def prefilter(
 def bounds(
     low: float, high: float, natural_frequency: float, damping: float, period: float
 ) -> tuple[float, float, float]:
-    """Return (low, high) of the filtered reference [rad | m] and its largest |speed| [rad/s | m/s].
+    """Return (low, high, speed): bounds of the filtered reference [rad | m] and of its |speed|.
 
-    The bounds are valid for every reference within [low, high].
+    The speed is in rad/s | m/s. The bounds are valid for every reference within [low, high].
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return -math.inf, math.inf, math.inf

@@ -31,8 +31,8 @@ def optimal_shares(rate: Matrix, limit: Vector, cost: Vector) -> Vector | None:
     limit
         Largest variance of each parameter, (p,); inf if a parameter has no limit.
     cost
-        Cost of each experiment per second, (k,). The mean cost must be at most 0, unless one cost
-        is -inf.
+        Cost of each experiment per second, (k,). The mean cost of the result is at most 0; a cost
+        of -inf removes this constraint.
 
     Returns
     -------

@@ -120,7 +120,7 @@ def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResi
 
 
 def position_elements(mechanism: Mechanism, block: str) -> tuple[str, ...]:
-    """Return the names of the links that curves of the block's resistance replace."""
+    """Return the names of the links that the curves of the block's resistance replace."""
 
     def is_one(link: Link) -> bool:
         if isinstance(link, Spring):

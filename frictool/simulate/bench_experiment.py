@@ -191,7 +191,7 @@ def bench_test(
 
 
 def _at_stops(rig: Rig, position: Vector) -> list[str]:
-    """Return a warning for each end stop that the axis comes within one encoder count of."""
+    """Return a warning for each end stop to which the axis comes closer than one encoder count."""
     travel, step = rig.travel, rig.resolution
     if travel is None:
         return []

@@ -32,7 +32,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class MechanismVariant:
-    """One mechanism, as a document and assembled.
+    """Mechanism of one variant, as a document and as arrays.
 
     `name` is empty for the nominal mechanism. `values`, `units`: drawn or `given` values [SI] by
     key, and their units.

@@ -97,7 +97,7 @@ def _space(
     if len(above) > len(below):
         raise FrictoolError(
             "the system is improper: the order of its numerator exceeds that of its "
-            "denominator; filter its derivative"
+            "denominator; add a low-pass filter"
         )
     a, b, c, d = scipy.signal.tf2ss(above if len(above) else [0.0], below)
     return a, b, c, d

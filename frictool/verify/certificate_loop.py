@@ -57,7 +57,7 @@ class CertificateLoop:
 def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
     """Return the loops whose norms define a quantity; the quantity is the largest of these norms.
 
-    The norm is that of `loop`. The sensitivity is the norm of unweighted loops: the position or
+    The norm is defined by `loop`. The sensitivity is defined by unweighted loops: the position or
     speed loop and, with a proportional law, also the outer loop.
     """
     if of == "norm":
