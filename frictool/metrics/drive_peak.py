@@ -9,9 +9,9 @@ from frictool.typing import Vector
 
 
 def drive_peak(measured: Vector) -> float:
-    """Return the largest |drive| [A | V] of a measured signal (n,) minus its noise floor.
+    """Return the largest |drive| [A | V] of a measured drive (n,), minus the peak of its noise.
 
-    The result is at least 0; without noise it is the largest |drive|.
+    The result is at least 0.
     """
     return max(0.0, float(np.abs(measured).max()) - noise_floor(measured))
 

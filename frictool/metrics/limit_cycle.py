@@ -4,6 +4,7 @@ With dry friction the axis may rest for seconds until the integrator's output re
 A hold of one second may therefore show no motion although there is a limit cycle. The first third
 of the hold is ignored, since it contains the response to the step. A turn is a change of direction
 after which the axis moves back by more than one sensor step and more than the peak-to-peak noise.
+A swing is the distance between two turns.
 
     sustained      at least two turns; the last swings are at least 0.8 of the first; the time since
                    the last turn is at most twice the longest time between two turns
@@ -26,7 +27,7 @@ LEAST_HOLD = 15.0  # s, shortest hold in which a limit cycle can be ruled out
 LEAST_TURNS = 2
 MANY_TURNS = 6  # turns (three periods) that show a limit cycle in a hold of any length
 SUSTAINED = 0.8  # least ratio of the last swings to the first ones
-OVERDUE = 2.0  # time since the last turn relative to the longest time between two turns
+OVERDUE = 2.0  # largest time since the last turn, relative to the longest time between two turns
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class LimitCycle:
 
     - amplitude: half the peak-to-peak position over the last period [rad or m]; 0 if there is no
       limit cycle, None if the hold does not show whether there is one
-    - period: mean time between two turns on the same side [s]; None if there is no limit cycle
+    - period: mean duration of one oscillation [s]; None if there is no limit cycle
     - reason: why the amplitude is None, else empty
     """
 
@@ -109,10 +110,7 @@ def _has_ended(time: Vector, position: Vector, turns: list[int], threshold: floa
 
 
 def _period(times: Vector) -> float:
-    """Return the mean time between successive turns on the same side.
-
-    For two turns, it is twice the time between them.
-    """
+    """Return the mean duration of an oscillation, which has two turns, from the turns' times."""
     if times.size == 2:
         return 2.0 * float(times[1] - times[0])
     return float(np.mean(times[2:] - times[:-2]))

@@ -4,10 +4,10 @@ A *hold* is a run of at least 20 samples of constant reference. A hold begins wi
 follows another hold with at most three samples in between, which resampling can add. The
 step starts at the first sample at which the reference has left the previous hold.
 
-The record may begin with a step. Its first hold is then a step from the initial position, if the
-axis moves at least half of the distance to the reference. A jump of at most one sensor step is not
-a step: a reference replayed from an encoder contains such jumps during slow motion. A smooth
-reference has neither holds nor steps.
+The first hold begins with a step from the initial position if the axis moves at least half of the
+distance to the reference. A jump of at most one sensor step is not a step: a reference replayed
+from an encoder contains such jumps during slow motion. A smooth reference has neither holds nor
+steps.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def find_holds(reference: Vector, position: Vector, resolution: float = 0.0) -> 
 
 
 def constant_runs(reference: Vector) -> tuple[ConstantRun, ...]:
-    """Return the runs of at least 20 samples of constant `reference` (n,)."""
+    """Return (start, stop, value) of each run of at least 20 equal samples of `reference` (n,)."""
     if reference.size < MIN_SAMPLES:
         return ()
     changes = np.flatnonzero(np.abs(np.diff(reference)) > 1e-9 * float(np.ptp(reference))) + 1

@@ -33,10 +33,7 @@ def rise_time(time: Vector, position: Vector, origin: float, target: float) -> f
 
 
 def _passage(time: Vector, share: Vector, level: float) -> float:
-    """Return the time at which `share` first reaches `level`.
-
-    share: distance moved so far, divided by the whole distance; it begins at 0.
-    """
+    """Return the time at which `share`, the fraction of the distance moved, reaches `level`."""
     k = int(np.argmax(share >= level))
     part = (level - share[k - 1]) / (share[k] - share[k - 1])
     return float(time[k - 1] + part * (time[k] - time[k - 1]))

@@ -7,7 +7,7 @@ import numpy as np
 from frictool.metrics.sample_durations import sample_durations
 from frictool.typing import Vector
 
-# relative tolerance of a limited command, for rounding on the target or in the log
+# relative tolerance of a limited command, which the controller's processor or the log may round
 AT_LIMIT = 1e-3
 NEAR_LIMIT = 0.01  # relative tolerance of a measured drive, for its lag and gain error
 

@@ -1,1 +1,1 @@
-"""Page frame, figures, tables, decimation and the rule for ties, common to all stages."""
+"""Page frame, figures, tables and decimation, shared by all stages."""

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
-MOST, FEWEST = 9, 2  # ticks of an axis
-# exponents of the largest tick for which labels need no common factor
+MOST, FEWEST = 9, 2  # number of ticks on an axis
+# decimal exponents of the largest tick for which the labels need no common factor
 PLAIN = range(-4, 6)
 
 
@@ -30,7 +30,7 @@ def linear_ticks(ends: tuple[float, float], most: int, least_step: float = 0.0) 
 
     If this gives fewer than FEWEST ticks, the step is reduced, even beyond `most` intervals.
 
-    `least_step`: least step of the ticks, for whole numbers; such an axis has no grid.
+    `least_step`: least distance of two ticks, 1 for whole numbers; 0 for an axis with a grid.
     """
     low, high = ends
     most = most if least_step > 0.0 else min(max(most, 1), MOST)
@@ -63,13 +63,12 @@ def log_ticks(ends: tuple[float, float]) -> AxisTicks:
 
 
 def _rounded_up(step: float) -> float:
-    """Return the smallest of the round steps that is not below `step`."""
     scale = 10.0 ** math.floor(math.log10(step))
     return next(part * scale for part in STEPS if part * scale >= step * (1.0 - 1e-9))
 
 
 def _multiples(low: float, high: float, step: float) -> list[float]:
-    """Return the multiples of `step` in [low, high]; 1e-9 steps beyond an end count as within."""
+    """Return the multiples of `step` in [low, high], with a tolerance of 1e-9 steps."""
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return [index * step for index in range(first, last + 1)]
 

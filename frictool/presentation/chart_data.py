@@ -129,7 +129,7 @@ def _series(axes: Axes, artist: Artist) -> dict[str, Any] | None:
 
 
 def _path(axes: Axes, artist: PathPatch) -> dict[str, Any] | None:
-    """Return filled outlines, or the points of segments without length; None of other paths."""
+    """Return the chart data of a filled area or of separate points; None for any other path."""
     path = artist.get_path()
     vertices = np.asarray(path.vertices, dtype=np.float64)
     starts = np.flatnonzero(path.codes == Path.MOVETO)
@@ -148,7 +148,7 @@ def _path(axes: Axes, artist: PathPatch) -> dict[str, Any] | None:
 
 
 def _in_data(axes: Axes, artist: Artist) -> tuple[bool, bool]:
-    """Return (abscissa, ordinate): True if the artist gives the coordinate in units of the data."""
+    """Return, for abscissa and ordinate, True if the artist's values are in units of the data."""
     along: Any = artist.get_transform().contains_branch_seperately(axes.transData)
     return bool(along[0]), bool(along[1])
 
@@ -156,7 +156,7 @@ def _in_data(axes: Axes, artist: Artist) -> tuple[bool, bool]:
 def _entry(
     axes: Axes, artist: Artist, look: tuple[str, str], data: tuple[Vector, Vector]
 ) -> dict[str, Any]:
-    """Return the entry of an artist; `look`: kind and colour."""
+    """Return the chart data of an artist; `look`: kind and colour."""
     label = str(artist.get_label())
     alpha = artist.get_alpha()
     names = label, str(artist.get_gid() or label)

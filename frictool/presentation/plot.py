@@ -27,9 +27,9 @@ from frictool.typing import BoolVector, Vector
 PlotRange = tuple[float, float]
 POINTS = 72.0  # per inch
 FONT, TICK, PAD = 9.5, 3.5, 3.5  # size of texts, length of ticks, distance of their labels [point]
-THIN = 0.8  # width of the lines of axes and grid [point]
+THIN = 0.8  # width of the axes and of the grid lines [point]
 MARGIN = 0.05  # free part of a range on each side
-FINEST = 0.1  # invisible difference [point]
+FINEST = 0.1  # smallest visible difference [point]
 FAR = 1e4  # largest coordinate [point]
 DASHED, DOTTED = (4.0, 2.0), (1.0, 1.5)  # lengths of lines and gaps, in widths of the line
 
@@ -136,7 +136,7 @@ class Plot:
     - space: gap between two panels, relative to their mean height
     - x_range: range of the abscissa; None for the range of the marks with a margin
     - is_log: True for a logarithmic abscissa
-    - is_numbered: True if the abscissa numbers the marks; it has whole ticks and no grid
+    - is_numbered: True if the abscissa is a number that counts, such as the number of a vertex
     """
 
     size: tuple[float, float]
@@ -332,7 +332,7 @@ class _DrawnPanel(NamedTuple):
 
 
 def _path(x: Vector, y: Vector, end: str = "") -> str:
-    """Return the data of a path through the points (x, y) [point]; NaN begins a new part."""
+    """Return the `d` attribute of a path through the points (x, y) [point]; NaN leaves a gap."""
     tenths = np.rint(10.0 * np.stack((x, y), axis=1))
     valid: BoolVector = np.isfinite(tenths[:, 0] + tenths[:, 1])
     moved = np.append(True, np.any(tenths[1:] != tenths[:-1], axis=1))

@@ -14,16 +14,16 @@ from frictool.presentation.decimation import straightened_indices
 from frictool.typing import Vector
 
 LEVELS = 8000  # smallest visible difference of a chart, relative to the height of the panel
-STEPS = 65534  # steps of a stored number; the next number stands for a gap
+STEPS = 65534  # largest stored number; the next one marks a gap
 
 
 def series_data(
     kind: str, colour: str, alpha: float, names: tuple[str, str], data: tuple[Vector, Vector]
 ) -> dict[str, Any]:
-    """Return a curve with abscissas and ordinates `data` (n,); `logarithm` of a logarithmic axis.
+    """Return a curve with abscissas and ordinates `data` (n,), as explore.js reads it.
 
     `names`: label of the curve, and group that a reader switches on and off; a name that begins
-    with an underscore is not shown.
+    with an underscore is not shown. On a logarithmic axis, `data` contains the `logarithm`.
     """
     label, group = ("" if name.startswith("_") else name for name in names)
     return {
@@ -39,8 +39,8 @@ def series_data(
 def straightened(data: tuple[Vector, Vector], height: float) -> tuple[Vector, Vector]:
     """Return a curve without the samples that are invisible in a panel of this height.
 
-    `data`: abscissas and ordinates (n,); nothing is left out if the abscissas fall. `height`:
-    range of the ordinate; 0 to leave out samples on straight lines only.
+    `data`: abscissas and ordinates (n,); no sample is left out if an abscissa is below the one
+    before. `height`: range of the ordinate; 0 to leave out samples on straight lines only.
     """
     if not np.all(np.diff(data[0]) >= 0.0):
         return data
@@ -49,7 +49,7 @@ def straightened(data: tuple[Vector, Vector], height: float) -> tuple[Vector, Ve
 
 
 def logarithm(values: Vector) -> Vector:
-    """Return the decimal logarithm, (n,); NaN where a logarithmic axis shows nothing."""
+    """Return the decimal logarithm of values (n,); NaN for a value of at most 0."""
     return np.log10(values, out=np.full(values.size, np.nan), where=values > 0.0)
 
 

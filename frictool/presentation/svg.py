@@ -85,7 +85,7 @@ def panels(
 
 
 def render(figure: Figure, label: str) -> str:
-    """Return the text of the `<svg>` element; the call must be within `drawing`.
+    """Return the text of the `<svg>` element; call this function within `drawing`.
 
     The element contains the data of the chart that replaces it on a page (chart_data.py). `label`:
     text that screen readers read out.

@@ -108,7 +108,7 @@ def _velocity(velocity: Velocity) -> str:
     if velocity.source == "measured":
         return "of a separate sensor"
     if velocity.bandwidth_rad_s == 0.0:
-        return "the encoder's difference itself"
+        return "the encoder's difference, not filtered"
     return (
         f"the encoder's difference through a {ORDERS[velocity.order]}-order low-pass at "
         f"{number(velocity.bandwidth_rad_s)} rad/s"

@@ -74,7 +74,7 @@ def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
 
 
 def draw_references(panel: PlotPanel, evidence: Sequence[StreamEvidence]) -> None:
-    """Draw the references of the nominal streams or, without these, the first other reference."""
+    """Draw the references of the nominal streams; without nominal streams, the first reference."""
     with_reference = [item for item in evidence if item.has("reference")]
     for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
         reference = item.plotted("reference")
@@ -150,7 +150,7 @@ def _over_time(
 
 
 def _origin(evidence: list[StreamEvidence]) -> str:
-    """Return the first words of a caption: Measured, Simulated, or both."""
+    """Return the first word or words of a caption, such as "Measured"."""
     if all(item.simulated for item in evidence):
         return "Simulated"
     return "Measured and simulated" if any(item.simulated for item in evidence) else "Measured"

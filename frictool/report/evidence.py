@@ -176,7 +176,7 @@ def log_labels(logs: Sequence[Log]) -> list[str]:
 
 
 class AboutStream(NamedTuple):
-    """Label, origin and margin of a stream, which do not follow from its signals."""
+    """Facts on a stream that do not follow from its signals: label, origin and margin."""
 
     label: str
     nominal: bool

@@ -50,7 +50,7 @@ def _margin(requirement: Requirement, controller: Controller | None) -> str:
 
 
 def _proved(requirement: Requirement, proof: Proof) -> list[str]:
-    """Return [words for the proof] if it covers the report's limit of a requirement, else []."""
+    """Return [text on the proof] if the proof covers the limit of the requirement, else []."""
     claims = [
         one for one in proof.requirements if one.key == requirement.key and one.state == "proved"
     ]

@@ -44,7 +44,7 @@ class MeasuredPart:
         return self.of(self.evidence.stream.signals[name])
 
     def late(self, signal: Any) -> Any:
-        """Return the samples of a signal at the times of `rest`; None without the signal."""
+        """Return the samples of a signal that `rest` selects; None without the signal."""
         return None if signal is None else self.of(signal)[self.rest]
 
     @cached_property

@@ -43,7 +43,7 @@ class RigFacts:
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:
-        """Return the data with those of the simulation that wrote the log (`simulated`)."""
+        """Return the data, changed by the settings of the simulation that wrote the log."""
         return self.simulated(facts_of_text(log.metadata.get(RECORD, {})))
 
     def simulated(self, facts: Mapping[str, float]) -> RigFacts:

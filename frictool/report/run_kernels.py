@@ -19,19 +19,18 @@ from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
 OFF_LATTICE = -1.0
-MOST_COUNTS = 100  # largest range of the positions in encoder steps, divided by the samples
+MOST_COUNTS = 100  # largest range of the positions in encoder steps, per sample
 
 
 @kernel
 def run_signals(
     record: Vector, conditions: Vector, noise: Vector, position: Vector, second: Vector
 ) -> tuple[float, float, bool]:
-    """Return the peaks of command and measured drive; fill `position` and `second`.
+    """Return (peak command, peak measured drive, True if all values are finite).
 
-    The last value is False if a position, a command or a measured drive is not finite. position
-    (n,): measured position. second (n - 2,): absolute second differences of the measured drive.
-    record (n, 7): engine/closed_loop.py. conditions (n, 8): engine/disturbances_and_faults.py, or
-    (0, 8). noise (n,): noise of the measured drive.
+    position (n,): filled with the measured position. second (n - 2,): filled with the absolute
+    second differences of the measured drive. record (n, 7): engine/closed_loop.py. conditions
+    (n, 8): engine/disturbances_and_faults.py, or (0, 8). noise (n,): noise of the measured drive.
     """
     n = record.shape[0]
     command_peak = 0.0
@@ -60,17 +59,17 @@ def run_signals(
 
 @kernel
 def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
-    """Return the distances between neighbouring distinct positions, and their sum in steps.
+    """Return (distances between neighbouring distinct positions, sum of these distances in steps).
 
-    The sum of the distances divided by the second value is the `encoder_step` of positions (n,)
-    that are multiples of `step`. The second value is 0 if there are too few different positions or
-    no common step, and OFF_LATTICE if a position is not a multiple of `step` or if the range of the
-    positions is too large.
+    position (n,): multiples of `step`. The sum of the distances divided by the second value is the
+    `encoder_step` of the positions. The second value is 0 if there are too few different positions
+    or no common step. It is OFF_LATTICE if a position is not a multiple of `step` or if the range
+    of the positions is too large.
     """
     if step <= 0.0:
         return np.empty(0), OFF_LATTICE
     low, high = extremes(position)
-    # 16 times the distance of neighbouring numbers
+    # 16 times the distance of neighbouring floating-point numbers
     rounding = math.ldexp(16.0, math.frexp(max(-low, high))[1] - 53)
     lowest = np.rint(low / step)
     counts = np.rint(high / step) - lowest + 1.0
@@ -145,7 +144,6 @@ def step_metrics(
 
 @kernel
 def _reversals(position: Vector, first: int, amplitude: float, resolution: float) -> int:
-    """Return the number of reversals of position[first:]; 0 if `first` is negative."""
     if first < 0:
         return 0
     least = max(LEAST_SENSOR_STEPS * resolution, LEAST_RETURN * abs(amplitude)) * ROUNDED

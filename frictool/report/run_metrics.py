@@ -27,7 +27,7 @@ from frictool.report.worst_hold import limit_of
 from frictool.typing import Vector
 
 Outcome = tuple[float, bool | None]  # value of a requirement, and True if it is met
-# keys that this module judges: HOLD_KEYS have a value in each hold
+# keys of the specification that this module judges; each of HOLD_KEYS has one value per hold
 HOLD_KEYS = ("response_time_95_s", "overshoot_percent", "static_error", "oscillations")
 KEYS = {*HOLD_KEYS, "modulus_margin", "drive_peak", "rest"}
 

@@ -69,7 +69,7 @@ def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]
 def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
     """Return True if both steps have the same target and nearly the same origin.
 
-    The origins may differ slightly: that of a record's first step is the measured position.
+    The origins may differ slightly, since the first step of a record begins at a measured position.
     """
     assert one.hold.origin is not None
     assert other.hold.origin is not None
@@ -162,7 +162,7 @@ def _curves(
 
 
 def _limits(panel: PlotPanel, spec: Spec, evidence: StreamEvidence, measured: HoldMetrics) -> None:
-    """Draw the reference, the 5 % zone of the topmost stream, and the limits."""
+    """Draw the reference, the 5 % zone of the stream `evidence`, and the limits."""
     hold = measured.hold
     assert hold.origin is not None
     final = final_value(hold.of(evidence.stream.signals["position"]))

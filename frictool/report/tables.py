@@ -113,7 +113,7 @@ def stream_table(spec: Spec, streams: JudgedStreams) -> TextTable:
 def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
     """Return tables with the worst value of each metric in each log (as thesis table 5.3).
 
-    The tables are for the nominal streams and for all streams. The list is empty for a single log.
+    One table is for the nominal streams, one for all streams. A single log has no table.
     """
     sources = tuple(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
     if len(sources) < 2:

@@ -50,7 +50,7 @@ def test_a_plain_cascade_has_its_law_and_its_linear_part() -> None:
 @pytest.mark.parametrize(
     ("velocity", "words"),
     [
-        (Velocity(), "the encoder's difference itself"),
+        (Velocity(), "the encoder's difference, not filtered"),
         (
             Velocity(bandwidth_rad_s=150.0),
             "the encoder's difference through a first-order low-pass at 150 rad/s",
