@@ -1,4 +1,4 @@
-"""Monte Carlo and vertex campaigns of a controller on many plants, with worst-case search."""
+"""Campaigns: simulation of a controller with many plants, drawn or vertices; worst-case search."""
 
 from typing import TYPE_CHECKING
 

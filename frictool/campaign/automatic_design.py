@@ -3,9 +3,9 @@
     DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
 
 A family is a set of candidate controllers with one structure. The families are searched in the
-order of simplicity, until a candidate meets the specification. If a family without such a candidate
-comes near the specification, it is searched again: first for a longer response time, then, from the
-resulting design, for the specified response time.
+order of simplicity, until a candidate meets the specification. If the best candidate of a family
+violates the specification only slightly, the family is searched again: first for a longer response
+time, then, from the resulting design, for the specified response time.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from frictool.synth.search.position_blocks import fastest_filter
 from frictool.synth.synthesis import require_identified, synthesise
 
 FAMILIES = (PI_CASCADE, COMPENSATED_CASCADE, LPV_CASCADE)
-# keys of a design with method `auto` that the search keeps
+# keys of the user's design that the search does not vary
 KEPT = (
     "name",
     "position_law",
@@ -55,7 +55,7 @@ EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified
 SHORT = 2.5  # duration of a step in the shortened tests, in response times
 AT_REST = 2.25  # time after which the axis must rest in the shortened tests, in response times
 SCREENED = 2  # number of steps in the first shortened test
-# ends of the ranges of that test's first plants: 1 is the high end, -1 the low end
+# plants that are simulated first, as ends of the ranges: 1 is the high end, -1 the low end
 EXTREMES: tuple[PlantValues, ...] = (
     {"inertia": 1, "constant": -1, "coulomb": 1, "viscous": 1},
     {"inertia": -1, "constant": 1, "coulomb": -1, "viscous": -1},
@@ -162,10 +162,10 @@ class _Search:
         return replace(self, test=test, tests=_tests(test), scales=scales)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
-        """Return the outcome of the last search, in a list of one element.
+        """Return [outcome of the search for the specified response time].
 
-        The searches begin with a longer response time, which decreases to the specified one. The
-        list is empty if a search for a longer response time fails.
+        The first search is for a longer response time. Each search starts from the design of the
+        search before. The list is empty if a search for a longer response time fails.
         """
         for number in range(len(EASINGS)):
             first = self.eased(EASINGS[number])
@@ -177,7 +177,7 @@ class _Search:
             return []
         for step in (*reversed(EASINGS[:number]), 1.0):
             assert outcome.best is not None
-            # with the scales of the first search, a point stands for the same candidate
+            # the same scales as in the first search, so that the point is the same candidate
             harder = replace(self.eased(step), scales=first.scales)
             outcome = harder.of(family).run_from(outcome.best.point, self.progress)
             if not outcome.passed and step > 1.0:
@@ -186,10 +186,10 @@ class _Search:
 
 
 def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
-    """Return the keys of a design that the search does not vary, with their values.
+    """Return the name and the blocks that every candidate has, by key of a design.
 
-    The keys are the name and the blocks of `wishes`. If the specification limits the tracking
-    error, which is the distance from a profile, a profile and its feedforward are added.
+    They come from `wishes`. If the specification limits the tracking error, a profile and its
+    feedforward are added.
     """
     kept: dict[str, object] = {}
     if wishes is not None:

@@ -46,7 +46,7 @@ from frictool.verify.recheck import recheck
 from frictool.workers.job_sharing import share
 
 TRIALS = 1000
-# s, duration of the work; for less work, parallel processes save no time
+# shortest work [s] for which parallel processes save time
 WORTH_SHARING_S = 3.0
 
 
@@ -55,7 +55,7 @@ class CampaignResult(ResultView):
     """Result of a campaign.
 
     `findings`: statistics of the trials.
-    `worst`: worst case of each requirement, with a scenario that repeats the worst case.
+    `worst`: worst case of each requirement, with a scenario that repeats it.
     """
 
     findings: Findings

@@ -29,10 +29,11 @@ from frictool.synth.search.played_tests import JudgedRuns
 
 # number of plants drawn from the ranges in addition to the vertices; seed if the scenario has none
 DRAWN, SEED = 40, 1
-# second test of a design: number of newly drawn plants; shifts of start and targets, in counts
+# second test of a design: number of newly drawn plants; (shift of the start, shift of the targets)
+# in encoder counts
 OTHERS, MOVED = 30, ((0.2, 0.15), (0.35, 0.37), (0.7, 0.6), (0.85, 0.85))
-# third test of a design, with the WORST plants of each requirement: numbers of start positions and
-# of targets within a count
+# third test of a design: number of start positions and number of targets within an encoder count;
+# number of plants for each requirement
 PLACES, TARGETS, WORST = 4, 5, 2
 # requirements that an axis violates if it does not reach its target
 REACHED = ("response_time_95_s", "rise_time_s", "static_error", "settling_after_profile")
@@ -68,8 +69,8 @@ class DesignTest:
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
         """Return judges with plants and positions that the test does not contain.
 
-        For each entry of MOVED, a judge shifts the start positions and the targets by fractions of
-        an encoder count. It simulates the nominal plant, the vertices and OTHERS new random plants.
+        There is one judge for each entry of MOVED, which shifts start positions and targets. A
+        judge simulates the nominal plant, the vertices and OTHERS new random plants.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -107,9 +108,8 @@ class DesignTest:
     ) -> list[PlayedVerdict]:
         """Return the results of each of `judges` for the worst plants of a controller.
 
-        These are, for each requirement, the WORST plants with the smallest reserve in `found`.
-
-        `found`: results of the controller on all plants.
+        `found`: results of the controller on all plants. For each requirement, the WORST plants
+        with the smallest reserve in `found` are simulated.
         """
         chosen: dict[tuple[float, ...], int] = {}
         for reserves in np.transpose(found.reserves):
@@ -136,7 +136,7 @@ class DesignTest:
         return ControllerJudge(self.model, moved, spec, plants, starts=starts)
 
     def _moved(self, step: Step, target: float) -> Step:
-        """Return the step with the target moved by `target` counts into the travel."""
+        """Return the step with its target moved by `target` counts to the middle of the travel."""
         if step.reference is None:
             return step
         (value,) = _moved_inwards(self.model, step.reference.value, [target])
@@ -157,8 +157,8 @@ def unjudged_target(spec: Spec) -> str:
     if any(getattr(spec, key) is not None for key in REACHED):
         return ""
     return (
-        "whether the axis reaches its target is not judged: the specification has none of "
-        f"{', '.join(REACHED)}"
+        "no requirement judges whether the axis reaches its target; add one of "
+        f"{', '.join(REACHED)} to the specification"
     )
 
 
@@ -201,7 +201,7 @@ def design_test(
     drawn: list[dict[str, float]] = []
     if len(vertices) > 1:
         drawn = plants_of_model(model, played, random=DRAWN)[1 + len(vertices) :]
-    else:  # without any range the only vertex is the nominal plant
+    else:  # without ranges, the only vertex is the nominal plant
         vertices = []
     plants = [nominal, *vertices, *vertices, *drawn]
     places = [0.0] * (1 + len(vertices)) + [0.5] * len(vertices)
@@ -222,15 +222,15 @@ def design_test(
 
 
 def _starts(model: Model, scenario: Scenario, places: Sequence[float]) -> list[float]:
-    """Return the scenario's start, moved by each of `places` [encoder counts] into the travel."""
+    """Return the scenario's start, moved by each of `places` as in `_moved_inwards`."""
     assert scenario.start is not None
     return _moved_inwards(model, scenario.start.value, places)
 
 
 def _moved_inwards(model: Model, start: float, places: Sequence[float]) -> list[float]:
-    """Return `start` moved by each of `places` [encoder counts] towards the travel's middle.
+    """Return `start`, moved by each of `places` [encoder counts] to the middle of the travel.
 
-    If the travel is unknown, the position is moved upwards.
+    Without a travel, the start is moved in the positive direction.
     """
     travel = model.bench.mechanics.travel
     inwards = -1.0 if travel is not None and start > 0.5 * (travel.low + travel.high) else 1.0
@@ -243,7 +243,7 @@ def _about(scenario: Scenario, vertices: int, drawn: int) -> str:
     longest = longest_step_of(scenario)
     steps = f"{count} step{'s' if count != 1 else ''}"
     on = (
-        f"nominal plant, {vertices} vertices at 2 places within a count, {drawn} drawn plants "
+        f"nominal plant, {vertices} vertices from 2 starts within a count, {drawn} drawn plants "
         f"(seed {scenario.seed})"
     )
     return (

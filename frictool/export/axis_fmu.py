@@ -2,9 +2,9 @@
 
     command ──▶ limit, lag, constant ──▶ inertia, friction, backlash, end stops ──▶ encoder
 
-The parameters of the C code are those of the engine (plant/axis.py, plant/axis_friction_laws.py,
-plant/position_load.py); friction polynomials are relative to the friction levels. Each parameter of
-the model is a parameter of the Functional Mock-up Unit, with its interval in the description.
+The C code has the parameters of frictool's simulation (plant/axis.py, plant/axis_friction_laws.py,
+plant/position_load.py). Each parameter of the model is a parameter of the Functional Mock-up Unit,
+with its interval in the description.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ LAWS = (
     "RESTITUTION STRIBECK_VELOCITY STRIBECK_EXPONENT LAYER FRESH RISE_TIME MAPPED MAP_LOW MAP_HIGH "
     "REGIMES COULOMB_MAPS BREAKAWAY_MAPS"
 )
-PAIRS = "VISCOUS COULOMB BREAKAWAY STOP"  # of both directions
-INDICES = {  # of the engine's array
+PAIRS = "VISCOUS COULOMB BREAKAWAY STOP"  # one value for each direction
+INDICES = {  # in the simulation's array of parameters
     **{name: getattr(ax, name) for name in PLAIN.split()},
     **{name: getattr(al, f"{name}_PAIR") for name in PAIRS.split()},
     **{name: getattr(al, name) for name in LAWS.split()},
@@ -430,7 +430,7 @@ def _parameters(
 
 
 def _interval(quantity: Quantity | None, model: Model) -> str:
-    """Return the interval of a document's quantity, as the end of a description."""
+    """Return the interval of a quantity as text; empty if the quantity is exact."""
     if quantity is None or quantity.interval[0] == quantity.interval[1]:
         return ""
     low, high = quantity.interval

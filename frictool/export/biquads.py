@@ -42,7 +42,7 @@ class Biquads:
     `stages`: b0 b1 b2 a1 a2 of each stage in the convention of CMSIS, as integers in fixed point.
     `post_shift`: shift common to all stages. `input_scale`, `output_scale`: input and output at
     full range, in their units. `noise`: bound of the output's error due to rounding of the
-    signals. In float the scales are 1, and the noise is unbounded (NaN).
+    signals. In float the scales are 1, and `noise` is NaN.
     """
 
     stages: tuple[tuple[float, ...] | tuple[int, ...], ...]
@@ -71,15 +71,14 @@ def float_biquads(sections: tuple[Row, ...]) -> Biquads:
 def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering: float) -> Biquads:
     """Return stages in fixed point, scaled for |input| <= entering.
 
-    Raises NoSolutionError if a section is unstable by itself, or if the rounded stages might
-    overflow.
+    Raises NoSolutionError if a section is unstable, or if the rounded stages might overflow.
     """
     bits = BITS[number]
     reach = [entering, *(entering * response_sum(sections[: k + 1]) for k in range(len(sections)))]
     if not all(math.isfinite(one) for one in reach):
         raise NoSolutionError(
-            f"{name}: the sections are unbounded in {number}: one has a pole on or outside the "
-            "unit circle; use --number float, or --lang c, which saturates"
+            f"{name}: a section has a pole on or outside the unit circle, so that its output has "
+            f"no bound in {number}; use --number float, or --lang c, which saturates"
         )
     scales = [one / REACH if one > 0.0 else 1.0 for one in reach]
     scaled = [
@@ -132,8 +131,8 @@ def _noise(name: str, made: Biquads, number: Number) -> float:
         total = (abs(b0) + abs(b1) + abs(b2)) * entered + (abs(a1) + abs(a2)) * left
         if not (left < 1.0 and (number == "q15" or math.ldexp(total, -made.post_shift) < 2.0)):
             raise NoSolutionError(
-                f"{name}: section {k} may overflow in {number}: by rounding alone, its output "
-                f"reaches {left:.3g} of the range; use "
+                f"{name}: section {k} may overflow in {number}: with the rounding errors its "
+                f"output reaches {left:.3g} of the range; use "
                 f"{'--number q31' if number == 'q15' else '--number float'}, or --lang c"
             )
         entered = left

@@ -213,7 +213,7 @@ def _words(scaled: FixedProgram, mode: ProgramNode) -> list[int]:
 
 
 def _constant(table: NamedArray, numbers: NumberWriter) -> str:
-    """Return the declaration of a coefficient or of a row-major array; missing elements are 0."""
+    """Return the C declaration of a coefficient or an array; an element without a node is 0."""
 
     def element(node: ProgramNode | None) -> str:
         return numbers.constant(node) if node is not None else "0"
@@ -247,9 +247,9 @@ def _field(
 
 
 def _starts(names: CNames, numbers: NumberWriter) -> list[str]:
-    """Return the statements that set a new state to rest at the position.
+    """Return the C statements that initialise the state for an axis at rest.
 
-    An invalid position sets the fault.
+    If the position is invalid, the state begins with the fault.
     """
     program = names.program
     assert program.guard is not None
@@ -267,9 +267,9 @@ def _starts(names: CNames, numbers: NumberWriter) -> list[str]:
 
 
 def _writes(names: CNames, numbers: NumberWriter) -> list[str]:
-    """Return the statements that update the states after all values have been computed.
+    """Return the C statements that write the new states after all values have been computed.
 
-    A state whose value is assigned to another state is read before any state is written.
+    A state that is copied into another state is read before any state is written.
     """
     program = names.program
     read: list[str] = []

@@ -25,7 +25,7 @@ EDGE = 2**31
 
 
 class FixedNumbers:
-    """Writer of C numbers in q31, for the scaled program `scaled`.
+    """Writer of C expressions and numbers in q31, for the program `scaled` in fixed point.
 
     `kind`: C type of values. `constant_kind`: C type of coefficients. `printed`, `cast`: conversion
     specifier and cast of a value in printf. `words`: note on the values in the golden vectors.
@@ -41,42 +41,39 @@ class FixedNumbers:
         self.constant_kind = "int32_t"
 
     def literal(self, value: float) -> str:
-        """Return a number in SI, for macros."""
+        """Return the text of a number in SI, for macros."""
         return repr(value)
 
     def exact(self, value: float, node: ProgramNode) -> str:
-        """Return the word of a value in the format; an invalid input is INT32_MIN."""
+        """Return the word of a value in SI; NaN, an invalid input, gives INT32_MIN."""
         if math.isnan(value):
             return "INT32_MIN"
         return str(int(math.ldexp(value, self.scaled.fractions[node.index])))
 
     def constant(self, node: ProgramNode) -> str:
-        """Return a coefficient's word for its declaration."""
+        """Return the word of a coefficient, for its declaration."""
         return str(self.scaled.constants[node.index])
 
     def number(self, node: ProgramNode) -> str:
-        """Return the word of an unnamed number."""
+        """Return the word of a number without a name, for use in an expression."""
         return _integer(self.scaled.constants[node.index])
 
     def parameter(self, name: str) -> str:
-        """Return the C name of an input, not yet bounded, as a parameter of the step function."""
+        """Return the C name of an input as a parameter of the step function, not yet bounded."""
         return f"{name}_word"
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:
-        """Return the declaration that bounds an input."""
+        """Return a C declaration: the input, bounded to the range of its words."""
         return [
             f"const int32_t {name} = {self._bounded(node, self.parameter(name))};{self.note(node)}"
         ]
 
     def valid(self, text: str) -> str:
-        """Return the condition that a word is valid.
-
-        The invalid word is the lowest one, `INVALID` of control/fixed_point_kernel.py.
-        """
+        """Return the C condition that an input is valid; INT32_MIN stands for an invalid input."""
         return f"{text} != INT32_MIN"
 
     def started(self, state: ProgramNode, source: ProgramNode | None) -> str:
-        """Return the initial value of a state: a number, or the caller's position."""
+        """Return the C text of a state's initial value: a number, or the caller's position."""
         fractions = self.scaled.fractions
         if source is None:
             return str(round(math.ldexp(state.value, fractions[state.index])))
@@ -89,10 +86,9 @@ class FixedNumbers:
         )
 
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
-        """Return the C expression of a state's new value, from the expression `text` of that value.
+        """Return a C expression that converts the value `text` to the state's number format.
 
-        source: node of the value; None if `text` is an argument of a C function, which has the
-        number format of the state.
+        source: node of the value; None if the value has the number format of the state.
         """
         shift = self.scaled.write_shift[state.index] if source is not None else 0
         if (
@@ -111,10 +107,7 @@ class FixedNumbers:
         return f"bounded({text}, {low}, {high})"
 
     def expression(self, node: ProgramNode, of: list[str]) -> str:
-        """Return the C expression of a node from its operands `of`.
-
-        Each operand is a name, a number, a call, or an expression in brackets.
-        """
+        """Return the C expression of a node; `of`: C expressions of the node's operands."""
         args = node.args
         sa, sb, s = self.scaled.shifts.get(node.index, (0, 0, 0))
         match node.op:
@@ -158,7 +151,7 @@ class FixedNumbers:
                 return f"{of[0]} {INFIX[node.op]} {of[1]}"
 
     def _operand(self, node: ProgramNode, text: str, shift: int, word: bool = False) -> str:
-        """Return an operand shifted to another number of fraction bits."""
+        """Return an operand, shifted right by `shift` bits; `word`: True for 32 bits."""
         if node.op == "constant" and node.index not in self.scaled.program.names:
             return _integer(shift_rounded(self.scaled.constants[node.index], shift))
         return (_word if word and shift else _moved)(text, shift)
@@ -170,7 +163,7 @@ class FixedNumbers:
         return f"({text})"
 
     def fractions(self, table: NamedArray) -> str:
-        """Return a comment line with the numbers of fraction bits of an array's elements."""
+        """Return a C comment with the number of fraction bits of each element of an array."""
         counts = [
             str(self.scaled.fractions[node.index]) if node is not None else "-"
             for _, node in table.elements()
@@ -179,7 +172,7 @@ class FixedNumbers:
         return f"/* {one}: {', '.join(counts[:1] if len(set(counts)) == 1 else counts)} */\n"
 
     def note(self, node: ProgramNode) -> str:
-        """Return a comment with the fraction of a value."""
+        """Return a C comment with the resolution of a value, such as 2^-20."""
         return "" if node.is_logical else f" /* {power(self.scaled.fractions[node.index])} */"
 
 
@@ -189,14 +182,14 @@ def power(fraction: int) -> str:
 
 
 def _integer(word: int) -> str:
-    """Return an integer in C, as 64-bit constant if necessary, and in brackets if negative."""
+    """Return a C constant, in 64 bits if necessary, and in brackets if negative."""
     if abs(word) >= EDGE:
         return f"INT64_C({word})"
     return str(word) if word >= 0 else f"({word})"
 
 
 def _long(text: str) -> str:
-    """Return a C operand, cast to 64 bits unless its expression has 64 bits already."""
+    """Return a C operand in 64 bits, with a cast if necessary."""
     return text if text.startswith(("shifted(", "raised(")) else f"(int64_t){text}"
 
 

@@ -33,7 +33,7 @@ TAKEN = frozenset(re.findall(r"\w+", RESERVED))
 
 @dataclass(frozen=True)
 class NamedArray:
-    """Constant or state: name, shape (() for a scalar), and index -> node."""
+    """Constant or state: its C name, its shape (() for a scalar), and its nodes by index."""
 
     name: str
     shape: Index
@@ -50,9 +50,10 @@ class NamedArray:
 
 
 class CNames:
-    """Names of a program's used values.
+    """C names of the values that a program uses.
 
-    `text`: node -> name of constants, inputs and states. `results`: node -> name of operations.
+    `text`: number of a node -> name of a constant, an input or a state. `results`: number of a
+    node -> name of the result of an operation.
     """
 
     def __init__(self, program: Program) -> None:
@@ -129,10 +130,10 @@ def _split(name: str) -> tuple[str, Index]:
 def _tables(
     nodes: Iterable[ProgramNode], program: Program, free: Callable[[str], str]
 ) -> list[NamedArray]:
-    """Return the tables of the nodes.
+    """Return the scalars and arrays of the nodes; `free` makes a C name of a node's name.
 
-    Nodes whose names differ only in the index are elements of one table. Nodes with equal names and
-    no index are separate tables. `free` returns the name of a table.
+    Nodes whose names differ only in the index are elements of one array. Each node without an index
+    is a scalar, even if another node has the same name.
     """
     groups: dict[tuple[str, int], dict[Index, ProgramNode]] = {}
     for node in nodes:
@@ -148,7 +149,7 @@ def _tables(
 
 
 def _uses(program: Program) -> Counter[int]:
-    """Return how often each value is used on the way to the output or to a state."""
+    """Return how often each node is used for the output or for a state, by number of the node."""
     assert program.output is not None
     uses: Counter[int] = Counter(
         [program.output.index, *(source.index for source in program.updates.values())]

@@ -64,7 +64,7 @@ class RealNumbers:
         return self.literal(node.value)
 
     def number(self, node: ProgramNode) -> str:
-        """Return the C literal of an unnamed number, for use in an expression."""
+        """Return the C literal of a number without a name, for use in an expression."""
         text = self.literal(node.value)
         return f"({text})" if text.startswith("-") else text
 
@@ -80,7 +80,7 @@ class RealNumbers:
         return name
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:
-        """Return no statements: an input needs no conversion."""
+        """Return no declaration, because an input needs no bound."""
         return []
 
     def valid(self, text: str) -> str:
@@ -92,18 +92,15 @@ class RealNumbers:
         return "position" if source is not None else self.literal(state.value)
 
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
-        """Return `text`, the C expression of a state's new value, unchanged."""
+        """Return `text`, because a state has the number format of all values."""
         return text
 
     def fractions(self, table: NamedArray) -> str:
-        """Return an empty comment, because real numbers have no fraction bits."""
+        """Return "", because real numbers have no fraction bits."""
         return ""
 
     def expression(self, node: ProgramNode, of: list[str]) -> str:
-        """Return the C expression of a node from its operands `of`.
-
-        Each operand is a name, a number, a call, or an expression in brackets.
-        """
+        """Return the C expression of a node; `of`: C expressions of the node's operands."""
         args = node.args
         match node.op:
             case "dot":
@@ -134,5 +131,5 @@ class RealNumbers:
         return text if within.op in LOOSER.get(node.op, ()) else f"({text})"
 
     def note(self, node: ProgramNode) -> str:
-        """Return an empty comment for a declaration."""
+        """Return "", because a real number needs no comment on its resolution."""
         return ""

@@ -29,7 +29,7 @@ KINDS = {"float": "float", "q31": "int32_t", "q15": "int16_t"}
 
 @dataclass(frozen=True)
 class CmsisArrays:
-    """Biquad stages, and the linear controller with the stages' rounded coefficients."""
+    """Biquad stages, and the linear controller with the rounded coefficients of these stages."""
 
     biquads: Biquads
     linear: LinearController

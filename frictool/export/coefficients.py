@@ -104,7 +104,7 @@ def json_files(
 
 
 def _whole(block: Any) -> Any:
-    """Return a block of the document including default values, which the document omits."""
+    """Return a block of the document with the default values that the document omits."""
     if isinstance(block, Observer):
         return _observer(block)
     if isinstance(block, msgspec.Struct):
@@ -154,9 +154,9 @@ def _linear(controller: Controller, number: Number) -> dict[str, Any]:
 
 
 def _program(program: Program, number: Number) -> dict[str, Any]:
-    """Return every named coefficient of the program by its name in the exported C.
+    """Return every named coefficient of the program, by its name in the exported C.
 
-    In fixed point its word and fraction are included.
+    In fixed point, each coefficient also has its integer and its number of fraction bits.
     """
     tables = CNames(program).constants
     hold = coefficient_rounder(number)

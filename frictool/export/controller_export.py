@@ -84,7 +84,7 @@ class ExportResult(ResultView):
 
     @property
     def is_budget_unchecked(self) -> bool:
-        """True if the bench has a budget that was not compared with the code."""
+        """Return True if the bench has a budget that was not compared with the code."""
         budget = self.controller.bench.target
         return self.target is not None and budget is not None and self.target.is_unchecked(budget)
 
@@ -166,11 +166,10 @@ def export_controller(
     origin: ExportOrigin,
     report: bool = False,
 ) -> ExportResult:
-    """Export a controller that was read from the document `origin`.
+    """Export a controller that was read from the document `origin`, as `export` does.
 
-    `report` measures C code on the bench's target, even if the bench has no budget. Raises
-    NoSolutionError if the document is inconsistent, if the rounded loop cannot be verified, if the
-    format cannot represent the controller, or if the code exceeds the budget of the bench's
+    Raises NoSolutionError if the document is inconsistent, if the rounded loop cannot be verified,
+    if the format cannot represent the controller, or if the code exceeds the budget of the bench's
     `target`.
     """
     recheck(controller)
@@ -187,7 +186,10 @@ def export_controller(
 
 
 def _measured(result: ExportResult) -> ExportResult:
-    """Return C code with its figures; raise NoSolutionError if it is above the bench's budget."""
+    """Return the result with size and instructions of its C code on the bench's target.
+
+    Raises NoSolutionError if the code exceeds the budget of the target.
+    """
     controller = result.controller
     target = controller.bench.target or Target()
     kind = "int32_t" if result.number == "q31" else result.number
@@ -237,7 +239,7 @@ def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportRe
     if number != "double":
         unit = si_unit(controller.drive, controller.axis)
         apart = (
-            f"; in another mode: {vectors.apart} sample{'s' * (vectors.apart > 1)}"
+            f"; mode differs from double: {vectors.apart} sample{'s' * (vectors.apart > 1)}"
             if vectors.apart
             else ""
         )
@@ -288,10 +290,7 @@ def _matlab(controller: Controller, number: Number, origin: ExportOrigin) -> Exp
 
 
 def _cmsis(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
-    """Export for CMSIS-DSP, verified with its biquads.
-
-    In fixed point all biquads share one shift, and the scaling puts a gain into every stage.
-    """
+    """Export for CMSIS-DSP, after verification with the rounded coefficients of the biquads."""
     if number == "double":
         raise NoSolutionError(
             f"{controller.name}: CMSIS-DSP's direct form I biquads have no double format; use "

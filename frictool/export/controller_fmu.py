@@ -1,7 +1,7 @@
 """Controller as a Functional Mock-up Unit, with `NAME.c` and `NAME.h` of `--lang c` as sources.
 
-The unit executes one sample per period. The unit computes the drive at the end of a communication
-step from the inputs at the start of the step: the drive acts one period after the measurement.
+The unit executes one sample per period. The drive at the end of a communication step is computed
+from the inputs at the start of the step, so that it acts one period after the measurement.
 """
 
 from __future__ import annotations

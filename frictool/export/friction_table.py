@@ -34,7 +34,7 @@ SPEEDS, POSITIONS = 51, 101  # rows of the tables over speed and position
 DRIVE_ROWS = 20  # largest number of rows of `frict_comp` (P-COMP-00062)
 COGGING_ROWS, COGGING_LEVELS = 1024, 127  # number and largest value of the entries in moteus
 NO_ODRIVE = "no ODrive map: ODrive measures its map itself, and publishes no way to load another"
-WHOLE = 1e-9  # largest relative deviation of a whole number
+WHOLE = 1e-9  # largest relative deviation of a number that is treated as whole
 
 
 def table_files(
@@ -99,7 +99,7 @@ def _speed_table(model: Model, sides: list[SlipCurve], top: float, head: str) ->
 
 
 def _speeds(sides: list[SlipCurve], top: float, number: int) -> Vector:
-    """Return speeds from 0 to `top`: evenly spaced ones, and the knees of the friction."""
+    """Return increasing speeds from 0 to `top`: evenly spaced, and at the knees of viscous(v)."""
     inside = [speed for side in sides for speed in bend_speeds(side) if speed < top]
     return np.unique(np.concatenate((np.linspace(0.0, top, number), inside)))
 
@@ -140,8 +140,8 @@ def _position_table(model: Model, head: str) -> str | None:
 def _drive_table(model: Model, sides: list[SlipCurve], top: float, head: str) -> tuple[str, str]:
     """Return currents at up to 20 speeds, and a note with the error between the rows.
 
-    The drive applies one table to both directions, so that the table has their mean friction. Rows
-    are added where the straight line between two rows is farthest from the friction.
+    The drive uses one table for both directions; the table contains the mean of their friction.
+    Rows are added where the straight line between two rows is farthest from the friction.
     """
     speed = _speeds(sides, top, 1001)
     friction = np.mean([side.friction(speed) for side in sides], axis=0)

@@ -39,16 +39,14 @@ from frictool.errors import NoSolutionError
 from frictool.export.mode_coverage import visit_conditions
 
 SEED = 1
-PHASE, LONGEST = (
-    1500,
-    20_000,
-)  # samples, largest length of a phase; up to the second value if the prefilter is slow
-SETTLING = 15.0  # time constants of the prefilter
-BANDS = 32.0  # amplitude in bands of the position law, if the bench has no travel
+# largest length of a phase [samples], for a fast and for a slow prefilter
+PHASE, LONGEST = 1500, 20_000
+SETTLING = 15.0  # settling time of the prefilter, in time constants
+BANDS = 32.0  # range of the position in bands of the position law, if the bench has no travel
 COUNTS = 8.0  # width [encoder counts] assumed for the band of a controller without a band
 LAG = 10.0  # samples, lag of the position behind the filtered reference
-FASTER = 3.0  # speed of the return into the band, relative to the speed that counts as rest
-DISABLED = 20  # samples between the commands disable and enable, which count in no mode
+FASTER = 3.0  # speed of the return into the band, relative to the rest speed of the position law
+DISABLED = 20  # samples between the commands disable and enable; they count as no mode
 BEYOND = 0.1  # excess of a scheduled parameter beyond its range, relative to the range
 
 Row = tuple[float, ...]
@@ -68,8 +66,8 @@ class GoldenVectors:
 
     `fault_from`: first row with the fault. `restart`: row before which the controller is started
     again at the position of this row. `commands`: for each command of control/supervision.py, the
-    row before which the command is first given. The command `fault` is followed by `disable` and
-    `enable` before the same row, which do not end the fault.
+    row before which the command is first given. Before the row of the command `fault`, `disable`
+    and `enable` follow as well; they do not end the fault.
     """
 
     columns: tuple[str, ...]
@@ -90,12 +88,12 @@ class GoldenVectors:
 
     @property
     def samples(self) -> int:
-        """Number of samples."""
+        """Return the number of samples."""
         return len(self.rows)
 
 
 class _VectorSequence:
-    """Generator of the rows: a controller, and a position that follows its reference."""
+    """Generator of the rows: a controller, and an axis whose position follows the reference."""
 
     def __init__(self, controller: Controller, program: Program, number: ProgramNumber) -> None:
         self.program = program
@@ -113,7 +111,7 @@ class _VectorSequence:
         self.low, self.high = (travel.low, travel.high) if travel else (0.0, BANDS * self.band)
         self.settled, self.slow = _speeds(controller, self.band)
         rest = law.rest_speed if law is not None else 0.0
-        # distance per sample after a push
+        # distance per sample of the return after a push
         self.returning = FASTER * rest * controller.sample_period_s
         self.random = random.Random(SEED)
         self.period = controller.sample_period_s
@@ -128,7 +126,7 @@ class _VectorSequence:
         self.apart = 0
 
     def start(self) -> None:
-        """Start both programs again, at rest at the position."""
+        """Start both programs at rest at the present position."""
         for one in self.both:
             one.start(self.counted(self.position))
 
@@ -139,7 +137,7 @@ class _VectorSequence:
 
     @property
     def machine(self) -> CompiledProgram:
-        """The running program in the number format."""
+        """Return the program in the number format."""
         return self.formatted.machine
 
     def command(self, name: CommandName) -> None:
@@ -163,7 +161,7 @@ class _VectorSequence:
     def sample(
         self, reference: float, jitter: int = 0, lost: Mapping[str, float] | None = None
     ) -> None:
-        """Run one sample; `lost` replaces inputs by invalid values, by name."""
+        """Run one sample; `lost`: name of an input -> invalid value."""
         position = self.counted(self.position) + self.step * self.random.randint(-jitter, jitter)
         velocity = (position - self.before) / self.period
         self.before = position
@@ -236,10 +234,9 @@ class _VectorSequence:
             self.moved(reference)
 
     def push(self, bands: float) -> None:
-        """Push the axis out of the band, hold it, and let it fall back.
+        """Push the axis out of the band, and return it when the measured speed has decayed.
 
-        The axis is held until the measured speed has decayed, and falls back faster than the law's
-        rest speed.
+        The return is faster than the rest speed of the position law.
         """
         reference = self.rows[-1][0]
         start = self.position
@@ -266,7 +263,7 @@ class _VectorSequence:
                 break
 
     def lose(self, reference: float, samples: int) -> None:
-        """Invalidate one input for one sample, then the next input; `samples` times in all."""
+        """Run samples with one invalid input each; the inputs take turns."""
         kinds: list[dict[str, float]] = [
             {"position": math.nan},
             {"position": math.inf},
@@ -285,7 +282,7 @@ class _VectorSequence:
 
 
 def _speeds(controller: Controller, band: float) -> tuple[float, float]:
-    """Return the speeds below which prefilter and measured speed are treated as settled."""
+    """Return the speeds below which (prefilter, axis) are treated as settled [rad/s | m/s]."""
     law, limiter = controller.position_law, controller.limiter
     stated = (
         law.settled_speed
@@ -316,9 +313,9 @@ def _settling_samples(controller: Controller) -> int:
 
 
 def _losses(bench: _VectorSequence) -> tuple[int, int]:
-    """Make inputs invalid for the hold time, then for one sample more, and start again.
+    """Make inputs invalid for the hold time, then for one sample more, and restart the programs.
 
-    Return the rows of fault and restart.
+    Return (first row with the fault, row before which the programs restart).
     """
     for fraction in (0.6, 0.3, 0.8):
         bench.move(bench.at(fraction), 30)

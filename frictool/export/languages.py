@@ -1,4 +1,4 @@
-"""Languages of `frictool export`, one record for each document that a language takes."""
+"""Languages of `frictool export`, with one record for each kind of exported document."""
 
 from __future__ import annotations
 

@@ -3,8 +3,8 @@
     joint    armature = J, damping = viscous friction, frictionloss = Coulomb friction,
              stiffness = spring of the load, range = travel
     general  effort = gear (drive + bias), drive with the lag of its loop; bias = -offset / gear
-    dcmotor  without input: LuGre friction in place of frictionloss, and the effort ripple as
-             cogging. The winding of this motor conducts no current.
+    dcmotor  without input: LuGre friction instead of frictionloss, and the effort ripple as
+             cogging; the winding of this motor conducts no current
 
     LuGre    dz/dt = v - |v| z sigma_0/g(v),  g = F_c + (F_s - F_c) exp(-(v/v_s)^2),
              friction = sigma_0 z + sigma_1 dz/dt; the joint has the viscous friction
@@ -37,14 +37,14 @@ from frictool.export.export_origin import ExportOrigin
 from frictool.export.model_features import left_out_levels, without_features
 
 JOINTS = {"rotary": "hinge", "linear": "slide"}
-LONGEST_STEP = 1e-3  # s
+LONGEST_STEP = 1e-3  # longest time step [s]
 BRISTLE_STEP = 0.1  # longest time step relative to sqrt(J / sigma_0)
-BODY_SHARE = 1e-6  # inertia of the body relative to the armature; a body without one is an error
+BODY_SHARE = 1e-6  # inertia of the body relative to the armature; MuJoCo does not allow 0
 # centre of mass of the body. MuJoCo computes the stiffness of the friction on a slide joint without
 # the armature if the centre is the origin of the body's frame.
 CENTRES = {"rotary": "0 0 0", "linear": "0.001 0 0"}
 STIFFEST = 0.9999  # largest impedance of a constraint (mjMAXIMP)
-INSULATED = 'motorconst="1e-9" resistance="1e9"'  # winding without current; both must be positive
+INSULATED = 'motorconst="1e-9" resistance="1e9"'  # almost no current; MuJoCo does not allow 0
 STRIBECK_EXPONENT = 2.0
 RANGES = "mjcf-ranges/1"
 
@@ -230,7 +230,7 @@ def _element(name: str, attributes: Mapping[str, str]) -> str:
 
 
 def _passive(values: Mapping[tuple[str, str], float], ripple: Ripple | None) -> str | None:
-    """Return the motor with LuGre friction and cogging; None if the model has neither."""
+    """Return the element `dcmotor`; None if the model has neither LuGre friction nor ripple."""
     lugre = [repr(values["dcmotor", key]) for key in LUGRE if ("dcmotor", key) in values]
     texts = [f'lugre="{" ".join(lugre)}"'] if lugre else []
     if ripple is not None:
@@ -248,7 +248,7 @@ LUGRE = tuple(f"lugre {index}" for index in range(5))
 
 
 def _amplitude(ripple: Ripple) -> Quantity:
-    """Return the amplitude of a ripple; its interval contains all sines and cosines."""
+    """Return the amplitude; its interval covers the intervals of sine and cosine."""
     sine, cosine = ripple.sine, ripple.cosine
 
     def least(one: Quantity) -> float:

@@ -155,7 +155,7 @@ def _mujoco() -> ModuleType:
 
 
 def _record(log: Log) -> tuple[Vector, Vector, float]:
-    """Return position and effort (n,) before the log's first gap, and the sample period [s]."""
+    """Return (position, effort, sample period [s]) before the log's first gap; signals (n,)."""
     stream = log.main
     position, effort = log.require(stream, "position", "effort")
     steps = np.diff(stream.time)
@@ -187,7 +187,7 @@ def _simulated(
 
 
 def _played(mujoco: ModuleType, target: Any, start: float, effort: Vector, period: float) -> Vector:
-    """Return MuJoCo's position (n,); the effort is held for a period and acts on the joint."""
+    """Return the position (n,) that MuJoCo simulates; the effort is constant in each period."""
     data = mujoco.MjData(target)
     data.qpos[0] = start
     steps = max(1, round(period / target.opt.timestep))

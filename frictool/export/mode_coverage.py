@@ -13,9 +13,10 @@ from frictool.control.target_band import BRAKE, REST, RUN
 class VisitCondition:
     """Condition on the values of a program after a sample.
 
-    The node `index` of the program must have the value `value`. If `differs` is True, the node must
-    have another value. If `where` is not None, the node `where` must also have a value other than
-    0. text: description of the condition.
+    - index, value: the node `index` of the program must have the value `value`
+    - differs: True if the node must have another value than `value`
+    - where: node that must also differ from 0; None for no such condition
+    - text: description of the condition
     """
 
     index: int

@@ -1,4 +1,8 @@
-"""Fixed-point part of the C header: interval of every value, and macros that convert values."""
+"""Fixed-point part of the C header: interval of every value, and macros that convert values.
+
+A value in fixed point is an integer, its word, times 2^-fraction; fraction is the number of its
+fraction bits.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ MULTIPLIER_BITS = 31
 
 
 def proof_lines(names: CNames, scaled: FixedProgram) -> list[str]:
-    """Return a line for each value: name, fraction bits, range of its words, and range in SI."""
+    """Return a line for each value: name, fraction bits, range of its word, range in SI."""
     lines = []
     for node in names.program.nodes:
         if (
@@ -37,7 +41,7 @@ def proof_lines(names: CNames, scaled: FixedProgram) -> list[str]:
 
 
 def field_note(table: NamedArray, scaled: FixedProgram) -> str:
-    """Return resolution and range [SI] of a state's elements as text; equal ones appear once."""
+    """Return resolution and range [SI] of each element of a state as text; equal ones once."""
     notes = []
     for node in table.nodes.values():
         low, high = (
@@ -112,7 +116,10 @@ def _from_counts(step: float, fraction: int) -> str:
 
 
 def _rounded_quotient(product: str, sign: str, n: int) -> str:
-    """Return a C expression for `product` times 2^-n, rounded to nearest, ties away from zero."""
+    """Return a C expression for `product` times 2^-n, rounded to nearest, halves away from zero.
+
+    `sign`: C expression with the sign of the product.
+    """
     if n <= 0:
         return f"((int32_t)({product} * {2**-n}))"
     half = f"INT64_C({2 ** (n - 1)})"

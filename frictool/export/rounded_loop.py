@@ -1,10 +1,10 @@
 """Verification of a controller with coefficients rounded to a number format of the target.
 
-The sampled loop is rebuilt at every vertex with the rounded coefficients. Each loop must be stable
-at every delay of the document, and have the specified modulus margin at the bench's delay. If the
-document contains the weights of the norm, the norm must not exceed the stored norm. Every corner of
-a schedule is checked with the plant of this corner. The rounding of signals is not verified; the
-golden vectors show its effect (golden_vectors.py).
+At every vertex, the sampled loop is computed with the rounded coefficients. It must be stable at
+every delay of the document, and have the specified modulus margin at the bench's delay. If the
+document contains the weights of the H-infinity norm, the norm must not exceed the stored one. The
+controller at every corner of a schedule is checked with the plant of this corner. The rounding of
+signals is not verified; the golden vectors show its effect (golden_vectors.py).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ FINER = {
 
 @dataclass(frozen=True)
 class RoundedLoop:
-    """Worst modulus margin and norm with rounded coefficients, and the vertices of these values.
+    """Worst modulus margin and norm with rounded coefficients, each with its vertex.
 
     `norm` is None if the document contains no weights.
     """
@@ -106,7 +106,7 @@ def _refused(controller: Controller, number: Number, why: str) -> NoSolutionErro
 def _loops(
     controller: Controller, linear: LinearController, number: Number
 ) -> Iterator[tuple[LinearController, PlantPoint, tuple[int, ...]]]:
-    """Yield each linear controller with its plant and its delays, the delay of the bench first."""
+    """Yield (linear controller, plant, delays [samples]), the bench's delay first."""
     for vertex in controller.verified.vertices:
         point = PlantPoint(
             vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
@@ -159,7 +159,10 @@ def _margin(
     point: PlantPoint,
     delays: tuple[int, ...],
 ) -> float:
-    """Return the modulus margin of the loop with rounded coefficients, one plant and `delays`."""
+    """Return the modulus margin with one plant, at the first of `delays`.
+
+    Raises NoSolutionError if the margin is too small or a loop is unstable at one of the delays.
+    """
     hold = coefficient_rounder(number)
     lag = controller.bench.actuator.loop_time_constant_s
     loops = feedbacks(
@@ -192,7 +195,7 @@ def _margin(
 
 
 def _brake(controller: Controller, number: Number) -> None:
-    """Raise NoSolutionError if the largest slope of the limiter's virtual friction is unstable."""
+    """Raise NoSolutionError if the loop of the limiter's virtual friction is unstable."""
     limiter = controller.limiter
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return

@@ -1,4 +1,4 @@
-"""Size and instructions of exported C on a Cortex-M4: cross compiler, and QEMU's emulator.
+"""Size of exported C on a Cortex-M4, and its number of instructions in the emulator QEMU.
 
     NAME.c    ──arm-none-eabi-gcc -O2──▶ NAME.o: bytes of code and constants, bytes of a state
     count.c   ──with target/start.c───▶ image ──qemu-system-arm -icount──▶ instructions of each step
@@ -33,7 +33,7 @@ FLOAT_OPTIONS = {
     "cortex-m4f": ("-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"),
     "cortex-m4": ("-mfloat-abi=soft",),
 }
-LONGEST = 300.0  # s, limit of a run of the compiler or of QEMU
+LONGEST = 300.0  # longest time of the compiler or of QEMU [s]
 
 
 @dataclass(frozen=True)
@@ -182,9 +182,9 @@ def run_image(image: Path, *options: str) -> str:
 
 
 def _count_source(name: str, program: Program, kind: str) -> str:
-    """Return count.c: it prints samples, sum and largest number of instructions.
+    """Return the text of count.c.
 
-    A tick of the timer takes 1000 / CLOCK_MHZ ns, an instruction 2^SHIFT ns.
+    The program prints the number of samples, and the sum and the maximum of the instructions.
     """
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=False)
     template = environment.from_string((FOLDER / "count.c.jinja").read_text(encoding="utf-8"))
@@ -204,10 +204,7 @@ def _count_source(name: str, program: Program, kind: str) -> str:
 
 
 def _run(command: list[str], folder: Path | None = None) -> str:
-    """Return the stdout of a command; raise FrictoolError with its first error.
-
-    folder: folder in which the command runs; by default the present one.
-    """
+    """Return the output of a command that runs in `folder`; raise FrictoolError if it fails."""
     try:
         done = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False

@@ -19,7 +19,7 @@ from frictool.errors import InputFileError
 from frictool.export.model_features import left_out_levels, without_features
 
 KINDS = {"rotary": ("revolute", "continuous"), "linear": ("prismatic",)}  # types of joints
-CONTAINERS = {"robot", "sdf", "world", "model"}  # elements above a joint; and those of xacro
+CONTAINERS = {"robot", "sdf", "world", "model"}  # elements that contain a joint, as xacro's do
 TAG_END = re.compile(rb"\s*/?>$")
 
 
@@ -97,7 +97,7 @@ def xml_tree(path: Path, data: bytes) -> XmlElement:
 
 
 def _tag_end(data: bytes, start: int) -> int:
-    """Return the position behind the start tag; a `>` in a quoted value does not end it."""
+    """Return the position behind the start tag; a `>` in a quoted value does not end the tag."""
     quote = 0
     for position in range(start, len(data)):
         byte = data[position]
@@ -223,7 +223,7 @@ def _sdf_joint(path: Path, data: bytes, joint: XmlElement, values: Mapping[str, 
     if dynamics.stop == dynamics.end:  # <dynamics/>
         text = f"<dynamics>{''.join(elements.values())}</dynamics>"
         return data[: dynamics.start] + text.encode() + data[dynamics.end :]
-    for key in reversed(elements):  # the last bytes first: earlier positions stay valid
+    for key in reversed(elements):  # from the end of the file: earlier positions stay valid
         there = dynamics.child(key)
         if there is None:
             data = _appended(path, data, dynamics, elements[key])
@@ -236,12 +236,13 @@ def _sdf_joint(path: Path, data: bytes, joint: XmlElement, values: Mapping[str, 
 
 
 def _appended(path: Path, data: bytes, parent: XmlElement, text: str) -> bytes:
-    """Return the file with `text` behind the last child of `parent`, indented as that child is."""
+    """Return the file with `text` behind the last child of `parent`, with the same indentation."""
     if not parent.children:
         raise InputFileError(path, f"<{parent.name}> is empty; complete it", line=parent.line)
     last = parent.children[-1]
     line = data.rfind(b"\n", 0, last.start) + 1
     indent = data[line : last.start]
     line_end = b"\r\n" if data[:line].endswith(b"\r\n") else b"\n"
-    gap = b"" if indent.strip() else line_end + indent  # b"": the child does not begin its line
+    # without a line break if the child does not begin its line
+    gap = b"" if indent.strip() else line_end + indent
     return data[: last.end] + gap + text.encode() + data[last.end :]

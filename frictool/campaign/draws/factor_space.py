@@ -29,8 +29,8 @@ class Factor:
     `nominal`: value if the quantity does not vary.
     `kind`: `plant` for a parameter of the plant, else the kind of a key of `spread`.
     `whole`: True if the values are whole numbers, all equally likely.
-    `least`: (name of another factor, scale). The factor is drawn from the part of its range above
-        scale times the other factor's value. None if there is no such lower limit.
+    `least`: (name of a second factor, scale). The factor is drawn from the part of its range above
+        scale times the second factor. None if there is no such lower limit.
     """
 
     name: str

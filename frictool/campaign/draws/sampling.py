@@ -36,7 +36,7 @@ class UnitDraws(NamedTuple):
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
     """Return `count` draws of the factors.
 
-    For the method `vertices`, `count` may be None: all vertices, at most MOST_VERTICES.
+    For the method `vertices`, None means all vertices, or MOST_VERTICES of them if there are more.
     """
     if method == "vertices":
         corners = 2**factors

@@ -23,7 +23,7 @@ START, WITHIN_COUNT, WEAR, TEMPERATURE = (
     "spread.wear",
     "spread.temperature",
 )
-NOWHERE = float("nan")  # nominal value of a factor that has no value without `spread`
+NOWHERE = float("nan")  # nominal value of a factor that is only in `spread`
 Band = FactorBand | InstantBand | LastingBand | GainBand | CountBand | FrequencyBand
 OF_FAULT = {
     "lost_counts": "lost counts",

@@ -3,11 +3,11 @@
 The count is the number of draws that pass. The lower bound is the rate for which the observed count
 or a larger one has the probability 1 - confidence. The bound is exact for independent draws.
 
-The count for a Latin hypercube is not binomial. The mean of a function over n draws of a hypercube
-has at most the variance of the mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),
-1997). The bounds for a hypercube are therefore the Clopper-Pearson bounds for n - 1 draws with the
-same rate. If factors act only jointly, the count may change in steps of two. The count is therefore
-first reduced by 0.5 for the lower bound, and increased by 0.5 for the upper bound.
+The draws of a Latin hypercube are not independent. The mean of a function over n of these draws has
+at most the variance of the mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),
+1997). The bounds are therefore those of n - 1 independent draws with the same rate. If factors act
+only jointly, the count may change in steps of two. The count is therefore first reduced by 0.5 for
+the lower bound, and increased by 0.5 for the upper bound.
 """
 
 from __future__ import annotations

@@ -142,7 +142,7 @@ def rank(draws: int, level: float, confidence: float, method: Method) -> int | N
 
 
 def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
-    """Return the smallest whole number from `low` to `high` for which `holds` is true."""
+    """Return the smallest integer from `low` to `high` for which `holds` is True (bisection)."""
     while low < high:
         middle = (low + high) // 2
         low, high = (low, middle) if holds(middle) else (middle + 1, high)
@@ -182,8 +182,8 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
 def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
     """Return a histogram with equal bins.
 
-    If the limit lies in or next to the range of the bins, it is an edge. Values equal to the limit
-    are then in the bin that meets the requirement.
+    The limit is an edge unless it is far outside. A value equal to the limit is in the bin on the
+    side of the edge that meets the requirement.
     """
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))
@@ -207,15 +207,14 @@ def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
 
 
 def _reach(values: Vector, limit: float) -> tuple[float, float]:
-    """Return the range of the histogram.
+    """Return the range of the histogram, without outliers.
 
-    Outliers are outside, since they would compress all other values into one bin. The limit is
-    inside if it lies between the smallest and the largest value.
+    The range contains the limit if the limit lies between the smallest and the largest value.
     """
     low, high = float(values.min()), float(values.max())
     fifth, last = (float(q) for q in np.quantile(values, (0.05, 0.95)))
     body = last - fifth
-    # second condition: nearly all values are equal
+    # the second condition is True if nearly all values are equal
     if values.size < MANY or not body > 1e-6 * (high - low):
         return low, high
     near = fifth - FAR * body

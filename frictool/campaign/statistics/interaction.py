@@ -2,12 +2,11 @@
 
     S_ij = Var(E[Y | X_i, X_j] - E[Y | X_i] - E[Y | X_j] + E[Y]) / Var(Y)
 
-S_ij is the second-order Sobol index of Y and the factors X_i, X_j (Sobol 1993). The range of each
-factor is divided into slices; a cell is the intersection of a slice of X_i with a slice of X_j.
-First, the mean in each slice is subtracted, so that no first-order effect remains. Then the mean of
-the residual is computed in each cell. The expected random variation of the cell's mean is
-subtracted; it is largest in cells with both passing and failing trials. The standard deviation of
-S_ij is that of two factors without interaction.
+S_ij is the second-order Sobol index of the metric Y and the factors X_i, X_j (Sobol 1993). The
+range of each factor is divided into slices; a cell is the intersection of a slice of X_i with a
+slice of X_j. First, the mean in each slice is subtracted from Y, so that no first-order effect remains. S_ij
+is the variance of the means of the residual in the cells, without the part that is due to chance.
+The standard deviation of S_ij is that of two factors without interaction.
 """
 
 from __future__ import annotations
@@ -62,7 +61,10 @@ def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> J
 
 
 def _noise(cells: Slices, inside: Vector) -> Vector:
-    """Return the variance (k,) inside each cell; a cell with one draw gets the pooled variance."""
+    """Return the variance (k,) of the values in each cell, from their deviations `inside` (n,).
+
+    A cell with a single draw gets the mean variance of all cells.
+    """
     squares = cells.sums(inside**2)
     sizes = cells.sizes
     pooled = float(squares.sum()) / max(1, inside.size - cells.count)

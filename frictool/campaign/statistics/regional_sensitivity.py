@@ -2,8 +2,8 @@
 
 The method of Hornberger and Spear (Journal of Environmental Management 12, 1981) computes the
 Kolmogorov-Smirnov distance between the distributions of a factor in the failing and in the passing
-trials, and the p-value of this distance. The test is valid for random draws and for a Latin
-hypercube: for a factor without influence, failures are equally likely at all draws.
+trials, and the p-value of this distance. The p-value is valid for random draws and for a Latin
+hypercube.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from frictool.campaign.statistics.slices import Slices
 from frictool.typing import BoolVector, Vector
 
-# largest (number of failing trials)(number of passing trials) for which the exact p-value is
-# computed; above, the asymptotic p-value
+# largest product of the numbers of failing and of passing trials for an exact p-value; for a larger
+# product the p-value is asymptotic
 EXACT = 4_000_000
 
 
@@ -49,7 +49,7 @@ class FailureRegion:
 
     @property
     def direction(self) -> str:
-        """Return words for the part of the factor's range in which the failures lie."""
+        """Return the part of the factor's range in which the failures lie, such as "high"."""
         least = 2.0 * self.noise
         if abs(self.leans) > least and abs(self.leans) >= 0.5 * abs(self.spread):
             return "high" if self.leans > 0.0 else "low"
@@ -90,8 +90,8 @@ def region(
 def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
     """Return the Kolmogorov-Smirnov distance and its p-value.
 
-    The p-value is exact for few trials. For many (n failing and m passing) trials, it is the
-    p-value of one sample of n m/(n + m) draws.
+    The p-value is exact for few trials. For many trials (n failing, m passing) it is the p-value of
+    one sample of n m/(n + m) draws.
     """
     method = "exact" if bad.size * good.size <= EXACT else "asymp"
     if method == "exact":

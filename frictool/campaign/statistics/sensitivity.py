@@ -36,8 +36,8 @@ LEAST_DISTANCE, LEAST_SHARE = (
     0.01,
 )  # limits of a factor's influence if all vertices were simulated
 FEWEST = 20  # smallest number of trials with a value for an estimate of influence
-# the share of the ranks' variance is reported if it exceeds the share of the values' variance by
-# this number
+# the variance share of the ranks is reported if it exceeds the variance share of the values by this
+# number
 HIDDEN = 0.1
 FINEST = 12  # largest number of slices per factor of a plane
 
@@ -175,11 +175,11 @@ def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
 
 
 def masks(trials: Trials) -> list[tuple[str, BoolVector, BoolVector]]:
-    """Return (name, mask of failing trials, mask of passing trials) for each requirement.
+    """Return (name, mask of failing trials, mask of passing trials) for each comparison.
 
-    The name is empty for all requirements together, and "not simulated" for trials without a run. A
-    requirement is left out if no trial fails, if no trial passes, or if the masks of an earlier one
-    are the same.
+    The first comparison is for all requirements together and has the name "". Then follow the
+    requirements, and "not simulated" for the trials that could not be simulated. A comparison is
+    left out if no trial fails or no trial passes, or if an earlier one has the same masks.
     """
     questions = [("", trials.passed == BROKEN, trials.passed == MET)]
     questions += [

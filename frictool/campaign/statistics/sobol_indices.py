@@ -13,11 +13,11 @@ m - m^2 - S_i Y^2 with m = E[Y | X_i] and zero-mean Y (Da Veiga and Gamboa, Jour
 Statistics 25, 2013). The random error of the means for a factor without influence, sqrt(2 (k -
 1))/n, is added in quadrature.
 
-The test of influence uses ranks, so that infinite values are allowed (a step that never settles has
-the worst rank). As Lepage's test for two samples (Biometrika 58, 1971), it combines two differences
-between the slices: of the mean ranks (Kruskal and Wallis, JASA 47, 1952), and of the spread about
-the middle rank. The spread also reveals a factor that acts only jointly with others and therefore
-has no first-order share.
+The test of influence uses ranks, so that values may be infinite (a step that never settles has the
+worst rank). Like Lepage's test for two samples (Biometrika 58, 1971), it combines two differences
+between the slices: in the mean rank (Kruskal and Wallis, JASA 47, 1952), and in the spread of the
+ranks about the middle rank. The spread also reveals a factor without first-order share, which acts
+only jointly with others.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class VarianceShare:
     """Share of one factor in the variance of a metric.
 
     `share`, `error`: first-order Sobol index S_i of the factor, and the standard deviation of S_i.
-    `of_ranks`, `error_of_ranks`: the same for the ranks of the values, which may be infinite.
+    `of_ranks`, `error_of_ranks`: index and standard deviation for the ranks of the values.
     `chance`: p-value of the rank test; None if the trials are not random.
     `rises`: rank correlation of metric and factor, -1 to 1.
     """
@@ -52,7 +52,7 @@ class VarianceShare:
 
     @property
     def direction(self) -> str:
-        """Return words for the change of the metric if the factor rises."""
+        """Return the change of the metric for a rising factor, such as "falls"."""
         return "rises" if self.rises > SLOPE else "falls" if self.rises < -SLOPE else "up and down"
 
 
@@ -85,8 +85,8 @@ def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, 
 def scores_of(values: Vector) -> tuple[Vector, ...]:
     """Return the rank scores (location, spread) of `values` (n,), finite or infinite.
 
-    The scores, each (n,), have zero mean and are orthogonal. Equal values have the same rank. If
-    too many values are equal, there is only one score, or none.
+    Each score has shape (n,) and zero mean; the two are orthogonal. Equal values have the same
+    rank. If too many values are equal, the result has only one score, or none.
     """
     n = values.size
     score_of_rank = (scipy.stats.rankdata(values) - 0.5 * (n + 1.0)) / n
@@ -101,7 +101,7 @@ def scores_of(values: Vector) -> tuple[Vector, ...]:
 
 
 def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
-    """Return the p-value of the differences of the scores between the slices."""
+    """Return the p-value of the differences between the mean scores of the slices."""
     n = slices.of.size
     k = slices.count
     if n <= k or k < 2 or not scores:

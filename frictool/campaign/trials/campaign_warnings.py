@@ -1,4 +1,4 @@
-"""Warnings of a campaign before its trials."""
+"""Warnings that a campaign gives before its trials."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Interval = tuple[float, float]
 
 
 def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
-    """Return the warnings of a campaign before its trials.
+    """Return the warnings.
 
     There are warnings for
 

@@ -3,9 +3,9 @@
     judge = ControllerJudge(plant, scenario, spec, plants)      prepared once
     verdict = judge(controller)                                 values and reserves of each plant
 
-To play a plant means to simulate the plant with a controller. A search for a controller calls the
-judge once per candidate. Plants, reference, disturbances and noise are the same for all candidates,
-so that the results of candidates can be compared.
+A played plant is a plant that was simulated with the controller. A search for a controller calls
+the judge once per candidate. Plants, reference, disturbances and noise are the same for all
+candidates, so that their results can be compared.
 """
 
 from __future__ import annotations

@@ -23,9 +23,8 @@ import numpy as np
 
 from frictool.typing import Vector
 
-Badness = Callable[
-    [Vector], float
-]  # point of the unit cube -> badness: larger is worse, -inf without a value
+# point of the unit cube -> badness of the metric: larger is worse, -inf without a value
+Badness = Callable[[Vector], float]
 WORST_STREAM = (1 << 33) + 5
 LEAST_POPULATION, MOST_POPULATION = 8, 40
 CORNERS = 0.4  # largest share of the evaluations for stage 1
@@ -95,7 +94,10 @@ def search_worst(badness: Badness, starts: Vector, evaluations: int, seed: int) 
 def _to_corners(
     state: SearchState, generator: np.random.Generator, most: int
 ) -> list[tuple[Vector, float]]:
-    """Move each factor of the worst point to the worse end, until a round changes nothing."""
+    """Move the factors of the worst point to ends of their ranges, as long as the metric worsens.
+
+    Return (point, badness) of each evaluated point.
+    """
     known = list[tuple[Vector, float]]()
     end = state.tried + most
     while not state.ended and state.tried < end:

@@ -1,4 +1,4 @@
-"""Results of trials, stored in arrays by the index of the draw."""
+"""Results of trials in arrays, one row for each draw."""
 
 from __future__ import annotations
 

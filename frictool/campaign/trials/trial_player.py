@@ -46,7 +46,7 @@ class CampaignSetting(NamedTuple):
 
 
 class ScenarioJudge:
-    """Simulation and judgement of scenarios with the plant and the controller of one setting."""
+    """Simulation and judgement of scenarios with one plant and one controller."""
 
     def __init__(self, setting: CampaignSetting) -> None:
         self.setting = setting
@@ -72,7 +72,7 @@ class ScenarioJudge:
         return self._judge(scenario.name, self.test.stream(run), run.plant)
 
     def trial(self, index: int, scenario: Scenario) -> TrialResult:
-        """Return the values and outcomes of `judged` as trial number `index`."""
+        """Return the result of a scenario as the trial of draw `index`."""
         (run,) = self.test.runs(scenario, self.setting.recorded)
         sensors = run.prepared.sensors
         outcomes = None
@@ -95,7 +95,7 @@ class ScenarioJudge:
 
     @cached_property
     def _is_plain(self) -> bool:
-        """Return True if specification and plant have the same kind of axis and drive."""
+        """Return True if specification and plant have the same kind of axis and of drive."""
         rig, spec = self.test.plant.rig, self.setting.spec
         return rig.axis == spec.axis and rig.drive == spec.drive
 
@@ -170,7 +170,7 @@ def metrics_of(requirements: tuple[Requirement, ...]) -> tuple[MetricLimit, ...]
 
 
 def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> TrialResult:
-    """Return the trial of draw `draw` with the values and outcomes of its requirements."""
+    """Return the result of the trial of a draw from the judged requirements."""
     met = tuple(_mark(one.met) for one in requirements)
     return TrialResult(draw, tuple(_value(one) for one in requirements), met)
 
@@ -182,7 +182,8 @@ def _mark(met: bool | None) -> int:
 def _value(one: Requirement) -> float:
     """Return the value of a requirement; NaN if there is no value.
 
-    A failed requirement without a value beyond the limit gets +inf (-inf for a lower limit).
+    If the requirement failed, but its value is missing or within the limit, return +inf (-inf for
+    a requirement with a lower limit).
     """
     within = one.value is None or (
         one.value <= one.limit if one.relation == "<=" else one.value >= one.limit
@@ -195,11 +196,10 @@ def _value(one: Requirement) -> float:
 def check_nominal(
     requirements: tuple[Requirement, ...], names: DocumentNames
 ) -> tuple[Requirement, ...]:
-    """Return `requirements`, which belong to the nominal run.
-
-    Raises NoSolutionError if the nominal run is neither a pass nor a fail for any of them.
-    """
+    """Return the requirements of the nominal run; raise NoSolutionError if all are undecided."""
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")
-        raise NoSolutionError(f"{names.scenario}: decides none of the requirements: {reason}")
+        raise NoSolutionError(
+            f"{names.scenario}: the nominal run decides none of the requirements: {reason}"
+        )
     return requirements

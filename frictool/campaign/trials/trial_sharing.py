@@ -1,6 +1,6 @@
 """Distribution of trials to workers.
 
-Draws without a stored result are jobs. The workers return results in any order; each batch is
+A job is a draw without a stored result. The workers return results in any order; each batch is
 stored when it arrives. `Trials` has the results in the order of the draws.
 """
 
@@ -18,7 +18,7 @@ from frictool.typing import IntVector, Vector
 
 Job = tuple[int, tuple[float, ...]]  # index of the draw, point in the cube
 ProgressCallback = Callable[[float], None]
-# s, duration of a batch of jobs; largest number of jobs in it
+# duration of a batch of jobs [s]; largest number of jobs in a batch
 TOGETHER_S = 0.3
 MOST_TOGETHER = 500
 
@@ -33,10 +33,7 @@ class JobSharing(Protocol):
 
 
 class DrawJobs(Sequence[Job]):
-    """Jobs of the draws `units` (n, d) that have no result yet, created on demand.
-
-    `left`: indices in `units` of the draws without a result.
-    """
+    """Sequence of the jobs; `left`: indices in `units` (n, d) of the draws without a result."""
 
     def __init__(self, units: Vector, left: IntVector) -> None:
         self._units, self._left = units, left

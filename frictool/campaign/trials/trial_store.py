@@ -24,9 +24,8 @@ from frictool.errors import FrictoolError, InputFileError, OutputError
 FORMAT = "campaign-trials/2"
 NO_TRIALS = "contains no stored trials; choose another file, or remove this one"
 Header = Mapping[str, Any]
-SearchKey = tuple[
-    str, int, int
-]  # key of a search: metric, largest number of plants to try, number of draws
+# metric, largest number of plants to try, number of draws
+SearchKey = tuple[str, int, int]
 
 
 class TrialStore:
@@ -34,8 +33,8 @@ class TrialStore:
 
     `path`: file of the trials; None to keep them in memory only.
     `header`: JSON values that identify the campaign.
-    `trials`: index of a draw -> result.
-    `worst`: key of a search -> result.
+    `trials`: index of a draw -> result of the trial.
+    `worst`: key of a search -> result of the search.
 
     Raises InputFileError if the file belongs to another campaign or is damaged, and OutputError if
     the file cannot be written.
@@ -219,5 +218,5 @@ def _lock(file: TextIO, path: Path) -> None:
             raise OutputError(
                 f"{path}: another campaign is writing to this file; wait, or name another file"
             ) from None
-        except OSError:  # a file system without locks
+        except OSError:  # the file system has no locks
             return

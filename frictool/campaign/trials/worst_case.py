@@ -16,9 +16,8 @@ from frictool.documents.controller import ProgramNumber
 from frictool.documents.scenario import Scenario
 from frictool.documents.writing import to_yaml
 
-Commands = Callable[
-    [str], tuple[str, str]
-]  # file name of a scenario -> `command` and `typed` of a WorstCase
+# file name of a scenario -> `command` and `typed` of a WorstCase
+Commands = Callable[[str], tuple[str, str]]
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ def file_name(metric: MetricLimit) -> str:
 
 
 def commands_of(number: ProgramNumber) -> Commands:
-    """Return a function: name of a scenario file without folder -> the two commands."""
+    """Return a function: name of a scenario file -> (`command`, `typed`) of a WorstCase."""
 
     def of(scenario: str) -> tuple[str, str]:
         words = replay_command(
@@ -102,8 +101,8 @@ def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
     lines = [
         f"{case.requirement}: {shown}, where {case.relation} {case.limit:g} {case.unit}".rstrip()
         + f" is required; the worst draw has {drawn}",
-        f"worst of {searched.evaluations} plants that a search has tried; made from "
-        f"{origin.name}; worse plants may exist",
+        f"worst of {searched.evaluations} plants in a search that started from {origin.name}; "
+        "worse plants may exist",
         case.command,
     ]
     body = to_yaml(msgspec.structs.replace(played, name=name, reference=replay))

@@ -41,11 +41,11 @@ if TYPE_CHECKING:
 
 POINTS = 240  # number of points of a distribution curve
 FACTORS = 6  # largest number of factors with a figure of failures over their range
-ROW = 0.3  # inches, height of a row of rates
+ROW = 0.3  # height of the row of one pass rate [inch]
 
 
 def rates(findings: Findings) -> PageFigure:
-    """Return the figure of the pass rates, with intervals, of the campaign and each requirement."""
+    """Return the figure of the pass rates of the campaign and of each requirement."""
     rate = findings.rate
     rows = [("all requirements", rate.passed, rate.undecided)]
     rows += [
@@ -136,7 +136,7 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
 
 
 def causes(findings: Findings) -> list[PageFigure]:
-    """Return a figure of the failing share for each factor with a significant influence."""
+    """Return, for each significant factor, a figure of the failing share over its range."""
     questions = findings.sensitivity.questions
     if not questions or questions[0].name != "":
         return []
@@ -215,7 +215,7 @@ def _metric_caption(findings: Findings, one: Distribution, drawn: bool) -> str:
     relation = "≤" if one.metric.relation == "<=" else "≥"
     share = f"{percent(one.broken / findings.rate.count)} break" if one.broken else "None breaks"
     said = [f"{share} the limit {relation} {quantity(one.metric.limit, unit)}"]
-    said[0] += " (dashed)." if drawn else ", which lies outside of the picture."
+    said[0] += " (dashed)." if drawn else ", which lies outside the figure."
     if one.bound is not None:
         bound = (
             f"{relation} {quantity(one.bound, unit)} (dotted; "
@@ -223,11 +223,11 @@ def _metric_caption(findings: Findings, one: Distribution, drawn: bool) -> str:
         )
         said.append(f"{percent_text(COVERED)} of all plants are {bound}.")
     if one.histogram.outside:
-        said.append(f"{one.histogram.outside} with finite values lie outside of the picture.")
+        said.append(f"Trials with a finite value outside the figure: {one.histogram.outside}.")
     if one.beyond:
-        said.append(f"{one.beyond} have an infinite value and lie to the right.")
+        said.append(f"Trials with an infinite value: {one.beyond}.")
     if one.missing:
-        said.append(f"{one.missing} have none.")
+        said.append(f"Trials without a value: {one.missing}.")
     return " ".join(said)
 
 

@@ -31,9 +31,8 @@ def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
     for axis, factor, ends in ((axes.xaxis, first, x), (axes.yaxis, second, y)):
         if ends.size <= CELLS // 2 + 1:
             axis.set_ticks(np.unique(trials.values[:, factor]))
-    few = (
-        trials.count <= MOST_POINTS and min(x.size, y.size) > CELLS
-    )  # points would hide one another if a factor has few values
+    # if a factor has few values, points would hide one another
+    few = trials.count <= MOST_POINTS and min(x.size, y.size) > CELLS
     return (
         _points(axes, trials, first, second) if few else _cells(axes, trials, first, second, x, y)
     )
@@ -65,7 +64,7 @@ def _points(axes: Axes, trials: Trials, first: int, second: int) -> str:
 
 
 def _dots(axes: Axes, x: Vector, y: Vector, colour: str, size: float, opacity: float) -> None:
-    """Draw points as the round ends of one path; markers would take five times the bytes."""
+    """Draw points as round ends of one path, which takes fewer bytes than markers."""
     corners = np.repeat(np.stack([x, y], axis=1), 2, axis=0)
     codes = np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=Path.code_type), x.size)
     path = Path(corners, codes)
@@ -99,11 +98,11 @@ def _cells(axes: Axes, trials: Trials, first: int, second: int, x: Vector, y: Ve
                 )
             )
     axes.grid(visible=False)
-    return "The share of the trials in a cell that fails, from none (pale) to all (dark)."
+    return "Share of failing trials in each cell, from none (pale) to all (dark)."
 
 
 def _boxes(x: Vector, y: Vector, cells: NDArray[np.int64]) -> Path:
-    """Return the outlines of k cells; `cells` (k, 2) are their indices along x and y."""
+    """Return the outlines of k cells; `cells` (k, 2): index of each cell along x and y."""
     i, j = cells.T
     corners = np.stack([x[[i, i + 1, i + 1, i, i]], y[[j, j, j + 1, j + 1, j]]], axis=-1)
     codes = np.tile(

@@ -26,17 +26,13 @@ from frictool.documents.provenance import Provenance
 from frictool.presentation.page import render_page
 
 TONES = {"PASS": "met", "FAIL": "broken", "UNDECIDED": "open", "NOT SHOWN": "open"}
-# most columns of the table of shares; most rows of tables of factors or reasons
+# largest number of columns of the table of shares; of rows of the tables of factors and of reasons
 FACTORS, MORE = 12, 40
 
 
 @dataclass(frozen=True)
 class ShareCell:
-    """Cell of the table of shares.
-
-    `weight`: shading, 0 to 1.
-    `title`: tooltip.
-    """
+    """Cell of the table of variance shares; `weight`: shading, 0 to 1; `title`: tooltip."""
 
     text: str
     weight: float
@@ -102,9 +98,9 @@ def _rows(findings: Findings, question: FailureComparison) -> list[tuple[str, st
 
 
 def _columns(findings: Findings) -> list[int]:
-    """Return the indices of the factors that are columns in the table of shares, in order.
+    """Return the indices of the columns of the table of shares, in increasing order.
 
-    These are the significant factors with the largest share in a metric.
+    A column is a significant factor; if there are too many, those with the largest shares are kept.
     """
     influences = findings.sensitivity.influences
     named = {i for one in influences for i in one.named}

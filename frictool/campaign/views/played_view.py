@@ -48,8 +48,8 @@ def rest_line(verdict: PlayedVerdict) -> str:
     judged = [one for one in verdict.requirements if one.metric.key in AT_REST]
     if not judged:
         return (
-            "friction compensation: a limit cycle is not excluded: the specification has neither "
-            "rest nor limit_cycle"
+            "friction compensation may cause a limit cycle, which no requirement judges; add rest "
+            "or limit_cycle to the specification"
         )
     titles = " and ".join(requirement_title(one.metric.name) for one in judged)
     many = f"{len(verdict.plants)} plant{'s' if len(verdict.plants) > 1 else ''}"

@@ -1,4 +1,4 @@
-"""Picture of the candidates of a search: response time, modulus margin and drive."""
+"""Figure of the candidates of a search: response time, modulus margin and drive."""
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ from frictool.synth.search.played_tests import RESERVE
 class ReachedValue(NamedTuple):
     """Best value of a requirement that the candidates of a search reached.
 
-    The value of a candidate is the worst value in its tests; candidates far from the limits were
-    simulated with few plants.
+    The value of a candidate is the worst value in its tests. A candidate far from the limits was
+    tested with few plants.
 
     `alone`: best value of all candidates.
     `together`: best value of the candidates that meet all other requirements, or None.
@@ -61,8 +61,8 @@ def refusal(found: AutomaticDesign) -> str:
 def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """Return lines with the details if no design was found.
 
-    The lines contain the numbers of candidates, the bound of the drive, and the requirements of
-    which it suffices to relax one, with their relaxed limits.
+    The lines contain the number of candidates, the bound that the drive sets, and the requirements
+    with a relaxed limit; it suffices to relax one of these requirements.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
@@ -79,7 +79,7 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     if broken:
         lines.append("relax one of these requirements to the best value with all others met:")
         lines += [f"  {row.key}: {_number(row.together, row.unit)}" for row in broken]
-        lines.append("  (on the plants on which each candidate was played)")
+        lines.append("  (with the plants for which each candidate was simulated)")
     return lines
 
 

@@ -66,7 +66,7 @@ def fails_where(findings: Findings, factor: int, region: FailureRegion) -> str:
 def influence_lines(findings: Findings, influence: MetricInfluence) -> list[str]:
     """Return a line with the significant factors and their shares of the variance.
 
-    A second line shows the shares of the ranks if the values hide an influence (`by_rank`).
+    A second line shows the variance shares of the ranks if `influence.by_rank` is True.
     """
     if influence.reason:
         return [influence.reason]
@@ -77,7 +77,7 @@ def influence_lines(findings: Findings, influence: MetricInfluence) -> list[str]
     if influence.by_rank:
         ranks = [(share.of_ranks, share.error_of_ranks) for share in influence.shares]
         output.append(
-            f"of its ranks: {_shares_text(findings, influence, ranks, influence.rest_of_ranks)}"
+            f"by ranks: {_shares_text(findings, influence, ranks, influence.rest_of_ranks)}"
         )
     return output
 
@@ -184,7 +184,7 @@ def _failures(findings: Findings) -> list[str]:
 
 
 def pair_lines(findings: Findings) -> list[str]:
-    """Return [line] on the interaction of the pair of factors; [] if it is not significant."""
+    """Return a line on the interaction of two factors, or no line if it is not significant."""
     pair = findings.sensitivity.pair
     if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
         return []
