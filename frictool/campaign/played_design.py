@@ -136,7 +136,6 @@ class DesignTest:
         return ControllerJudge(self.model, moved, spec, plants, starts=starts)
 
     def _moved(self, step: Step, target: float) -> Step:
-        """Return the step with its target moved by `target` counts to the middle of the travel."""
         if step.reference is None:
             return step
         (value,) = _moved_inwards(self.model, step.reference.value, [target])
@@ -222,7 +221,6 @@ def design_test(
 
 
 def _starts(model: Model, scenario: Scenario, places: Sequence[float]) -> list[float]:
-    """Return the scenario's start, moved by each of `places` as in `_moved_inwards`."""
     assert scenario.start is not None
     return _moved_inwards(model, scenario.start.value, places)
 

@@ -405,7 +405,6 @@ def _signals(model: Model, start_position: int) -> Iterator[FmiVariable]:
 
 
 def _initial(depends_on: tuple[int, ...] | None) -> dict[str, str]:
-    """Return the XML attributes of a computed initial value, or of the value 0."""
     if depends_on is None:
         return {"initial": "exact", "start": "0.0"}
     return {"initial": "calculated"}
@@ -430,7 +429,6 @@ def _parameters(
 
 
 def _interval(quantity: Quantity | None, model: Model) -> str:
-    """Return the interval of a quantity as text; empty if the quantity is exact."""
     if quantity is None or quantity.interval[0] == quantity.interval[1]:
         return ""
     low, high = quantity.interval

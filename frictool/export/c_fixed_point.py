@@ -182,7 +182,6 @@ def power(fraction: int) -> str:
 
 
 def _integer(word: int) -> str:
-    """Return a C constant, in 64 bits if necessary, and in brackets if negative."""
     if abs(word) >= EDGE:
         return f"INT64_C({word})"
     return str(word) if word >= 0 else f"({word})"

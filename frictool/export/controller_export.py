@@ -209,7 +209,6 @@ def _measured(result: ExportResult) -> ExportResult:
 
 
 def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
-    """Return advice for a controller that cannot be scaled to fixed point."""
     if "no bounds" not in str(error):
         return "rescale the units, or use --number float"
     if controller.schedule is not None:
@@ -290,7 +289,6 @@ def _matlab(controller: Controller, number: Number, origin: ExportOrigin) -> Exp
 
 
 def _cmsis(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
-    """Export for CMSIS-DSP, after verification with the rounded coefficients of the biquads."""
     if number == "double":
         raise NoSolutionError(
             f"{controller.name}: CMSIS-DSP's direct form I biquads have no double format; use "

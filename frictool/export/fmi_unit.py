@@ -292,7 +292,6 @@ def _build(name: str, sources: Iterable[str]) -> str:
 
 
 def _types(enumerations: Mapping[str, Mapping[str, int]]) -> list[str]:
-    """Return the lines that define the enumeration types; empty if there are none."""
     lines = []
     for name, items in enumerations.items():
         lines.append(f'    <EnumerationType name="{name}">')

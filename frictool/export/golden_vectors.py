@@ -93,8 +93,6 @@ class GoldenVectors:
 
 
 class _VectorSequence:
-    """Generator of the rows: a controller, and an axis whose position follows the reference."""
-
     def __init__(self, controller: Controller, program: Program, number: ProgramNumber) -> None:
         self.program = program
         self.formatted = SupervisedProgram(program, machine_in(program, number))

@@ -187,7 +187,6 @@ def _simulated(
 
 
 def _played(mujoco: ModuleType, target: Any, start: float, effort: Vector, period: float) -> Vector:
-    """Return the position (n,) that MuJoCo simulates; the effort is constant in each period."""
     data = mujoco.MjData(target)
     data.qpos[0] = start
     steps = max(1, round(period / target.opt.timestep))

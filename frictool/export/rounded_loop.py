@@ -195,7 +195,6 @@ def _margin(
 
 
 def _brake(controller: Controller, number: Number) -> None:
-    """Raise NoSolutionError if the loop of the limiter's virtual friction is unstable."""
     limiter = controller.limiter
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return

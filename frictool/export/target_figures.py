@@ -204,7 +204,6 @@ def _count_source(name: str, program: Program, kind: str) -> str:
 
 
 def _run(command: list[str], folder: Path | None = None) -> str:
-    """Return the output of a command that runs in `folder`; raise FrictoolError if it fails."""
     try:
         done = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False

@@ -97,7 +97,6 @@ def xml_tree(path: Path, data: bytes) -> XmlElement:
 
 
 def _tag_end(data: bytes, start: int) -> int:
-    """Return the position behind the start tag; a `>` in a quoted value does not end the tag."""
     quote = 0
     for position in range(start, len(data)):
         byte = data[position]

@@ -35,7 +35,6 @@ def is_fleet(logs: Sequence[Path]) -> bool:
 
 
 def _is_bag(folder: Path) -> bool:
-    """Return whether a folder is a ROS 2 bag, which is one recording."""
     return (folder / METADATA).is_file()
 
 
@@ -111,7 +110,6 @@ def is_table(path: Path) -> bool:
 
 
 def _footer(stream: BinaryIO) -> bytes:
-    """Return the metadata of a Parquet file; raise ValueError or OSError if it is truncated."""
     end = stream.seek(-8, io.SEEK_END)
     size = int.from_bytes(stream.read(4), "little")
     if not 0 < size <= end:

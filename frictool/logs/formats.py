@@ -185,7 +185,6 @@ def format_of(path: Path) -> Format:
 
 @cache
 def _document_key() -> re.Pattern[bytes]:
-    """Return the pattern of the first key of a frictool document."""
     from frictool.documents.registry import DOCUMENTS
 
     names = "|".join(DOCUMENTS).encode()

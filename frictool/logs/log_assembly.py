@@ -120,7 +120,7 @@ class LogAssembly:
         return (*odd, *(text for one in self.findings for text in one()))
 
     def start(self, flow: StreamSource) -> int:
-        """Return the time at 0 of the log, in ns by the clock of a stream."""
+        """Return the time [ns] that the clock of a stream shows at time 0 of the log."""
         return (self.origin or 0 if flow.clock is not None else 0) + self.ahead.get(
             flow.head.topic, 0
         )
@@ -205,7 +205,6 @@ def add_tables(
 
 
 def _describe(made: LogAssembly, path: Path, tables: Sequence[RawTable]) -> None:
-    """Record the detected layout of a file in the metadata."""
     for table in tables:
         if isinstance(table, DetectedLayout):
             made.notes.setdefault(LAYOUT, {})[readable(path.name)] = table.description

@@ -39,7 +39,6 @@ class LossList(list[DataLoss]):
 
 
 def _joined(one: DataLoss, other: DataLoss) -> DataLoss:
-    """Return one loss from the start of `one` to the end of `other`."""
     samples = None if one.samples is None or other.samples is None else one.samples + other.samples
     return replace(one, end_s=other.end_s, samples=samples)
 

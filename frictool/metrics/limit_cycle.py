@@ -110,7 +110,6 @@ def _has_ended(time: Vector, position: Vector, turns: list[int], threshold: floa
 
 
 def _period(times: Vector) -> float:
-    """Return the mean duration of an oscillation, which has two turns, from the turns' times."""
     if times.size == 2:
         return 2.0 * float(times[1] - times[0])
     return float(np.mean(times[2:] - times[:-2]))

@@ -68,7 +68,6 @@ def _rounded_up(step: float) -> float:
 
 
 def _multiples(low: float, high: float, step: float) -> list[float]:
-    """Return the multiples of `step` in [low, high], with a tolerance of 1e-9 steps."""
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return [index * step for index in range(first, last + 1)]
 

@@ -148,7 +148,6 @@ def _path(axes: Axes, artist: PathPatch) -> dict[str, Any] | None:
 
 
 def _in_data(axes: Axes, artist: Artist) -> tuple[bool, bool]:
-    """Return, for abscissa and ordinate, True if the artist's values are in units of the data."""
     along: Any = artist.get_transform().contains_branch_seperately(axes.transData)
     return bool(along[0]), bool(along[1])
 
@@ -156,7 +155,6 @@ def _in_data(axes: Axes, artist: Artist) -> tuple[bool, bool]:
 def _entry(
     axes: Axes, artist: Artist, look: tuple[str, str], data: tuple[Vector, Vector]
 ) -> dict[str, Any]:
-    """Return the chart data of an artist; `look`: kind and colour."""
     label = str(artist.get_label())
     alpha = artist.get_alpha()
     names = label, str(artist.get_gid() or label)

@@ -61,7 +61,6 @@ def page_scripts() -> list[Markup]:
 
 @cache
 def _resource(name: str) -> Markup:
-    """Return the text of a file beside this module, which a page contains unchanged."""
     return Markup((FRAME / name).read_text(encoding="utf-8"))
 
 

@@ -235,8 +235,6 @@ class PanelBox(NamedTuple):
 
 
 class _DrawnPanel(NamedTuple):
-    """Panel with its box and the ranges of its axes."""
-
     panel: PlotPanel
     box: PanelBox
     x_range: PlotRange
@@ -359,7 +357,6 @@ def _range_of(panels: Sequence[PlotPanel], axis: int) -> PlotRange:
 
 
 def _with_margin(parts: Sequence[Vector]) -> PlotRange:
-    """Return the range of the finite values with a margin on both sides."""
     finite = [one[np.isfinite(one)] for one in parts]
     ends = [end for one in finite if one.size for end in (float(one.min()), float(one.max()))]
     low, high = min(ends, default=0.0), max(ends, default=1.0)

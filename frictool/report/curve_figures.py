@@ -150,7 +150,6 @@ def _over_time(
 
 
 def _origin(evidence: list[StreamEvidence]) -> str:
-    """Return the first word or words of a caption, such as "Measured"."""
     if all(item.simulated for item in evidence):
         return "Simulated"
     return "Measured and simulated" if any(item.simulated for item in evidence) else "Measured"

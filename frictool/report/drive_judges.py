@@ -21,7 +21,6 @@ from frictool.report.worst_hold import (
 
 
 def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
-    """Return the reason why the first stream has no drive; an empty text if it has one."""
     first = evidence[0][0]
     return f"{first.name}: {no_drive(spec, first)}" if first.drive is None else ""
 

@@ -64,7 +64,6 @@ def _weakest(controller: Controller) -> tuple[float, ValueLocation] | None:
 
 
 def _unknown(streams: list[StreamEvidence], controller: Controller | None) -> str:
-    """Return the reason why a stream's margin is unknown; empty if all are known."""
     for item in streams:
         if item.modulus_margin is None and (item.simulated or controller is None):
             return item.margin_gap

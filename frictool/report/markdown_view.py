@@ -29,6 +29,5 @@ def markdown(verdict: Verdict) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return text from a file with Markdown and HTML syntax escaped."""
     literal = plain(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"([\\`*_{}\[\]#|~@])", r"\\\1", literal)

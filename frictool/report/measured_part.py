@@ -199,7 +199,6 @@ def no_drive(spec: Spec, evidence: StreamEvidence) -> str:
 
 
 def _cut_short(part: MeasuredPart) -> str:
-    """Return the reason why a hold is too short for a final value, or an empty text."""
     time = part.of(part.evidence.stream.time)
     allowed = part.spec.response_time_95_s
     duration = float(time[-1] - time[0])
@@ -211,7 +210,6 @@ def _cut_short(part: MeasuredPart) -> str:
 
 
 def _no_rest(part: MeasuredPart) -> str:
-    """Return the reason why a hold has no rest to measure, or an empty text."""
     if part.spec.rest is None:
         return "the specification has no rest requirement"
     return f"not held beyond {part.spec.rest.after_s:g} s" if part.rest is None else ""

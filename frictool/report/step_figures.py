@@ -67,10 +67,6 @@ def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]
 
 
 def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
-    """Return True if both steps have the same target and nearly the same origin.
-
-    The origins may differ slightly, since the first step of a record begins at a measured position.
-    """
     assert one.hold.origin is not None
     assert other.hold.origin is not None
     amplitude = abs(one.hold.target - one.hold.origin)
@@ -93,10 +89,6 @@ def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float
 
 
 def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]], key: str) -> PageFigure:
-    """Return a figure with position, load, velocity and drive, as far as they are known.
-
-    The abscissa is the time since the step.
-    """
     plays = sorted(plays, key=lambda play: play[0].nominal)
     drawn_plays = sorted(plays, key=lambda play: play[0].drawing_order)
     colours = log_colours([evidence for evidence, _ in plays])
@@ -162,7 +154,6 @@ def _curves(
 
 
 def _limits(panel: PlotPanel, spec: Spec, evidence: StreamEvidence, measured: HoldMetrics) -> None:
-    """Draw the reference, the 5 % zone of the stream `evidence`, and the limits."""
     hold = measured.hold
     assert hold.origin is not None
     final = final_value(hold.of(evidence.stream.signals["position"]))

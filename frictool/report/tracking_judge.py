@@ -31,6 +31,5 @@ def judge_tracking(key: str) -> Judge:
 
 
 def _is_still(evidence: StreamEvidence) -> bool:
-    """Return True if the stream has a reference that changes by steps only."""
     signal = tracked_signal(evidence)
     return "reference" not in evidence.gaps and not find_motions(evidence.stream.signals[signal])

@@ -102,7 +102,6 @@ def _caption(controller: Controller, curves: VertexTransfers, transfer: VertexTr
 
 
 def _unit(controller: Controller, name: Name) -> str:
-    """Return the unit of a gain: unit of the output divided by unit of the input."""
     moved = si_unit(
         "position" if controller.structure == "position" else "velocity", controller.axis
     )

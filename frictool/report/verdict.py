@@ -173,7 +173,6 @@ class RunJudge:
 
 
 def _played_beyond(logs: Sequence[Log], loop: JudgedLoop | None) -> list[str]:
-    """Return a remark on each log with plants outside the controller's verification."""
     notes = (
         [] if loop is None else zip(log_labels(logs), map(loop.played_beyond, logs), strict=True)
     )

@@ -67,7 +67,6 @@ def nominal_of(base: Scenario) -> Scenario:
 
 
 def _start(base: Scenario, spread: Spread, at: Values, step: float) -> Quantity | None:
-    """Return the drawn initial position; None if the reference determines it."""
     start = base.start
     if spread.start is not None:
         start = Quantity(value=at.get(START, spread.start.low), unit=spread.start.unit)

@@ -71,7 +71,6 @@ class FactorSpace:
 
     @cached_property
     def _ends(self) -> tuple[Vector, Vector, IntVector]:
-        """Return the low ends and high ends (d,), and the indices of factors with whole numbers."""
         return (
             np.array([factor.low for factor in self.factors]),
             np.array([factor.high for factor in self.factors]),
@@ -111,7 +110,6 @@ def plant_factors(
 def _ends(
     entry: VariedParameter, instead: Span | None, fixed: Quantity | None
 ) -> tuple[float, float]:
-    """Return (low, high) of a parameter in SI."""
     if instead is not None:
         scale = factor_between(instead.unit, entry.unit)
         return scale * instead.low, scale * instead.high

@@ -142,7 +142,6 @@ def rank(draws: int, level: float, confidence: float, method: Method) -> int | N
 
 
 def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
-    """Return the smallest integer from `low` to `high` for which `holds` is True (bisection)."""
     while low < high:
         middle = (low + high) // 2
         low, high = (low, middle) if holds(middle) else (middle + 1, high)

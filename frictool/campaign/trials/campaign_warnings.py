@@ -58,7 +58,6 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
 
 
 def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
-    """Return a warning if plants are outside the intervals of the controller's verification."""
     plant = plant_of(setting.plant)
     controller = setting.controller
     if deviations := differences(controller, plant.rig.facts, plant.intervals(setting.scenario)):

@@ -117,7 +117,6 @@ def _to_corners(
 def _evolve(
     state: SearchState, known: list[tuple[Vector, float]], generator: np.random.Generator
 ) -> None:
-    """Run differential evolution from the worst known points and random points."""
     factors = state.at.size
     size = min(
         max(LEAST_POPULATION, 3 * factors), MOST_POPULATION, max(LEAST_POPULATION, state.left // 4)
@@ -148,7 +147,6 @@ def _evolve(
 
 
 def _cauchy(generator: np.random.Generator, centre: float) -> float:
-    """Return a step in (0, 1] from a truncated Cauchy distribution."""
     while True:
         value = centre + 0.1 * math.tan(math.pi * (generator.random() - 0.5))
         if value > 0.0:

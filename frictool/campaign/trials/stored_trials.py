@@ -60,7 +60,6 @@ class StoredTrials(MutableMapping[int, TrialResult]):
         return self._count
 
     def _reserve(self, draws: int, metrics: int) -> None:
-        """Enlarge the arrays to at least `draws` rows; the first call sets `metrics` columns."""
         rows, columns = self._values.shape[0], self._values.shape[1] or metrics
         if draws <= rows and columns == self._values.shape[1]:
             return

@@ -95,7 +95,6 @@ class ScenarioJudge:
 
     @cached_property
     def _is_plain(self) -> bool:
-        """Return True if specification and plant have the same kind of axis and of drive."""
         rig, spec = self.test.plant.rig, self.setting.spec
         return rig.axis == spec.axis and rig.drive == spec.drive
 

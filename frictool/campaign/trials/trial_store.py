@@ -155,7 +155,6 @@ class TrialStore:
 
 
 def _same_campaign(path: Path, stored: Any, header: Header) -> None:
-    """Raise InputFileError with the first difference if the file belongs to another campaign."""
     if not isinstance(stored, dict) or stored.get("format") != FORMAT:
         raise InputFileError(path, NO_TRIALS)
     ours = json.loads(json.dumps(header))
@@ -196,7 +195,6 @@ def _worst(row: Mapping[str, Any]) -> SearchResult:
 
 
 def _number(value: float) -> float | str | None:
-    """Return the value for JSON, which has neither NaN nor infinity."""
     return value if math.isfinite(value) else None if math.isnan(value) else repr(value)
 
 
@@ -205,10 +203,6 @@ def _float(value: Any) -> float:
 
 
 def _lock(file: TextIO, path: Path) -> None:
-    """Lock the file; do nothing on a system without file locks.
-
-    Raises OutputError if another campaign writes to the file.
-    """
     with contextlib.suppress(ImportError):
         import fcntl
 

@@ -186,7 +186,6 @@ def _bars(axes: Axes, one: Distribution) -> None:
 
 
 def _curve(axes: Axes, findings: Findings, one: Distribution) -> None:
-    """Draw the cumulative distribution of the metric, and its confidence band."""
     index = findings.trials.metrics.index(one.metric)
     values = findings.trials.metric_values[:, index]
     known = np.sort(values[~np.isnan(values)])

@@ -102,7 +102,6 @@ def _cells(axes: Axes, trials: Trials, first: int, second: int, x: Vector, y: Ve
 
 
 def _boxes(x: Vector, y: Vector, cells: NDArray[np.int64]) -> Path:
-    """Return the outlines of k cells; `cells` (k, 2): index of each cell along x and y."""
     i, j = cells.T
     corners = np.stack([x[[i, i + 1, i + 1, i, i]], y[[j, j, j + 1, j + 1, j]]], axis=-1)
     codes = np.tile(

@@ -89,7 +89,6 @@ def _counted(rate: PassRate) -> str:
 
 
 def _rated(rate: PassRate) -> str:
-    """Return a text with the interval of the pass rate; "" if there is no interval."""
     if rate.at_least is None or rate.low is None or rate.high is None:
         return ""
     population = "of all vertices " if rate.method == "vertices" else ""

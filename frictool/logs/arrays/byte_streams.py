@@ -56,7 +56,6 @@ class ByteStream:
         """
 
     def _piece(self, most: int) -> bytes:
-        """Return at most `most` of the next bytes; none at the end or after damage."""
         try:
             part = self._file.read(min(most, self._left))
         except OSError as error:

@@ -36,10 +36,10 @@ READERS = (
     ("BLFReader", re.compile(rb"LOGG")),
     ("ASCReader", re.compile(rb"(?:\s*//.*\s+)*date\s+\w+.*\s+base\s+(?:hex|dec)\b")),
     ("CanutilsLogReader", re.compile(rb"\(\d+\.\d+\)\s+\S+\s+[0-9A-Fa-f]{3,8}#")),
-    # version 1.0 does not name its version
+    # PCAN-Trace; files of version 1.0 do not state their version
     ("TRCReader", re.compile(rb";(?:\$FILEVERSION=|#+\s*\n(?:;.*\n)*?;\s+Start time: )")),
 )
-FRAMES = 100_000  # frames from which the messages of a log are listed
+FRAMES = 100_000  # number of frames that are read to list the messages of a log
 CUT = "the file is cut off: its header declares {} bytes, but it has {}"
 NO_LINE_END = "the last line has no line end: the file may be cut off"
 
@@ -200,7 +200,6 @@ def _frames(path: Path, reader: str, losses: list[DataLoss] | None) -> Iterator[
 
 
 def _cut(path: Path, reader: str) -> str | None:
-    """Return the description of damage if a text file ends without a line end, else None."""
     if reader == "BLFReader":
         return None
     with path.open("rb") as stream:

@@ -86,7 +86,7 @@ def _inside(prefix: str, group: Any, depth: int) -> Iterator[tuple[str, Any]]:
 
 
 def _item(name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
-    """Yield path and item of an array or structure, and of its content, such as `runs(2).x`."""
+    """Yield (path, item) of an array or of everything in a structure; a path is `runs(2).x`."""
     import h5py
 
     yield name, item

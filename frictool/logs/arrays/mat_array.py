@@ -19,7 +19,7 @@ MOST_COLUMNS = 1000  # maximum number of columns of a matrix; a wider one is an 
 class MatrixLine(NamedTuple):
     """One column or row of a matrix.
 
-    first: index of the first value in the matrix, counted in column order.
+    first: index of the first value in the matrix, which is stored column by column.
     rows: number of values.
     stride: step of this index from one value to the next.
     """

@@ -132,8 +132,6 @@ def _variable(
 
 
 class _MatVariableReader:
-    """Reader of the elements of one variable."""
-
     def __init__(self, stream: ByteStream, order: str, open_stream: partial[ByteStream]) -> None:
         self.stream = stream
         self.order = order

@@ -73,6 +73,5 @@ def _kind(series: Any) -> str:
 
 
 def _nanoseconds(times: Any) -> NDArray[np.int64]:
-    """Return dates since 1970, or durations, in ns."""
     values = times.to_numpy()
     return np.asarray(values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64))

@@ -101,7 +101,6 @@ def _open(path: Path) -> Sequence[LibraryTable]:
 
 
 def _unreadable(path: Path) -> str:
-    """Return the reason why asammdf cannot open the file."""
     behind = described_at(path)
     if behind is None:
         return (

@@ -204,7 +204,7 @@ class ParquetTable(LibraryTable):
 
 
 def _inside(batch: Any, path: str) -> Any:
-    """Return the array of a column or of a field in it; null if an enclosing structure is null."""
+    """Return the array of a column, or of a field in a structure; null where the latter is null."""
     import pyarrow.compute as pc
 
     name = _first(batch.schema.names, path)
@@ -219,12 +219,10 @@ def _inside(batch: Any, path: str) -> Any:
 
 
 def _first(names: Sequence[str], path: str) -> str:
-    """Return the longest element of `names` that `path` begins with."""
     return max((name for name in names if path == name or path.startswith(f"{name}.")), key=len)
 
 
 def _numbers(array: Any) -> Vector:
-    """Return an array as float64, NaN for null."""
     import pyarrow as pa
 
     if pa.types.is_duration(array.type):

@@ -204,7 +204,7 @@ def _child(
     # typeshed's base of contexts lacks Process; each context has it
     process = context.Process(target=_run, args=(theirs, path, work, arguments), daemon=True)  # type: ignore[attr-defined]
     with warnings.catch_warnings():
-        # fork with threads running: the child uses none of them
+        # Python warns of a fork while threads run; the child does not use these threads
         warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
     theirs.close()
@@ -235,11 +235,7 @@ def _child(
 
 
 def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
-    """Return whether an answer comes in time.
-
-    patience: limit of the processor time in s; the limit of the elapsed time is LONGEST_WAIT times
-        as long.
-    """
+    """Return whether an answer comes within `patience` [s] of processor time."""
     begun = time.monotonic()
     used = _processor_time(pid)
     while not ours.poll(LOOK_S):
@@ -308,7 +304,6 @@ def _silence() -> None:
 
 
 def _limit_memory() -> None:
-    """Limit the memory that the child may add, on systems that support it (Linux)."""
     with contextlib.suppress(ImportError, OSError, ValueError, StopIteration):
         import resource
 

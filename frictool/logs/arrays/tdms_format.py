@@ -62,7 +62,6 @@ def _open(path: Path) -> Sequence[LibraryTable]:
 
 
 def _texts(group: Any) -> Iterator[str]:
-    """Yield the names of the group, its channels and their properties."""
     yield group.name
     for channel in group.channels():
         yield channel.name
@@ -105,7 +104,7 @@ def _tables(path: Path, group: Any, damage: str | None) -> list[SeriesTable]:
 
 
 def _base(channel: Any) -> tuple[int, float | None, float, int]:
-    """Return rows, increment in s, offset in s and start in ns of a channel's samples."""
+    """Return (number of samples, increment [s], offset [s], start [ns since 1970]) of a channel."""
     properties = channel.properties
     increment = properties.get("wf_increment")
     start = properties.get("wf_start_time")

@@ -75,7 +75,6 @@ def _open(path: Path) -> Sequence[LibraryTable]:
 
 
 def _is_cut(path: Path) -> bool:
-    """Return whether the file ends inside a message."""
     data = path.read_bytes()
     at = HEADER
     while at + MESSAGE.size <= len(data):

@@ -126,7 +126,6 @@ class CanonicalReader:
         )
 
     def _has_more(self) -> bool:
-        """Return whether a salvage of the file would recover samples."""
         with self.path.open("rb") as stream:
             try:
                 return any(
@@ -142,7 +141,6 @@ class CanonicalReader:
             self._channel(channel)
 
     def _channel(self, channel: Channel) -> None:
-        """Declare the stream of a channel; raise LogError if the channel is not canonical."""
         schema = self._declarations.schemas.get(channel.schema_id)
         fields = axis_fields(channel, schema)
         if fields is None:

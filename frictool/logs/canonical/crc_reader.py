@@ -61,7 +61,6 @@ class CountedBytes:
         self.offset = offset
 
     def _fill(self) -> None:
-        """Refill the buffer after the bytes not yet taken."""
         self._count(self._place)
         left = self._end - self._place
         self._held[:left] = self._held[self._place : self._end]
@@ -72,7 +71,6 @@ class CountedBytes:
         self._end += self._stream.readinto(more)  # type: ignore[attr-defined]  # a binary file has it
 
     def _taken_at_once(self, length: int) -> bytes:
-        """Return the next `length` bytes, which are more than the buffer contains."""
         self._count(self._end)
         left = self._held[self._place : self._end]
         more = self._stream.read(length - len(left))

@@ -16,8 +16,6 @@ _U64 = struct.Struct("<Q")
 
 
 class _ThreadDecompressor(threading.local):
-    """Decompressor of a thread; a decompressor can process only one frame at a time."""
-
     def __init__(self) -> None:
         self.zstd = zstandard.ZstdDecompressor()
 

@@ -144,7 +144,6 @@ def checked_pieces(walk: CanonicalReader) -> Iterator[ChannelSamples]:
 
 
 def _loss(one: CanonicalLoss, walk: CanonicalReader, shift: int) -> DataLoss:
-    """Return a loss in the log's time, with the paths of the affected signals."""
     of = (
         walk.channels.values() if one.channel not in walk.channels else [walk.channels[one.channel]]
     )

@@ -124,7 +124,6 @@ class FileRecords:
             )
 
     def _following(self) -> bytes:
-        """Return the bytes of the messages at the read position, at most PIECE bytes."""
         bounds, end = whole_records(self._bytes.peek(PIECE))
         others = np.flatnonzero((bounds.opcode != Opcode.MESSAGE) | (bounds.length < MESSAGE_HEAD))
         if others.size:
@@ -149,7 +148,6 @@ class FileRecords:
         return known and fits
 
     def _is_last(self, length: int) -> bool:
-        """Return whether only the closing magic follows a footer of `length` bytes."""
         after = self._bytes.peek(FOOTER_LENGTH + len(MAGIC))[FOOTER_LENGTH:]
         return length == FOOTER_LENGTH and after == MAGIC[: len(after)]
 
@@ -175,7 +173,7 @@ class FileRecords:
     def _stepped_over(self, start: int, opcode: int, length: int) -> DamagedBytes:
         """Skip to the next record and return the bytes before it as damaged.
 
-        The length of the last message may be wrong, so the search for a record begins inside it.
+        The length of the last message may be wrong. The search therefore begins in this message.
         """
         record = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
         self._doubtful = None
@@ -202,7 +200,6 @@ class FileRecords:
         )
 
     def _next_record(self, start: int) -> int | None:
-        """Return the offset of the next record at or after `start`, or None."""
         while start < self._size:
             self._stream.seek(start)
             window = self._stream.read(PIECE)

@@ -21,7 +21,7 @@ def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
     A chunk with more than CHUNK_BYTES is divided.
     """
     pending: list[SampleBlock] = []  # parts of the current chunk
-    # samples and time limit (ns) left for the current chunk, maximum samples of a chunk
+    # number of samples that still fit into the chunk; its end [ns]; largest number of its samples
     left = end = rows = 0
     start: int | None = None
     for piece in pieces:

@@ -122,6 +122,5 @@ def _path_before(log: Log, path: str) -> str:
 
 
 def _ratio(drive: Vector, effort: Vector) -> float:
-    """Return the quotient effort/drive at the largest drive; 0 if the drive is 0."""
     largest = int(np.argmax(np.abs(drive)))
     return float(effort[largest] / drive[largest]) if drive[largest] else 0.0

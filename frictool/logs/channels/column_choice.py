@@ -51,14 +51,14 @@ from frictool.typing import Vector
 TEMPERATURE = "temperature"
 CHANNELS: tuple[str, ...] = get_args(Channel)
 DRIVES = ("current", "voltage")
-CLEAR = 2  # number of levels of QUANTITIES with words that a unit cannot overrule
+CLEAR = 2  # the words in this number of levels of QUANTITIES overrule a unit
 # words that the name of a position command may contain
 NEUTRAL = {"value", "input", "signal", "axis", "joint", "motor", "achse"}
 MOST_NAMES = 8  # maximum number of column names in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
 # a time without unit is in seconds if its steps are in this range; in ms, no logger is so fast
 SECONDS = (1e-5, 0.02)
-FEWEST_STEPS = 8  # least number of rows of a column that may count them
+FEWEST_STEPS = 8  # least number of rows of a column that may be a row number
 STEP_TOLERANCE = 0.02  # relative difference of the steps of a time, from rounding in the file
 CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rotary and linear
     TIME: ("s, ms, us", "s, ms, us"),
@@ -178,7 +178,7 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
 
 
 def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnChoice]) -> bool:
-    """Return whether to leave out a channel instead of asking about it.
+    """Return whether a channel is left out, so that the user need not answer its question.
 
     An effort is needed only without current and voltage; a temperature is never needed.
     """
@@ -213,9 +213,9 @@ def _label(name: str) -> str:
 
 
 def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
-    """Return the channels that a column fits, and the rank of its name, 0 for the clearest name.
+    """Return (channels that a column fits, rank of its name); rank 0 is the clearest name.
 
-    Several channels are returned if the name of the column is ambiguous.
+    A column with an ambiguous name fits several channels.
     """
     if one.preset is not None:
         return [one.preset.channel] if one.preset.channel != NO_CHANNEL else [], 0
@@ -249,13 +249,12 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
 
 
 def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
-    """Return whether a column that its name calls a command may be a position command."""
+    """Return whether a column may be a position command; its name means a command."""
     neutral = all(is_command(w) or w in NEUTRAL or w in UNITS for w in words(one.name))
     return neutral and (one.unit is None or names_motion(one.unit, axis))
 
 
 def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> ColumnChoice:
-    """Return the choice among columns that fit a channel equally well."""
     first = contenders[0]
     # an instrument may repeat its times before each channel, and a logger a column
     contenders = [
@@ -326,7 +325,7 @@ def _repeats(one: OfferedColumn, other: OfferedColumn, channel: str) -> bool:
 
 
 def _counts_rows(one: OfferedColumn) -> bool:
-    """Return whether a column is the x-axis of an export: `x`, without unit, in equal steps."""
+    """Return whether a column is an x-axis: it is named `x`, and has no unit and equal steps."""
     if one.unit is not None or one.name.lower() != "x" or one.values.size < FEWEST_STEPS:
         return False
     steps = np.diff(one.values)

@@ -186,7 +186,6 @@ def _start(table: RawTable) -> MemoryTable | None:
 
 
 def _column_error(table: RawTable, name: str) -> LogError | None:
-    """Return the error at the first rows of a column; None if they are numbers."""
     try:
         in_memory(table, [name], MOST_ROWS)
     except LogError as error:
@@ -195,7 +194,6 @@ def _column_error(table: RawTable, name: str) -> LogError | None:
 
 
 def _table(log: Log) -> MemoryTable:
-    """Return the main stream of a canonical log as a table."""
     return MemoryTable(
         {TIME: log.main.time, **log.main.signals}, {TIME: "s", **log.main.units}, log.source
     )
@@ -288,7 +286,6 @@ def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
 def _si(
     table: MemoryTable, columns: dict[str, tuple[str, str]], channel: str, axis: Axis
 ) -> Vector | None:
-    """Return a channel in SI, or None if its column or its unit is unknown."""
     name, unit = columns.get(channel, (OPEN, OPEN))
     if OPEN in (name, unit) or unit == COUNT or name not in table.columns:
         return None

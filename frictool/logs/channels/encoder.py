@@ -100,7 +100,7 @@ class EncoderCounter:
         return counts
 
     def _too_long(self, steps: Vector, intervals: Vector) -> tuple[Vector, NDArray[np.bool_]]:
-        """Return the longest possible step (n,) in counts, and a mask (n,) of `steps` beyond it."""
+        """Return (longest possible steps in counts, mask of the longer `steps`), each (n,)."""
         if self._top_speed is not None:
             limit = allowance(self._top_speed, intervals, self._resolution)
             return limit, np.abs(steps) > limit

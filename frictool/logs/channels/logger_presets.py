@@ -236,7 +236,7 @@ PRESETS = (
     ),
     LoggerPreset(
         "Franka (libfranka)",
-        # the second name of each pair is that of the first versions
+        # two names each: of the present and of the first versions of libfranka
         (
             "time|duration",
             "success[_ ]rate",

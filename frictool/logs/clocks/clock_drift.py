@@ -33,8 +33,8 @@ WINDOWS = 12  # number of windows of a long record
 FEWEST_SAMPLES = 64  # least number of samples of a window
 LONGEST_LAG = 0.25  # largest lag relative to the window
 ALIKE = 0.8  # least correlation of a window whose lag is used
-SMOOTH = 64  # the moving mean spans 1/SMOOTH of a window
-PASSES = 4  # refinements of offset and drift
+SMOOTH = 64  # length of a window, relative to the length of the moving mean
+PASSES = 4  # number of refinements of offset and drift
 FEWEST_MESSAGES = 100  # least number of messages for a finding
 CLEAR = 3.0  # least drift over the whole time, relative to the mean delay beyond the shortest
 FEWEST = 3  # least number of windows for a drift; one or two give an offset only
@@ -159,7 +159,8 @@ def _line(
 ) -> ClockDrift | None:
     """Return offset and drift of the line through the lags of the windows.
 
-    `ours` (n,) was sampled at the times `grid` (n,) in s, `theirs` (n,) at `grid` + `ahead` (n,).
+    grid: (n,) times of the samples `ours` (n,) in s.
+    ahead: (n,) assumed lead of the second clock in s; `theirs` (n,) is sampled at grid + ahead.
     """
     period = float(grid[1] - grid[0])
     rows = max(FEWEST_SAMPLES, grid.size // WINDOWS)
@@ -182,7 +183,7 @@ def _line(
 
 
 def _lag(one: Vector, other: Vector) -> tuple[float, float]:
-    """Return the lag of `other` (n,) behind `one` (n,) in samples, and the correlation there."""
+    """Return (lag of `other` behind `one` in samples, correlation at this lag); signals (n,)."""
     one, other = one - one.mean(), other - other.mean()
     scale = float(np.linalg.norm(one) * np.linalg.norm(other))
     if scale == 0.0:
@@ -198,10 +199,7 @@ def _lag(one: Vector, other: Vector) -> tuple[float, float]:
 
 
 def _small_lag(one: Vector, other: Vector) -> tuple[float, float]:
-    """Return lag (in samples) and correlation of two signals with a lag of a fraction of a sample.
-
-    Scale and offset of the two signals may differ.
-    """
+    """Return (lag in samples, correlation) as `_lag` does, for a lag below one sample."""
     spread = float(np.std(one)) * float(np.std(other))
     if spread == 0.0:
         return 0.0, 0.0
@@ -211,6 +209,5 @@ def _small_lag(one: Vector, other: Vector) -> tuple[float, float]:
 
 
 def _slope(at: Vector, lags: Vector) -> float:
-    """Return the median slope of all pairs of points (Theil-Sen)."""
     first, second = np.triu_indices(at.size, 1)
     return float(np.median((lags[second] - lags[first]) / (at[second] - at[first])))

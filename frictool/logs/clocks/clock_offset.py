@@ -26,7 +26,7 @@ import scipy
 from frictool.typing import Vector
 
 FEWEST = 50  # least number of common samples
-MOST = 20_000  # maximum number of samples used; of more, every n-th
+MOST = 20_000  # maximum number of samples; of a longer record, every n-th sample is used
 SMOOTHED = 2.0  # standard deviation of the smoothing, in samples of the slower signal
 LEAST_EXPLAINED = 0.5  # least explained share of the variance of y
 AS_GOOD = 1.5  # ratio to the least sum of squares up to which another offset cannot be ruled out
@@ -134,7 +134,7 @@ def _deviation(t: Vector, x: Vector, u: Vector, y: Vector, tau: float, width: fl
 
 
 def _refuse_others(lags: Vector, misfit: Vector, best: int, near: float) -> None:
-    """Raise ValueError if `misfit` has another minimum that is as small, as in periodic motion."""
+    """Raise ValueError if the best lag is not unique, for example in periodic motion."""
     inner = misfit[1:-1]
     minima = 1 + np.flatnonzero((inner <= misfit[:-2]) & (inner <= misfit[2:]))
     others = [

@@ -87,7 +87,6 @@ def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) 
 
 
 def _prefixed(topic: str, name: str, taken: list[str]) -> str:
-    """Return `NAME_field` for a field of `/axis/NAME` whose name is already in use."""
     words = "_".join(
         filter(None, topic.removeprefix(MAIN_TOPIC).lower().replace("/", "_").split("_"))
     )
@@ -135,7 +134,6 @@ def resampled(
 
 
 def _at(samples: SampleBlock, part: GridField, time: Nanoseconds) -> Vector:
-    """Return a signal at times (n,) in ns, all within the time range of its samples."""
     values = samples.values[part.field]
     before = np.searchsorted(samples.time, time, side="right") - 1
     if part.is_held:

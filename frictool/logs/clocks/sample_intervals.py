@@ -27,8 +27,8 @@ class SampleIntervals:
         self.first_ns = self.last_ns = 0
         self._longest = self._reference = 0
         self._counts = np.zeros(CLASSES)
-        self._sums = np.zeros(CLASSES)  # ns, excess over the reference
-        self._squares = np.zeros(CLASSES)  # ns^2, squared excess
+        self._sums = np.zeros(CLASSES)  # ns, sum of interval - reference
+        self._squares = np.zeros(CLASSES)  # ns^2, sum of (interval - reference)^2
 
     def add(self, time: Nanoseconds) -> None:
         """Add times (n,) in ns that follow the previous ones, strictly increasing."""

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from frictool.runtime.kernels import inner_kernel, kernel
 
-# status: exact value; number that Python has to round; no number
+# status of a text: exact value; number that Python has to round; not a number
 NUMBER, UNDECIDED, NO_NUMBER = range(3)
 
 MOST_DIGITS = 19  # maximum number of digits: 10^19 < 2^64
@@ -60,7 +60,7 @@ FIVES, SHIFTS = _fives()
 
 @kernel
 def _by_powers(digits: np.uint64, power: int) -> tuple[float, int]:
-    """Return (digits * 10^power, NUMBER) from the table, or (0, UNDECIDED); digits > 0."""
+    """Return (digits * 10^power, NUMBER), or (0, UNDECIDED), by the table of powers; digits > 0."""
     if power < LOWEST or power > HIGHEST:
         return 0.0, UNDECIDED
     left = 0
@@ -101,7 +101,7 @@ def rounded(digits: np.uint64, power: int) -> tuple[float, int]:
 
 @inner_kernel
 def _over_digits(text: NDArray[np.uint8], at: int, digits: np.uint64) -> tuple[int, np.uint64]:
-    """Return the end of the digits at `at`, and `digits` with these appended, modulo 2^64."""
+    """Return (index after the digits at `at`, `digits` with these digits appended, modulo 2^64)."""
     digit = np.uint64(text[at]) - _ZERO
     while digit <= _NINE:
         digits = digits * _TEN + digit
@@ -121,7 +121,7 @@ def _significant(text: NDArray[np.uint8], at: int, end: int) -> int:
 
 @kernel
 def _exponent(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
-    """Return the exponent whose sign or digits begin at `at`, and its end."""
+    """Return (exponent, index after it) of the exponent whose sign or digits begin at `at`."""
     down = text[at] == MINUS
     if down or text[at] == PLUS:
         at += 1

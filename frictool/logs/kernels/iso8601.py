@@ -30,7 +30,6 @@ MONTH_DAYS = np.array([31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31])
 
 @kernel
 def _whole(text: NDArray[np.uint8], at: int, length: int) -> int:
-    """Return the number of `length` digits at `at`, or -1."""
     value = 0
     for k in range(length):
         digit = int(text[at + k]) - 48
@@ -65,7 +64,7 @@ def days_of(year: int, month: int, day: int) -> int:
 
 @kernel
 def _one_or_two(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
-    """Return the number in one or two digits at `at` (-1 if none), and the index behind it."""
+    """Return (number in one or two digits at `at`, index after it); the number is -1 if none."""
     length = 2 if _whole(text, at, 2) >= 0 else 1
     return _whole(text, at, length), at + length
 

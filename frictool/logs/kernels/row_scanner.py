@@ -62,7 +62,7 @@ def _is_break(byte: int, delimiter: int) -> bool:
 
 @kernel
 def _past_cell(text: NDArray[np.uint8], at: int, end: int, delimiter: int) -> tuple[int, int]:
-    """Return the end of the cell that begins at `at`, and the number of line ends in its quotes."""
+    """Return (end of the cell that begins at `at`, number of line ends between its quotes)."""
     lines = 0
     if text[at] == QUOTE:
         at += 1
@@ -111,7 +111,7 @@ def _ends_line(byte: int) -> bool:
 
 @inner_kernel
 def _next_cell(text: NDArray[np.uint8], at: int, delimiter: int) -> tuple[int, bool]:
-    """Return the start of the cell after a cell's end, and whether the row has a further cell."""
+    """Return (start of the next cell, True if it is in the same row); `at`: end of a cell."""
     if _ends_line(text[at]):
         return at, False
     after = _over_blanks(text, at if delimiter == BLANK else at + 1, delimiter)

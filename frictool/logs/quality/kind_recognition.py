@@ -108,8 +108,4 @@ def _is_lines(values: Vector) -> bool:
 
 
 def _path(position: Vector) -> float:
-    """Return the length of the path that the axis travels.
-
-    Only about GRID_POINTS samples are used, so that noise adds little to the path.
-    """
     return float(np.abs(np.diff(position[:: max(1, position.size // GRID_POINTS)])).sum())

@@ -77,14 +77,14 @@ def ramps_among(
 
 
 def _direction(position: Vector, end: int) -> float:
-    """Return the sign of the motion after a rest; 0 if the position returns or the log ends."""
     return float(np.sign(position[min(end + REST, position.size) - 1] - position[end - 1]))
 
 
 def _line(drive: Vector) -> tuple[float, float, float]:
-    """Return level, rise, and squared correlation with time of the drive during a rest.
+    """Return (level, rise, squared correlation with time) of the drive (n,) during a rest.
 
-    The level is that at the end of the rest; rise and correlation are those of its second half.
+    The level is the drive at the end of the rest. Rise and correlation are computed from the second
+    half of the rest.
     """
     half = drive[drive.size // 2 :]
     if np.ptp(half) == 0.0:

@@ -43,7 +43,7 @@ CLEAR = 4.0  # least ratio of a motion to the mean difference of neighbouring st
 COUNTS = 3.0  # least ratio of a motion to the smallest step
 FEWEST = 8.0  # encoder steps, least range of the position for a decision
 LONG = 0.5  # least step that may be a wrap, relative to the range
-BACK = 0.25  # a sample is an outlier if the next step undoes its step but for this share
+BACK = 0.25  # largest remainder of a step after the next step, relative to the step, of an outlier
 MOST = 5_000  # maximum number of long steps kept
 FASTEST = 0.45  # bound of the motion between two samples, relative to the period
 KNOWN = 0.1  # bound of the mean width of the period intervals, relative to the period
@@ -54,7 +54,8 @@ NEARLY_ALL = 0.95
 WILD = 3.0  # steps longer than this multiple of the fastest motion are left out
 MOVING = 0.25  # least share of wraps with forward motion
 RANGE_SLACK = 0.01  # tolerance of the position's range, relative to the period
-# share of the spread of the neighbouring steps by which the motion in the jump may lie outside
+# the motion during a jump may lie outside the range of the neighbouring steps by this share of the
+# range
 CURVED = 0.5
 FORCE_SLACK = 4.0  # factor on the acceleration that the bench's drive and inertia allow
 SPEED_SLACK = 2.0  # factor on the top speed of the bench
@@ -222,7 +223,6 @@ class RepeatedJumps:
         return LONG * (self._high - self._low)
 
     def _judge(self, end: int) -> None:
-        """Store the steps before step `end` that may be wraps; drop samples no longer needed."""
         start = self._judged
         if end <= start:
             return
@@ -300,9 +300,9 @@ def _directions(around: Matrix) -> tuple[int, int]:
 
 
 def _most_covered(low: Vector, high: Vector) -> tuple[float, float]:
-    """Return the bounds of the values that lie in the largest number of intervals.
+    """Return (low, high) of the range of values that the largest number of intervals contain.
 
-    Adjoining values that lie in at least MOSTLY times this number of intervals are included.
+    The range is extended as long as at least MOSTLY times this number of intervals contain it.
 
     low, high: (n,) bounds of the intervals.
     """

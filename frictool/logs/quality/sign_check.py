@@ -94,7 +94,6 @@ def sign_of(stream: Stream) -> SignCheck:
 
 
 def _culprit(effort: str, signals: dict[str, Vector]) -> str:
-    """Return the name of the reversed signal; both names if the reference does not decide."""
     reference = signals.get("reference")
     together = 0.0 if reference is None else _correlation(reference, signals["position"])
     if together > AGREES:
@@ -103,7 +102,6 @@ def _culprit(effort: str, signals: dict[str, Vector]) -> str:
 
 
 def _window(position: Vector) -> int:
-    """Return the number of samples over which a position (n,) is differenced."""
     return max(1, min(64, position.size // WINDOWS))
 
 
@@ -131,7 +129,7 @@ def net_work(position: Vector, effort: Vector) -> float | None:
 
 
 def _brakes(position: Vector, effort: Vector) -> bool:
-    """Return whether the mean effort along the strokes is negative beyond its uncertainty.
+    """Return whether the mean effort in the direction of the strokes is surely negative.
 
     The mean is weighted by the length of the strokes.
     """

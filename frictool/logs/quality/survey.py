@@ -112,7 +112,6 @@ def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> S
 def _second_pass(
     head: StreamHeader, pieces: Pieces, report: StreamSurvey, limits: Mapping[str, float]
 ) -> None:
-    """Add flat tops, samples at a limit, velocities and jumps to `report`."""
     tops = {
         name: FlatTopDetector(one.low, one.high, one.step)
         for name, one in report.signals.items()
@@ -145,7 +144,6 @@ def _second_pass(
 
 
 def _jumps(jumps: PositionJumps, time: Vector, position: Vector, step: float | None) -> None:
-    """Add the isolated steps of a block, in counts, to `jumps`."""
     if step is not None and position.size > 2:
         steps = np.diff(position) / step
         alone = lone(steps)

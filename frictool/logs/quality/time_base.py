@@ -8,10 +8,10 @@ import numpy as np
 
 from frictool.typing import Vector
 
-GAP = 1.5  # periods, interval above which a sample is missing
+GAP = 1.5  # shortest interval that is a gap, in periods
 FEWEST_LEVELS = 8  # least number of distinct positions for an estimate of the step
-MOST_STEPS = 8  # maximum distance of the two nearest positions, in steps
-ON_LATTICE = 0.05  # tolerance of a position on the lattice, in steps
+MOST_STEPS = 8  # largest allowed distance between the two nearest distinct positions, in steps
+ON_LATTICE = 0.05  # largest deviation of a position from a multiple of the step, in steps
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def _distances(position: Vector) -> Vector:
 
     Values that differ only by rounding count as one value.
     """
-    # of equal neighbours one is enough, so that a resting axis costs no sorting
+    # of successive equal samples one is enough; a resting axis then needs no sorting
     changed = np.append(True, position[1:] != position[:-1])
     values = np.sort(position[changed])
     distances = np.diff(values)

@@ -42,7 +42,7 @@ class HoldDetector:
         self._last = float(values[-1])
 
     def samples(self, step: float | None) -> int | None:
-        """Return the shortest hold in samples, apart from rare exceptions; None if nothing is held.
+        """Return the number of samples for which the signal keeps a value; None if it is not held.
 
         step: quantisation step of the signal; None if it has none.
         """

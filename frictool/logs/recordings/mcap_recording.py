@@ -202,7 +202,7 @@ class McapRecording:
         return "" if schema is None else schema.name
 
     def _look(self, stream: BinaryIO) -> None:
-        """Read the topics from the summary, if there is one, and from their first messages."""
+        """Read the topics from the summary, if there is one, and from the first messages."""
         one = _McapPass(stream, self.size)
         self._summary(stream, one)
         left = {number for number, count in one.counts.items() if count}
@@ -233,7 +233,6 @@ class McapRecording:
             )
 
     def _summary(self, stream: BinaryIO, one: _McapPass) -> None:
-        """Read the summary, if there is one; raise OSError if the file cannot be read."""
         end = self.size - len(MAGIC) - _FOOTER.size
         if end < 0:
             return

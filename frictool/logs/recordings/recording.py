@@ -280,7 +280,6 @@ def _stamps(paths: Mapping[str, None]) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _listed(paths: Mapping[str, None]) -> list[str]:
-    """Return the paths; an element with a label is listed by its label only."""
     elements = [(path, *path[:-1].rpartition("[")[::2]) for path in paths if path.endswith("]")]
     labelled = {array for _, array, key in elements if not key.isdigit()}
     again = {path for path, array, key in elements if key.isdigit() and array in labelled}
@@ -288,7 +287,6 @@ def _listed(paths: Mapping[str, None]) -> list[str]:
 
 
 def _parts(messages: Messages) -> Iterator[Messages]:
-    """Yield messages in parts of at most BLOCK_ROWS messages and PART_BYTES bytes."""
     ends = np.cumsum(messages.length)
     first, before = 0, 0
     while first < messages.start.size:

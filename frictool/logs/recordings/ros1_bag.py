@@ -165,7 +165,7 @@ class BagRecording:
             )
 
     def _grouped(self, data: bytes) -> tuple[TopicMessages, int]:
-        """Return the messages of a chunk by topic, and the end of the last complete record.
+        """Return (messages of a chunk by topic, end of the last complete record).
 
         Raises ValueError if a message's connection is not declared.
         """
@@ -197,7 +197,6 @@ class BagRecording:
         return messages, position
 
     def _connect(self, fields: Fields, data: bytes) -> None:
-        """Read a connection: topic, type and definition of its messages."""
         about = _fields(data)
         name = fields.get(b"topic", about.get(b"topic", b"")).decode("utf-8", "replace")
         kind = about.get(b"type", b"").decode("utf-8", "replace")
@@ -209,7 +208,7 @@ class BagRecording:
 
 
 def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
-    """Return the header of a record in the file, and the length of the record's data.
+    """Return (header of a record in the file, length of the record's data).
 
     Raises ValueError if the record is truncated.
     """
@@ -227,7 +226,7 @@ def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
 
 
 def _record(data: bytes, position: int) -> tuple[Fields, int, int]:
-    """Return the header of a record in a chunk, and length and start of the record's data.
+    """Return (header of a record in a chunk, length of the record's data, start of the data).
 
     Raises ValueError if the record is truncated.
     """
@@ -259,7 +258,6 @@ def _fields(data: bytes) -> Fields:
 
 
 def _kind(fields: Fields) -> int:
-    """Return the kind of a record; 0 if the header does not contain the kind."""
     return int.from_bytes(fields.get(b"op", b"")[:1], "little")
 
 

@@ -199,7 +199,7 @@ class CsvTable:
                 yield issue.row, DataLoss((), f"line {issue.line}: {message}", samples=1)
 
     def _ignored(self, issue: RowIssue) -> bool:
-        """Return whether an issue is harmless: a comment after the row, or a known file end."""
+        """Return whether an issue is harmless: a comment after the row, or the known last line."""
         if issue.kind == CUT:
             return self._whole or decoded(issue.text, self.layout.encoding) == self.layout.trailer
         columns = len(self.layout.names)

@@ -77,7 +77,7 @@ def declared_header(rows: Rows, number: Number, is_number: IsNumber) -> Declared
 
 
 def _keyed(rows: Rows, end: int) -> dict[str, Sequence[str]]:
-    """Return the rows before `end` by their first cell in lower case."""
+    """Return first cell in lower case -> row, for the rows before `end`."""
     return {row[0].lower(): row for row in rows[:end] if row and row[0]}
 
 
@@ -142,7 +142,7 @@ def _read_labview(rows: Rows, number: Number, is_number: IsNumber) -> DeclaredHe
 def _labview_clock(
     row: Sequence[str], keys: dict[str, Sequence[str]], number: Number, seconds: bool
 ) -> tuple[str | None, float | None, float]:
-    """Return clock, interval and start in ns; (None, None, 0) if the rows have times."""
+    """Return (clock, interval [ns], start [ns]); (None, None, 0) if the rows have times."""
     if row[0]:
         return None, None, 0.0
     steps = {number(cell) for cell in keys.get("delta_x", ())[1:] if cell}

@@ -65,7 +65,6 @@ def is_unit(text: str) -> bool:
 
 
 def _ends_in_unit(name: str) -> bool:
-    """Return whether the last word of a name is a unit; a number is no unit."""
     last = name.split()[-1]
     return is_unit(last) and not last.isdigit()
 

@@ -223,7 +223,6 @@ def _object(line: bytes) -> Mapping[str, object]:
 
 
 def _is_series(value: object) -> bool:
-    """Return whether a value is a list of objects, which are the samples of a whole document."""
     return isinstance(value, list) and len(value) > 1 and isinstance(value[0], Mapping)
 
 

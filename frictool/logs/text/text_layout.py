@@ -184,7 +184,6 @@ def _header(
 
 
 def _order(path: Path, cells: list[str], layout: Layout) -> int:
-    """Return the order of the parts of dates; raise LogError if the dates are ambiguous."""
     order = ORDERS[layout.dates] if layout.dates else order_of_dates(cells)
     if order is None:
         raise LogError(
