@@ -51,20 +51,20 @@ def visit_conditions(program: Program) -> dict[str, VisitCondition]:
     if "friction_direction_now" in indices:
         direction_index = indices["friction_direction_now"]
         for name, direction in (("forward", 1.0), ("backward", -1.0)):
-            text = f"with the Coulomb friction of a motion {name} in the feedforward"
+            text = f"with the feedforward's Coulomb friction for {name} motion"
             conditions[name] = VisitCondition(direction_index, direction, False, text)
     if "held" in indices:
         conditions["held"] = VisitCondition(indices["held"], 1.0, False, "with the integrator held")
     if program.guard is not None:
         guard = program.guard
         conditions["invalid"] = VisitCondition(
-            guard.left_now.index, guard.hold.value, True, "with an input held or in the fault"
+            guard.left_now.index, guard.hold.value, True, "with an invalid input or in the fault"
         )
         conditions["fault"] = VisitCondition(guard.fault.index, 1.0, False, "in the fault")
     conditions["limited"] = VisitCondition(indices["met"], 0.0, True, "with the drive limited")
     if "drive_high" in indices:
         limit = program.nodes[indices["drive_limit"]].value
         conditions["voltage"] = VisitCondition(
-            indices["drive_high"], limit, True, "with less current than the limit, by the voltage"
+            indices["drive_high"], limit, True, "with the current limited by the voltage"
         )
     return conditions

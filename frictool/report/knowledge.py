@@ -9,8 +9,8 @@ from frictool.documents.proof import Proof
 from frictool.report.evidence import StreamEvidence
 from frictool.report.requirement import Requirement
 
-PROVED = "proved from every start in an encoder count for {}"
-BOX_PROVED = "proved from every start for every plant of the box"
+PROVED = "proved for every start within an encoder count, with {}"
+BOX_PROVED = "proved for every start and every plant of the box"
 CERTIFIED = "proved for every constant plant of the certificate's box"
 
 

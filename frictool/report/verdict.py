@@ -120,9 +120,9 @@ def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:
 
 
 class RunJudge:
-    """Judge of the simulated runs of one controller; each run gets a verdict.
+    """Judge of the simulated runs of one controller.
 
-    The modulus margin is that with the plant of the run, not with the controller's vertices.
+    The modulus margin is computed with the plant of the run, not with the controller's vertices.
     `records`: metadata of a simulated log, with the rig and the intervals of the plant.
     """
 

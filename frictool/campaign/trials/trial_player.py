@@ -114,7 +114,7 @@ class TrialPlayer(ScenarioJudge):
         }  # each process builds the cached objects again
 
     def __call__(self, job: tuple[int, tuple[float, ...]]) -> TrialResult:
-        """Return the judged trial of a draw; `job` is (index, point (d,) in the unit cube)."""
+        """Return the judged trial of a draw; `job`: (index, point (d,) in the unit cube)."""
         draw, unit = job
         return self.played(np.array(unit), draw)
 

@@ -32,7 +32,8 @@ def quantity(value: float | None, unit: str) -> str:
 def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
     """Return a share in % with one decimal.
 
-    Within 1 % of 0 or 100 %, the difference from 0 or 100 % has two significant digits.
+    A share below 1 % or above 99 % has so many decimals that its difference from 0 or 100 % has two
+    significant digits.
 
     `toward`: direction of rounding; a lower bound must be rounded down, an upper bound up.
     """

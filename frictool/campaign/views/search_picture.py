@@ -26,12 +26,12 @@ def search_picture(found: AutomaticDesign, name: str) -> str:
     played = [one for outcome in found.outcomes for one in outcome.trade]
     with drawing("search"):
         return render(
-            figure(played), f"{name}: figures of the played candidates, and the specified limits"
+            figure(played), f"{name}: values of the simulated candidates, and the specified limits"
         )
 
 
 def figure(played: list[Candidate]) -> Figure:
-    """Return a figure with a panel for each pair of the first three compared requirements."""
+    """Return a figure with a panel for each pair of (at most three) requirements."""
     drawn = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     metrics = played[0].metrics if played else ()
     traded = [one for key in TRADED for one in metrics if one.key == key]

@@ -77,7 +77,7 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     rows = [row for row in reached(found) if row.together is not None and row.key in TRADED]
     broken = [row for row in rows if not _meets(row)]
     if broken:
-        lines.append("relax one of these requirements to the best value with all others met:")
+        lines.append("relax one requirement, to the best value of candidates that meet all others:")
         lines += [f"  {row.key}: {_number(row.together, row.unit)}" for row in broken]
         lines.append("  (with the plants for which each candidate was simulated)")
     return lines

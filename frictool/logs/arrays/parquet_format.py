@@ -204,7 +204,7 @@ class ParquetTable(LibraryTable):
 
 
 def _inside(batch: Any, path: str) -> Any:
-    """Return the array of a column, or of a field in a structure; null where the latter is null."""
+    """Return the array at a path such as `a.b`; null where a structure around the field is null."""
     import pyarrow.compute as pc
 
     name = _first(batch.schema.names, path)

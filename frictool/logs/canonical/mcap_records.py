@@ -26,7 +26,7 @@ LONGEST_REST = 64_000_000  # bytes, largest truncated chunk at the end of the fi
 PEEKED = 64  # first bytes of a body, which contain its lengths
 # bytes of a message's head: channel (2), sequence (4), log time (8), publish time (8)
 MESSAGE_HEAD = 22
-# records with inner lengths, which confirm the record's length
+# records that contain lengths, with which their own length can be checked
 FRAMED = (Opcode.CHUNK, Opcode.MESSAGE_INDEX)
 FOOTER_LENGTH = 20  # bytes
 CHECKED = (Opcode.DATA_END, Opcode.FOOTER)  # records with a CRC of the bytes before them

@@ -27,10 +27,8 @@ from frictool.logs.canonical.mcap_records import (
 )
 from frictool.logs.unpacked_size import UnpackedBudget
 
-# bytes of plain records of a batch: each batch costs a thread switch, and slow logs have small
-# chunks
-BATCH_BYTES = 1 << 20
-AHEAD_BYTES = 1 << 24  # bytes that may wait for the reader, unless one chunk is larger
+BATCH_BYTES = 1 << 20  # uncompressed bytes that are passed between the threads at once
+AHEAD_BYTES = 1 << 24  # uncompressed bytes that may wait for the reader; a chunk may be larger
 INDEX_BYTES = 1 << 26  # bytes of indexes kept per chunk
 _INDEX = struct.Struct("<HI")  # channel, bytes of entries
 

@@ -97,7 +97,7 @@ class PositionJumps:
         """Return the number of bits of the counter if the jumps are its overflows, else None.
 
         The jumps are overflows if several of them are as long as the counter's range, and if the
-        counter values after the jumps span at most this range. Both lengths may deviate by `slack`.
+        counter values after the jumps span at most this range, within `slack`.
         """
         if (
             self.count < FEWEST_WRAPS

@@ -30,9 +30,9 @@ from frictool.logs.stream_source import SampleBlock
 from frictool.typing import Vector
 
 POSITION, REFERENCE = "position", "reference"
-# not checked for flat tops: both stand still at the ends of a stroke
+# not checked for flat tops, because they rest at the ends of a stroke
 UNSATURATED = (POSITION, REFERENCE)
-AT_LIMIT = 0.98  # share of the limit from which on a noisy signal is treated as at the limit
+AT_LIMIT = 0.98  # a noisy signal above this share of its limit is treated as at the limit
 Pieces = Callable[[], Iterator[SampleBlock]]
 
 
