@@ -95,7 +95,7 @@ class AxisSetting:
     tunable : bool
         True if the parameter may change during a simulation.
     quantity : Quantity or None
-        Value of the document, whose interval the description states.
+        Value in the model document; the description states its interval.
     """
 
     name: str
@@ -211,7 +211,7 @@ def _settings(model: Model, start_position: int) -> Iterator[AxisSetting]:
     yield AxisSetting(
         "drive_limit", ax.DRIVE_LIMIT, drive, "largest magnitude of the drive", *POSITIVE
     )
-    yield AxisSetting("encoder_step", ax.ENCODER_STEP, position, "distance of one count; 0: exact")
+    yield AxisSetting("encoder_step", ax.ENCODER_STEP, position, "size of an encoder count; 0: no quantisation")
     if actuator.winding is not None:
         yield AxisSetting("resistance", ax.RESISTANCE, "ohm", "resistance of the winding")
         yield AxisSetting("supply", ax.SUPPLY, "V", "voltage of the winding's supply", *POSITIVE)
@@ -285,7 +285,7 @@ def _law_settings(model: Model) -> Iterator[AxisSetting]:
             "stribeck_velocity",
             al.STRIBECK_VELOCITY,
             si_unit("velocity", model.axis),
-            "speed scale at which the friction falls to the Coulomb friction",
+            "speed scale of the fall from the breakaway to the Coulomb friction",
             quantity=velocity,
         )
         yield AxisSetting(
@@ -368,7 +368,7 @@ def _signals(model: Model, start_position: int) -> Iterator[FmiVariable]:
         "position": ("continuous", position, "position of the motor", at_start),
         "velocity": ("continuous", velocity, "velocity of the motor", None),
         "drive": ("continuous", drive, "drive that acts at the end of the step", None),
-        "measured_position": ("discrete", position, "encoder counts times their step", measured),
+        "measured_position": ("discrete", position, "encoder counts times the size of a count", measured),
     }
     if _has_backlash(model):
         texts["load_position"] = ("continuous", position, "position behind the backlash", at_start)

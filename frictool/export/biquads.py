@@ -30,7 +30,7 @@ from frictool.control.second_order_sections import chain_state_space
 from frictool.documents.controller import Number
 from frictool.errors import NoSolutionError
 
-# share of the range to which each stage's signals are scaled: two guard bits, as CMSIS-DSP requires
+# largest signal of a stage, relative to the range: two guard bits, as CMSIS-DSP requires
 REACH = 0.25
 Row = tuple[float, ...]
 
@@ -40,9 +40,10 @@ class Biquads:
     """Biquad stages, with the scales of input and output.
 
     `stages`: b0 b1 b2 a1 a2 of each stage in the convention of CMSIS, as integers in fixed point.
-    `post_shift`: shift common to all stages. `input_scale`, `output_scale`: input and output at
-    full range, in their units. `noise`: bound of the output's error due to rounding of the
-    signals. In float the scales are 1, and `noise` is NaN.
+    `post_shift`: exponent that all stages share; a stored coefficient is the coefficient times
+    2^-post_shift. `input_scale`, `output_scale`: input and output at full range, in their units.
+    `noise`: bound of the output's error due to rounding of the signals. In float the scales are 1,
+    and `noise` is NaN.
     """
 
     stages: tuple[tuple[float, ...] | tuple[int, ...], ...]

@@ -1,6 +1,7 @@
 """Controller as C99: header, source, golden vectors and self-test.
 
-The source is generated from the program that the simulation runs.
+The source is generated from the program that the simulation runs. A program is a list of nodes:
+inputs, constants, states and operations (control/program.py).
 """
 
 from __future__ import annotations

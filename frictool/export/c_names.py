@@ -1,5 +1,7 @@
 """C names of a program's values, in one namespace for constants, inputs and results.
 
+A node of the program is an input, a constant, a state or an operation (control/program.py).
+
     a[1][0]       an element of the constant array `a`
     x[0]          an element of the array `x` in the state
     band          a single constant
@@ -93,7 +95,10 @@ class CNames:
         self._name_results()
 
     def _name_results(self) -> None:
-        """Name operations that have a name, are used more than once, or become a state."""
+        """Give a C name to operations that need a variable.
+
+        These have a name in the program, are used more than once, or become a state.
+        """
         program = self.program
         becomes = {
             source.index: program.names[state]

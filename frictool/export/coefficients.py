@@ -113,10 +113,7 @@ def _whole(block: Any) -> Any:
 
 
 def _observer(observer: Observer) -> dict[str, Any]:
-    """Return the part of an observer document that its program uses, without the bench.
-
-    The bench is left out because the controller's document contains it.
-    """
+    """Return the keys of the observer document that the controller's program uses, with values."""
     record = {
         key: _whole(getattr(observer, key)) for key in ("sample_period_s", "inertia", "friction")
     }

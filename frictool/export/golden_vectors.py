@@ -124,7 +124,7 @@ class _VectorSequence:
         self.apart = 0
 
     def start(self) -> None:
-        """Start both programs at rest at the present position."""
+        """Start the programs in the number format and in double, at rest."""
         for one in self.both:
             one.start(self.counted(self.position))
 

@@ -40,7 +40,7 @@ LANGUAGES: tuple[ExportLanguage, ...] = (
     ExportLanguage(
         "json",
         "controller",
-        "NAME.json: every coefficient as the number format stores it, with its conventions",
+        "NAME.json: every coefficient as the number format stores it, and the sign conventions",
         ("number",),
     ),
     ExportLanguage(

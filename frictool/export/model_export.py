@@ -42,7 +42,7 @@ class ModelExportSettings:
 
 @dataclass(frozen=True)
 class ModelExport:
-    """Files of a model's export, name -> content, and lines of text on these files."""
+    """Files of an exported model (name -> content), and lines of text on these files."""
 
     language: str
     origin: ExportOrigin

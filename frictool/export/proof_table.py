@@ -87,7 +87,7 @@ def conversion_macros(
     counts = _from_counts(step, scaled.fractions[program.inputs["position"].index])
     lines += [
         "",
-        f"/* The word of an encoder's counts, {step!r} a count. */",
+        f"/* Word of the position from encoder counts of {step!r}. */",
         f"#define {prefix}_POSITION_FROM_COUNTS(counts) {counts}",
     ]
     fraction = scaled.fractions[drive.index]

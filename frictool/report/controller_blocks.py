@@ -73,13 +73,13 @@ def _prefilter(frequency: float, damping: float) -> str:
 def _profile(limits: Profile, unit: str) -> str:
     return (
         f"at most {number(limits.speed)} {unit}/s and {number(limits.acceleration)} {unit}/s², "
-        f"jerk bounded by a mean over {limits.smoothing_samples} samples"
+        f"jerk limited by a moving average of {limits.smoothing_samples} samples"
     )
 
 
 def _feedforward(fed: Feedforward, unit: str) -> str:
     source = (
-        f", reference differentiated at {number(fed.filter_rad_s)} rad/s"
+        f", derivatives of the reference filtered at {number(fed.filter_rad_s)} rad/s"
         if fed.filter_rad_s
         else ""
     )
@@ -106,7 +106,7 @@ def _velocity(velocity: Velocity) -> str:
     if velocity.observer is not None:
         return _observer(velocity.observer)
     if velocity.source == "measured":
-        return "of a separate sensor"
+        return "from a separate sensor"
     if velocity.bandwidth_rad_s == 0.0:
         return "the encoder's difference, not filtered"
     return (
@@ -118,8 +118,8 @@ def _velocity(velocity: Velocity) -> str:
 def _observer(observer: Observer) -> str:
     if observer.tracking is not None:
         return (
-            f"from a tracking observer of {number(observer.tracking.bandwidth_rad_s)} rad/s, which "
-            "predicts from the model and the drive, and is corrected by the encoder"
+            f"from a tracking observer of {number(observer.tracking.bandwidth_rad_s)} rad/s, with "
+            "model, drive and encoder"
         )
     return f"from the switched observer of {observer.kind} wear"
 
@@ -161,14 +161,14 @@ def _compensation(block: FrictionCompensation) -> str:
     tables = f", as a table of {len(block.speeds)} speeds" if block.speeds else ""
     if block.positions:
         tables += f", with a table of {len(block.positions)} positions"
-    return f"{part} of the model{tables}, by the {block.velocity} speed, a baseline for comparison"
+    return f"{part} of the model{tables}, at the {block.velocity} speed, a baseline for comparison"
 
 
 def _limiter(limiter: Limiter, unit: str) -> str:
     where = "||e| - J v²/2F|" if limiter.condition == "energy" else "|e|"
     source = "" if limiter.condition == "energy" else " (the usual cut-off)"
     brake = (
-        f", virtual friction {number(limiter.virtual_coulomb)} brakes there"
+        f", with a virtual friction of {number(limiter.virtual_coulomb)}"
         if limiter.virtual_coulomb > 0.0
         else ""
     )

@@ -250,11 +250,11 @@ def _velocity(moving: list[tuple[StreamEvidence, tuple[Vector, str]]], unit: str
 
 def _used(used: list[tuple[StreamEvidence, Vector, Vector]], unit: str) -> PageFigure:
     caption = "Speed estimate of the controller, minus the true speed of the simulation."
-    label = "error of the speed that the controller used"
+    label = "error of the controller's speed estimate"
     return _over_time(
         "speed used",
         f"error [{unit}/s]",
-        ("Error of the speed used", label, caption),
+        ("Error of the speed estimate", label, caption),
         [(item, estimated - velocity) for item, estimated, velocity in used],
     )
 

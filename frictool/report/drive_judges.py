@@ -26,7 +26,7 @@ def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
 
 
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the larger of two peaks: peak command, peak measured drive minus the noise floor."""
+    """Judge the larger of the peaks of the command and of the measured drive without noise."""
     measured = f"peak of the measured {spec.drive}, less its noise floor"
     peaks: list[JudgedValue] = []
     for item, _ in evidence:
@@ -82,7 +82,7 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
         ]
         return replace(
             undecided,
-            reason=gaps[0] if gaps else f"the reference is never held beyond {after:g} s",
+            reason=gaps[0] if gaps else f"the reference is never held for more than {after:g} s",
         )
     _, at = largest(m.values["rest_motion"] - e.resolution for m, e in rests)
     moving, mover = rests[at]

@@ -148,8 +148,8 @@ def gather_evidence(
     - rig: facts of the bench, such as backlash and sensor step
     - loop: loop of the controller, for the margins; None without a controller
 
-    Raises LogError if a log has no stream or an empty one, or if a position is not in the unit of
-    the specification's kind of axis.
+    Raises LogError if a log has no stream or an empty one, or if the unit of a position is wrong
+    for the kind of axis in the specification.
     """
     gathered: list[StreamEvidence] = []
     for log, label in zip(logs, log_labels(logs), strict=True):
@@ -191,7 +191,8 @@ def stream_evidence(
 ) -> StreamEvidence:
     """Return the evidence of one stream of the log `source`.
 
-    Raises LogError if the stream is empty, or if a position is not in the unit of the kind of axis.
+    Raises LogError if the stream is empty, or if the unit of a position is wrong for the kind of
+    axis in the specification.
     """
     if stream.time.size == 0:
         raise LogError(source, f"stream {stream.topic} has no samples")
@@ -216,8 +217,8 @@ def stream_evidence(
     ):  # after a fault the drive is 0, so that later samples do not test the controller
         begin = float(stream.time[int(np.argmax(fault != 0.0))])
         gaps["position"] = (
-            f"the controller sets its fault at {begin:.6g} s, without a valid position, "
-            "and the drive is 0 from there on"
+            f"the controller reports a fault at {begin:.6g} s, without a valid position; "
+            "the drive is 0 from then on"
         )
         position = None
     seen = None if position is None else encoder_step(position)

@@ -1,4 +1,4 @@
-"""Judge of the static error behind the backlash, exact or from bounds."""
+"""Judge of the static error behind the backlash, which is an exact value or has bounds."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | N
         margins.append(vertex)
     unknown = _unknown(streams, controller)
     if not margins:
-        return replace(undecided, reason=unknown or "the controller names no vertex")
+        return replace(undecided, reason=unknown or "the controller has no vertices")
     value, index = smallest(margin for margin, _ in margins)
     one = replace(undecided, value=value, where=margins[index][1])
     beyond = next((item.beyond for item in streams if item.beyond), "")

@@ -73,7 +73,7 @@ ARGUMENTS: dict[str, Callable[[MeasuredPart], Any]] = {
     "tracked": lambda part: part.signal(tracked_signal(part.evidence)),
     # largest error of an axis that has settled after a profile
     "settling_band": lambda part: part.spec.settling_after_profile.within.value,
-    # reference before the step; None if no step leads to the hold
+    # reference before the step; None if the hold does not begin with a step
     "origin": lambda part: part.hold and part.hold.origin,
     # reference of the hold; None for a whole stream
     "target": lambda part: part.hold and part.hold.target,
@@ -105,7 +105,7 @@ ARGUMENTS: dict[str, Callable[[MeasuredPart], Any]] = {
 
 # Condition that a metric needs -> reason why the condition does not hold, or an empty text.
 NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
-    # a step leads to the hold
+    # the hold begins with a step
     "step": lambda part: NO_STEP if part.hold is None or part.hold.origin is None else "",
     # the hold is at least as long as the allowed response time, if there is one
     "response_time": lambda part: _cut_short(part),

@@ -57,7 +57,7 @@ class Requirement:
     - key: key of the specification
     - value: worst value, in `unit`; None if there is no finite value
     - met: True or False; None if the requirement is undecided
-    - relation: relation of value and limit that the requirement demands
+    - relation: `<=` if the limit is an upper limit, `>=` if it is a lower limit
     - reason: remark on the outcome, or why the requirement is undecided
     - where: location of the worst value
     - details: name -> additional number

@@ -29,8 +29,9 @@ def run_signals(
     """Return (peak command, peak measured drive, True if all values are finite).
 
     position (n,): filled with the measured position. second (n - 2,): filled with the absolute
-    second differences of the measured drive. record (n, 7): engine/closed_loop.py. conditions
-    (n, 8): engine/disturbances_and_faults.py, or (0, 8). noise (n,): noise of the measured drive.
+    second differences of the measured drive. record (n, 7): columns as in engine/closed_loop.py.
+    conditions (n, 8) or (0, 8): columns as in engine/disturbances_and_faults.py. noise (n,): noise
+    of the measured drive.
     """
     n = record.shape[0]
     command_peak = 0.0
@@ -117,11 +118,11 @@ def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
 def step_metrics(
     position: Vector, origin: float, target: float, final: float, tail: int, resolution: float
 ) -> tuple[int, float, int]:
-    """Return settling sample, overshoot [%] and number of reversals of a hold after a step.
+    """Return (settling sample, overshoot [%], number of reversals) of a hold after a step.
 
     position (n,): samples of the hold. origin, target: reference before and after the step. final:
-    mean of the last `tail` positions. From the settling sample on, the position stays in the 95 %
-    zone; the settling sample is -1 if the axis does not settle.
+    mean of the last `tail` positions. The settling sample is the first sample from which the
+    position stays in the 95 % zone, or -1 if the axis does not settle.
     """
     amplitude = target - origin
     zone = max(ZONE * abs(amplitude), resolution) * ROUNDED

@@ -36,7 +36,7 @@ class RunRecord(NamedTuple):
     """Signals of a simulated run.
 
     `time`, `reference`, `noise` (n,): time, reference, and noise of the measured drive. `record`
-    (n, 7): engine/closed_loop.py. `conditions` (n, 8) or (0, 8):
+    (n, 7): columns as in engine/closed_loop.py. `conditions` (n, 8) or (0, 8): columns as in
     engine/disturbances_and_faults.py.
     """
 

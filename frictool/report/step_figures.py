@@ -48,8 +48,8 @@ def step_key(judged: Judged, where: ValueLocation) -> str | None:
 def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]:
     """Return the steps of all streams, grouped by initial and final reference.
 
-    If streams contain a step several times, the first occurrences in all streams form a group, the
-    second ones another group, and so on, also if their times differ.
+    If a step occurs several times in a stream, the first group has the first occurrence in each
+    stream, the second group the second occurrence, and so on.
     """
     groups: list[list[tuple[StreamEvidence, HoldMetrics]]] = []
     for evidence, holds in judged:

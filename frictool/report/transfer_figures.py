@@ -34,7 +34,7 @@ def transfer_views(controller: Controller, curves: VertexTransfers) -> list[Page
 
 
 def symbols(controller: Controller) -> dict[str, str]:
-    """Return the thesis's symbols of the controlled quantity and the drive."""
+    """Return the symbols of the controlled quantity (y) and the drive (u) in the titles."""
     rotary, position = controller.axis == "rotary", controller.structure == "position"
     y = ("θ" if rotary else "x") if position else ("ω" if rotary else "v")
     return {

@@ -72,7 +72,7 @@ def judge(
     Raises
     ------
     LogError
-        If a log has no stream or no samples, or belongs to the other kind of axis.
+        If a log has no stream or no samples, or its kind of axis is not that of the specification.
     FrictoolError
         If `logs` is empty.
     """

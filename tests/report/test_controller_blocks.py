@@ -59,7 +59,7 @@ def test_a_plain_cascade_has_its_law_and_its_linear_part() -> None:
             Velocity(bandwidth_rad_s=300.0, order=2),
             "the encoder's difference through a second-order low-pass at 300 rad/s",
         ),
-        (Velocity(source="measured"), "of a separate sensor"),
+        (Velocity(source="measured"), "from a separate sensor"),
     ],
 )
 def test_velocity_where_a_block_sees_it(velocity: Velocity, words: str) -> None:
@@ -124,9 +124,8 @@ def test_position_laws(law: PositionLaw, words: str) -> None:
                 virtual_speed=0.01,
                 settled_speed=5.0,
             ),
-            "drive released where ||e| - J v²/2F| < 2 rad, the integral frozen, virtual friction "
-            "1 brakes there, "
-            "once the prefilter is slower than 5 rad/s",
+            "drive released where ||e| - J v²/2F| < 2 rad, the integral frozen, with a "
+            "virtual friction of 1, once the prefilter is slower than 5 rad/s",
         ),
     ],
 )
@@ -187,9 +186,9 @@ def test_profile_and_feedforward() -> None:
         feedforward=Feedforward(1.3e-5, 3.8e-4, 0.1, switch_on_speed=10.0, switch_off_speed=5.0),
     )
     assert found["Profile"] == (
-        "at most 100 rad/s and 2000 rad/s², jerk bounded by a mean over 5 samples"
+        "at most 100 rad/s and 2000 rad/s², jerk limited by a moving average of 5 samples"
     )
     assert found["Feedforward"] == ("inertia 1.3e-05, viscous 0.00038, Coulomb 0.1 above 10 rad/s")
     streamed = Feedforward(1.3e-5, 0.0, 0.0, 10.0, 5.0, filter_rad_s=300.0)
     words = told(feedforward=streamed)["Feedforward"]
-    assert words.endswith("reference differentiated at 300 rad/s")
+    assert words.endswith("derivatives of the reference filtered at 300 rad/s")

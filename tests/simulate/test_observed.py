@@ -246,7 +246,7 @@ def test_report_lays_both_speeds_side_by_side(rig: Path) -> None:
     assert shown.code in (0, 1)
     page = (rig / "page.html").read_text()
     assert "rms error of the speed used [rad/s]" in page
-    assert "Error of the speed used" in page
+    assert "Error of the speed estimate" in page
     errors = [stream["velocity_error_rms"] for stream in json.loads(shown.stdout)["streams"]]
     assert errors == pytest.approx(
         [rms_error(signals(rig, name)) for name in ("difference", "observed")], rel=1e-9
