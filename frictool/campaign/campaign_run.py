@@ -215,8 +215,9 @@ def conduct(
 
     Trials in `store` are not repeated.
 
-    `shared`: function that returns a JobSharing for the expected duration of the work [s].
-    `commands`: function that returns the command that repeats the scenario of a worst case.
+    `shared`: function that returns, for the expected duration of the work [s], a function that
+        distributes jobs to processes.
+    `commands`: function that returns the commands that repeat the scenario of a worst case.
 
     Raises NoSolutionError if the nominal run decides no requirement.
     """
@@ -235,9 +236,10 @@ def conduct(
 
 
 def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobSharing]:
-    """Return a function that returns a JobSharing for the expected duration of the work [s].
+    """Return a function of the expected duration of the work [s].
 
-    If `cores` is None, several processes are used only if this saves time.
+    Its result is a function that distributes jobs to processes. If `cores` is None, it uses several
+    processes only if this saves time.
     """
 
     def of(seconds: float) -> JobSharing:

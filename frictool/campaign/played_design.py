@@ -206,7 +206,7 @@ def design_test(
     places = [0.0] * (1 + len(vertices)) + [0.5] * len(vertices)
     places += [math.fmod(index * GOLDEN, 1.0) for index in range(1, len(drawn) + 1)]
     named = [f"v{index:02d}" for index in range(1, len(vertices) + 1)]
-    names = ["nominal plant", *named, *(f"{name}, half a count further" for name in named)]
+    names = ["nominal plant", *named, *(f"{name}, start moved by half a count" for name in named)]
     names += [f"drawn plant {index}" for index in range(1, len(drawn) + 1)]
     return DesignTest(
         model,

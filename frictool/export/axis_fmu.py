@@ -211,7 +211,9 @@ def _settings(model: Model, start_position: int) -> Iterator[AxisSetting]:
     yield AxisSetting(
         "drive_limit", ax.DRIVE_LIMIT, drive, "largest magnitude of the drive", *POSITIVE
     )
-    yield AxisSetting("encoder_step", ax.ENCODER_STEP, position, "size of an encoder count; 0: no quantisation")
+    yield AxisSetting(
+        "encoder_step", ax.ENCODER_STEP, position, "size of an encoder count; 0: no quantisation"
+    )
     if actuator.winding is not None:
         yield AxisSetting("resistance", ax.RESISTANCE, "ohm", "resistance of the winding")
         yield AxisSetting("supply", ax.SUPPLY, "V", "voltage of the winding's supply", *POSITIVE)
@@ -368,7 +370,12 @@ def _signals(model: Model, start_position: int) -> Iterator[FmiVariable]:
         "position": ("continuous", position, "position of the motor", at_start),
         "velocity": ("continuous", velocity, "velocity of the motor", None),
         "drive": ("continuous", drive, "drive that acts at the end of the step", None),
-        "measured_position": ("discrete", position, "encoder counts times the size of a count", measured),
+        "measured_position": (
+            "discrete",
+            position,
+            "encoder counts times the size of a count",
+            measured,
+        ),
     }
     if _has_backlash(model):
         texts["load_position"] = ("continuous", position, "position behind the backlash", at_start)

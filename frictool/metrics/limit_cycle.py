@@ -70,7 +70,7 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
         )
     if float(np.ptp(x)) <= threshold or _has_ended(t, x, turns, threshold):
         return LimitCycle(0.0)
-    still = "turns less and less" if len(turns) >= LEAST_TURNS else "does not turn twice"
+    still = "swings less and less" if len(turns) >= LEAST_TURNS else "reverses at most once"
     moved = (
         f"moves by {float(np.ptp(x)):.3g} after the first {duration / 3.0:.3g} s of the hold and "
         f"{still}"

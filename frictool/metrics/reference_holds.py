@@ -21,7 +21,7 @@ import numpy as np
 from frictool.typing import Vector
 
 MIN_SAMPLES = 20  # shortest hold
-TRANSITION_SAMPLES = 3  # most samples between two holds of a step
+TRANSITION_SAMPLES = 3  # largest number of samples between the holds before and after a step
 ConstantRun = tuple[int, int, float]  # start, stop, reference [rad or m]
 
 

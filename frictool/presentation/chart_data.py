@@ -1,7 +1,6 @@
-"""Data of a drawn figure for the charts of a page, read from the figure itself.
+"""Data for the charts of a page, read from the figures that matplotlib drew.
 
-explore.js draws these data with uPlot in place of the `<svg>` element. The data are read from the
-figure that matplotlib drew, so that chart and `<svg>` element show the same.
+explore.js draws these data with uPlot in place of the `<svg>` element. Both show the same figure.
 """
 
 from __future__ import annotations

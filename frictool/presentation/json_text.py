@@ -8,7 +8,7 @@ from typing import Any
 
 
 def json_text(form: str, value: dict[str, Any]) -> str:
-    """Return the object as indented JSON; `form`: name and version of its format."""
+    """Return the object as indented JSON; `form`: name and version of the format."""
     return json.dumps(finite({"format": form, **value}), indent=2, ensure_ascii=False)
 
 

@@ -37,7 +37,7 @@ DASHED, DOTTED = (4.0, 2.0), (1.0, 1.5)  # lengths of lines and gaps, in widths 
 class FigureMargins(NamedTuple):
     """Margins around the panels, and distance of ordinate labels from the left edge [inch].
 
-    They are fixed so that the panels of figures below each other line up.
+    The margins are fixed, so that the panels of successive figures line up.
     """
 
     left: float

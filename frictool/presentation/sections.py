@@ -1,7 +1,6 @@
 """Tables and figures of a stage's result, for its text and its page.
 
-A stage builds them once. `TextTable.lines` renders a table as text; sections.html.jinja renders
-tables and figures on a page.
+`TextTable.lines` renders a table as text; sections.html.jinja renders tables and figures on a page.
 """
 
 from __future__ import annotations

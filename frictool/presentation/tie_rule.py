@@ -13,7 +13,7 @@ TOLERANCE = 1e-5  # relative tolerance, ten times that of an H-infinity norm (ve
 
 
 def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
-    """Return the largest value, and the index of the first value that agrees with it.
+    """Return (largest value, index of the first value that agrees with the largest).
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[floa
 
 
 def smallest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
-    """Return the smallest value, and the index of the first value that agrees with it.
+    """Return (smallest value, index of the first value that agrees with the smallest).
 
     `largest` explains `values` and `tolerance`.
 

@@ -54,7 +54,7 @@ def test_a_specification_is_enough(spec: Path, tmp_path: Path) -> None:
     assert done.code == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0].startswith("designed: PI cascade, ")
-    assert lines[0].endswith(" with a reserve of 5 % (oscillations, drive and rest have none)")
+    assert lines[0].endswith(" with a reserve of 5 % (none for oscillations, drive and rest)")
     assert lines[1] == f"its design: {design}"
     assert lines[-1] == "PASS: 6 of 6 requirements met, on 73 plants"
 

@@ -82,7 +82,7 @@ def test_an_oscillation_that_still_dies_out_is_undecided() -> None:
     time = clock(20.0)
     found = limit_cycle(time, np.exp(-time / 12.0) * np.sin(2 * math.pi * 0.5 * time), 0.01)
     assert found.amplitude is None
-    assert "turns less and less" in found.reason
+    assert "swings less and less" in found.reason
 
 
 def test_a_cycle_slower_than_the_hold_is_not_told_absent() -> None:
@@ -90,7 +90,7 @@ def test_a_cycle_slower_than_the_hold_is_not_told_absent() -> None:
     time = clock(20.0)
     found = limit_cycle(time, hunting(time, 0.084, 36.0, phase=0.05))
     assert found.amplitude is None
-    assert "does not turn twice" in found.reason
+    assert "reverses at most once" in found.reason
     time = clock(120.0)
     found = limit_cycle(time, hunting(time, 0.084, 36.0, phase=0.05))
     assert (found.amplitude, found.period) == (pytest.approx(0.084), pytest.approx(36.0, abs=0.01))
@@ -158,6 +158,6 @@ def test_an_axis_that_turned_twice_has_ended_if_it_rests_behind(drift: float) ->
         assert found.amplitude == 0.0
     else:
         assert found.amplitude is None
-        assert "moves by 1.3 after the first 10 s of the hold and turns less and less" in (
+        assert "moves by 1.3 after the first 10 s of the hold and swings less and less" in (
             found.reason
         )

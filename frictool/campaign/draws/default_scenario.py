@@ -29,7 +29,7 @@ def longest_step(model: Model) -> float:
 
 
 def response_time(model: Model, spec: Spec) -> float:
-    """Return the specified response time [s], or the duration of WITHOUT_RESPONSE samples."""
+    """Return the specified response time [s], or WITHOUT_RESPONSE samples if there is none."""
     specified: float | None = spec.response_time_95_s
     return specified or WITHOUT_RESPONSE * model.bench.sample_period_s
 

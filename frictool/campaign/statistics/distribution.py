@@ -23,8 +23,8 @@ from frictool.typing import IntVector, Vector
 QUANTILES = (0.05, 0.5, 0.95)
 COVERED = 0.95  # share of all plants within the tolerance bound
 BINS = 40  # number of histogram bins
-# smallest number of values for which the histogram omits outliers; distance from the middle 90 % of
-# the values above which a value is an outlier, relative to the range of these 90 %
+# least number of values for a histogram without outliers; least distance of an outlier from the
+# middle 90 % of the values, relative to the range of these 90 %
 MANY = 100
 FAR = 1.5
 

@@ -37,7 +37,7 @@ class Slices:
 def slices_for(draws: int) -> int:
     """Return the number of slices for the estimate of a variance share: 3 n^(1/3) for n `draws`.
 
-    As n grows, the variation within a slice and the noise of the slice's mean then both decrease.
+    As n grows, the variation within a slice decreases, and so does the noise of the slice's mean.
     """
     return int(np.clip(round(3.0 * draws ** (1.0 / 3.0)), FEWEST, MOST))
 

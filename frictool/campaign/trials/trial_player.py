@@ -130,9 +130,9 @@ class TrialPlayer(ScenarioJudge):
         )
 
     def played(self, unit: Vector, draw: int) -> TrialResult:
-        """Return the result for the factors `unit` (d,), 0 to 1; `failed` has an error's text.
+        """Return the result for the factors `unit` (d,), each 0 to 1.
 
-        Unexpected errors are caught, too, so that one trial does not stop the other trials.
+        If an error occurs, its text is in `failed`, so that the error does not stop other trials.
         """
         try:
             return self.trial(draw, self.scenario(unit, draw))

@@ -136,7 +136,7 @@ def caveat(findings: Findings) -> str:
     if rate.whole:
         return (
             "Every combination of the factors' ends was simulated once. These are not draws: they "
-            "have no pass rate, and say nothing of values between the ends."
+            "give no pass rate, and say nothing about values between the ends."
         )
     if rate.method == "vertices":
         return (

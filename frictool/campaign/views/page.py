@@ -121,7 +121,7 @@ def _table(findings: Findings) -> list[tuple[str, str, list[ShareCell], float | 
         if influence.by_rank:
             rows.append(
                 (
-                    f"{name}, its ranks",
+                    f"{name}, by ranks",
                     "",
                     _cells(findings, influence, ranks=True),
                     influence.rest_of_ranks,

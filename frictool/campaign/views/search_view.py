@@ -41,7 +41,7 @@ def design_line(found: AutomaticDesign) -> str:
     before = "".join(f"{one.family} failed; " for one in found.outcomes[:-1])
     return (
         f"designed: {before}{last.family}, {_candidates(last)}, meets every requirement, with "
-        f"{reserve} ({without} have none)"
+        f"{reserve} (none for {without})"
     )
 
 

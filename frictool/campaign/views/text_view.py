@@ -100,7 +100,7 @@ def _shares_text(
     terms = (
         alone[:MOST]
         + ([f"{left} more"] if left > 0 else [])
-        + ([f"only with others: {', '.join(others[:MOST])}"] if others else [])
+        + ([f"only with other factors: {', '.join(others[:MOST])}"] if others else [])
     )
     return "; ".join([*terms, f"together or unexplained {_whole(rest or 0.0)}"])
 
