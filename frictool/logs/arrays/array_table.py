@@ -214,13 +214,13 @@ def check_rows(source: str, size: int, rows: int, columns: int) -> None:
 
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the name in `names` that `wanted` denotes, by name or number (from 1), or None."""
+    """Return the element of `names` with the name or number (from 1) `wanted`, or None."""
     name = find(names, wanted)
     return other_notation(names, str(wanted)) if name is None else name
 
 
 def other_notation(names: Sequence[str], wanted: str) -> str | None:
-    """Return the name in `names` of the matrix column or row `wanted`, or None.
+    """Return the element of `names` that is the matrix column or row `wanted`, or None.
 
     `wanted` may be in MATLAB's or in NumPy's notation. Blanks are ignored.
     """

@@ -1,6 +1,6 @@
-"""Arrays of a MATLAB file of version 4: each has a head of 20 bytes, a name, and its numbers.
+"""Arrays of a MATLAB file of version 4.
 
-The numbers are in column order.
+An array has a head of 20 bytes, a name, and its numbers, stored column by column.
 """
 
 from __future__ import annotations

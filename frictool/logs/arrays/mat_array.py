@@ -36,8 +36,7 @@ class MatArray:
 
     name: path of the array in its variable, such as `data.signals.values`.
     kind: MATLAB class.
-    column: location in the file of the numbers, which are stored column by column; None if they are
-    not real numbers.
+    column: location of the numbers in the file, column by column; None if they are not real.
     text: content of a char array; None for other arrays.
     """
 

@@ -1,9 +1,10 @@
 r"""Reader of ASAM MDF (2 to 4) with asammdf (extra `mdf`).
 
-Each channel group is a table; its master channel gives the times of the rows. Channels have their
-names in the file, such as `nAct\ETKC:1`; `GROUP/NAME` selects a name that occurs in several groups.
-Values are physical values; if the conversion of a channel gives texts, the raw numbers are kept. A
-sample that is marked as invalid is an error, or an empty cell in a salvage.
+Each channel group is a table; its master channel gives the times of the rows. The name of a column
+is the name of the channel in the file, such as `nAct\ETKC:1`; `GROUP/NAME` selects a name that
+occurs in several groups. Values are physical values; if the conversion of a channel gives texts,
+the raw numbers are kept. A sample that is marked as invalid is an error, or with `--salvage` an
+empty cell.
 """
 
 from __future__ import annotations

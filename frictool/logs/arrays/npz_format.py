@@ -178,7 +178,7 @@ def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
     try:
         with zipfile.ZipFile(path) as archive:
             return ArchiveBytes(archive.open(member), member.file_size)
-    except Exception as error:  # as above, and RuntimeError if the member is encrypted
+    except Exception as error:  # zipfile raises errors of many types
         stream = FileBytes(path, 0, 0)
         stream.damage = f"cannot be opened in its archive ({str(error)[:LONGEST_REASON]})"
         return stream

@@ -178,7 +178,7 @@ class CanonicalReader:
     def _mixed(self, part: FileSection) -> Iterator[ChannelSamples]:
         """Yield the samples of a section with several channels, other layouts or invalid messages.
 
-        A wrong message in a whole chunk raises ValueError. In any other section, the message is
+        An invalid message in a complete chunk raises ValueError; in any other section it is
         recorded as damage.
         """
         data = part.data
@@ -274,7 +274,7 @@ class CanonicalReader:
     def _check_counts(self) -> None:
         """Compare the numbers of samples read with the file's statistics.
 
-        In a salvage, a difference becomes the number of lost samples. Otherwise a difference raises
+        With `--salvage`, a difference is the number of lost samples. Otherwise a difference raises
         LogError.
         """
         counts = self._declarations.counts or {}

@@ -26,9 +26,8 @@ MAGIC = b"\x89MCAP0\r\n"
 PROFILE = "ros2"
 MESSAGE_ENCODING = "cdr"
 SCHEMA_ENCODING = "ros2msg"
-SCHEMA_NAME = (
-    "frictool_msgs/msg/Axis"  # a second set of fields is Axis2: tools identify a schema by its name
-)
+# name of the first schema; the schema of a second set of fields is Axis2
+SCHEMA_NAME = "frictool_msgs/msg/Axis"
 UNITS = "units"  # metadata record: MESSAGE PATH -> unit
 TIME = "time"  # metadata record: SHIFT_KEY -> ns added to every time if a log starts before 0
 SHIFT_KEY = "shift_ns"

@@ -1,4 +1,4 @@
-"""Losses of a canonical log during a salvage: number of samples, stream and time."""
+"""Losses of a canonical log that is read with `--salvage`: number of samples, stream and time."""
 
 from __future__ import annotations
 
@@ -23,13 +23,11 @@ class CanonicalLoss(NamedTuple):
 
 
 class MissingSamples:
-    """Recorder that appends losses to `lost`; a loss is open until the next sample is read."""
+    """Recorder that appends losses to `lost`; the next sample that is read ends a loss."""
 
     def __init__(self, lost: list[CanonicalLoss]) -> None:
         self.lost = lost
-        self._endless: int | None = (
-            None  # index in `lost` of an interruption without a sample after it
-        )
+        self._endless: int | None = None  # index in `lost` of a loss that has not ended
 
     def unread(self, part: FileSection, last: int | None, size: int) -> None:
         """Record a section that cannot be read.
@@ -58,7 +56,7 @@ class MissingSamples:
             self.lost.append(CanonicalLoss(reason, first=last))
 
     def until(self, time: int) -> None:
-        """Set the end of the open loss to the time, in ns, of the next readable sample."""
+        """End the loss at the time, in ns, of the next readable sample."""
         if self._endless is not None:
             self.lost[self._endless] = self.lost[self._endless]._replace(last=time)
             self._endless = None
@@ -66,8 +64,8 @@ class MissingSamples:
     def check(self, counts: dict[int, int], samples_read: dict[int, int]) -> None:
         """Compute unknown numbers of lost samples from the file's statistics.
 
-        Some samples of the statistics may be neither read nor recorded as lost. If exactly one loss
-        has no number of samples, it gets these samples. Otherwise they become further losses.
+        The statistics may count samples that are neither read nor recorded as lost. If exactly one
+        loss has no number of samples, it gets these samples. Otherwise they become further losses.
 
         counts: channel -> number of samples in the statistics.
         samples_read: channel -> number of samples read.

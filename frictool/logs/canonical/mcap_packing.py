@@ -26,7 +26,7 @@ ZSTD = b"zstd"
 # since all messages share their head
 COMPRESSION = zstandard.ZstdCompressionParameters.from_level(-3, min_match=7)
 
-# fixed parts of the two frequent records; the variable part after each has its length in front
+# heads of the chunk record and of the chunk index record
 # start, end, plain size, CRC, name of the compression, packed size
 _CHUNK = struct.Struct("<BQ QQQI I4s Q")
 # start, end, offset, length, {channel: its index}, all indexes, name, packed, plain

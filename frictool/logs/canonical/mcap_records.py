@@ -3,7 +3,7 @@
     file ──▶ FileRecord, FileRecord, DamagedBytes, FileRecord, LooseMessages, ...
 
 `DamagedBytes` replaces bytes that are no records or have a wrong CRC, and marks an early end of the
-file. Reading resumes at the next plausible record. Only a salvage continues after `DamagedBytes`.
+file. With `--salvage`, reading resumes at the next plausible record.
 """
 
 from __future__ import annotations

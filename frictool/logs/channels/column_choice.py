@@ -256,7 +256,7 @@ def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
 
 def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> ColumnChoice:
     first = contenders[0]
-    # an instrument may repeat its times before each channel, and a logger a column
+    # an instrument may repeat its times before each channel; a logger may write a column twice
     contenders = [
         one
         for index, one in enumerate(contenders)

@@ -23,7 +23,7 @@ NO_CHANNEL = ""
 class PresetColumn(NamedTuple):
     """Entry of a preset, for all columns with one pattern of names.
 
-    pattern: regular expression for the whole name of a column; case does not count.
+    pattern: regular expression for the whole name of a column, in upper or lower case.
     channel: channel of these columns; NO_CHANNEL if the columns are not used.
     unit: unit of the values; OPEN if the user has to state it.
     why: reason why the user has to state the unit; "" unless the unit is OPEN.
@@ -63,7 +63,7 @@ class LoggerPreset(NamedTuple):
     absent: tuple[str, ...] = ()
 
     def fits(self, names: Sequence[str]) -> bool:
-        """Return whether a log with these columns is one of this maker."""
+        """Return whether the preset fits a log with the columns `names`."""
 
         def found(pattern: str) -> bool:
             return any(_matches(pattern, name) for name in names)
@@ -71,7 +71,7 @@ class LoggerPreset(NamedTuple):
         return all(map(found, self.signature)) and not any(map(found, self.absent))
 
     def entries(self, columns: Mapping[str, Vector]) -> dict[str, PresetColumn]:
-        """Return the entry of each known column.
+        """Return column -> entry, for each known column.
 
         If a value is too large for the unit of its column, the log does not have the preset's
         units. The user then has to state the unit of every column with a limit (`most`).

@@ -24,7 +24,7 @@ class DroppedRows(NamedTuple):
 
 
 class LossLedger:
-    """Collector of losses in the list `losses`; a loss is open until the next sample is read.
+    """Collector of losses in the list `losses`; the next sample that is read ends a loss.
 
     named: column -> paths of the channels made from it.
     every: paths of all channels.
@@ -37,7 +37,7 @@ class LossLedger:
         self._open: list[DataLoss] = []  # losses whose end is still unknown
 
     def take(self, inbox: list[DataLoss] | None, before: int | None) -> None:
-        """Record the losses in `inbox`, to which the table has appended them before its next block.
+        """Record the losses that the table has appended to `inbox` before its next block.
 
         before: time in ns of the last sample read; None before the first sample.
         """
@@ -50,7 +50,7 @@ class LossLedger:
             inbox.clear()
 
     def reach(self, after: int) -> None:
-        """Set the end of the open losses to the time, in ns, of the next sample."""
+        """End the losses at the time, in ns, of the next sample."""
         for loss in self._open:
             self._losses.append(replace(loss, end_s=after / NS))
         self._open.clear()
@@ -80,7 +80,7 @@ class LossLedger:
                     self._open.append(loss)
 
     def close(self) -> None:
-        """Record the open losses; no sample follows."""
+        """Record the losses that have not ended; no sample follows."""
         for loss in self._open:
             self._losses.append(loss)
         self._open.clear()

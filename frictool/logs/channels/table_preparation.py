@@ -28,7 +28,7 @@ FindingTexts = Callable[[], tuple[str, ...]]
 def prepare_tables(
     tables: Sequence[RawTable], bench: Bench
 ) -> tuple[tuple[RawTable, ...], list[FindingTexts]]:
-    """Return the prepared tables, and functions that return warnings after the reading.
+    """Return the prepared tables, and functions that return warnings once the tables are read.
 
     With an encoder in `quadrature`, raises LogError if a channel is missing or if the file has
     several tables.

@@ -36,7 +36,7 @@ ALIKE = 0.8  # least correlation of a window whose lag is used
 SMOOTH = 64  # length of a window, relative to the length of the moving mean
 PASSES = 4  # number of refinements of offset and drift
 FEWEST_MESSAGES = 100  # least number of messages for a finding
-CLEAR = 3.0  # least drift over the whole time, relative to the mean delay beyond the shortest
+CLEAR = 3.0  # least total drift, relative to the mean delay minus the shortest delay
 FEWEST = 3  # least number of windows for a drift; one or two give an offset only
 
 

@@ -23,7 +23,7 @@ from frictool.logs.kernels.iso8601 import COMMA, scan_stamp
 from frictool.logs.kernels.pointer import pointer_to
 from frictool.runtime.kernels import inner_kernel, kernel
 
-NO_STAMP = -1  # of `dates`: the cell is a number
+NO_STAMP = -1  # value of `dates` for a cell that is a number
 SKIP, STAMP = -1, -2  # slots of a column that is ignored, and of one with time stamps
 CELL, ROW, CUT = 0, 1, 2  # kinds of issues
 ISSUE_FIELDS = 6  # row, kind, line, column (of a CELL) or number of cells (of a ROW), start, stop

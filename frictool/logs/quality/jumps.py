@@ -2,8 +2,9 @@
 
 A step from one sample to the next is a jump if it exceeds two counts plus twice the distance that
 the axis covers at top speed. The factor two allows for a servo that is faster than specified. If
-the top speed is unknown, a jump is a step that meets two conditions: it is at least ten times as
-long as the steps before and after it, and three times the 99 % quantile of the steps in the block.
+the top speed is unknown, a jump is a step that meets two conditions. It is at least ten times as
+long as the steps before and after it, and at least three times as long as the 99 % quantile of the
+steps in the block.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Repeated jumps of one size in a position: detection of a wrap with any period.
 
-A step s from one sample to the next is long if it exceeds half of the position's range, without
-outliers of one sample. At a wrap, the axis moves by u against the direction of s, and the period is
-P = |s| + u. The four steps around s bound u, so that each long step gives an interval that contains
-P. The search chooses a P in as many of these intervals as possible. It then classifies the motion
-around each long step:
+A step s from one sample to the next is long if it exceeds half of the position's range; the range
+does not include outliers of one sample. At a wrap, the axis moves by u against the direction of s,
+and the period is P = |s| + u. The four steps around s bound u, so that each long step gives an
+interval that contains P. The search chooses a P in as many of these intervals as possible. Then the
+search classifies the motion around each long step:
 
     forward     the axis moves against s before and after the step: it continues across the end of
                 the period
@@ -104,7 +104,7 @@ class RepeatedJumps:
         self._position: Vector = np.empty(0)
         self._first = 0  # index in the log of the first sample kept
         self._judged = 0  # number of steps already judged, from the first sample kept
-        # of each long step: time before and after, position before and after, index
+        # for each long step: time before and after, position before and after, index
         self._ends: Matrix = np.empty((0, 5))
         # steps around each long step; NaN outside of the log
         self._around: Matrix = np.empty((0, 2 * WINDOW))

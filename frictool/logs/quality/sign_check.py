@@ -9,10 +9,10 @@ difference of its energy at the two standstills. Other signals show which sensor
     correlation of position and its reference              negative: position is reversed;
                                                            positive: effort is reversed
 
-On a slow axis with a coarse encoder, W alone misleads: a controller's derivative term brakes in
-each sample in which a new count appears. A sign therefore counts as reversed only if the mean
-effort is opposite to the motion, too. The mean is taken within each stroke, from the first to the
-last change of the position.
+On a slow axis with a coarse encoder, W may be negative with correct signs, since a controller's
+derivative term brakes in each sample with a new count. A sign therefore counts as reversed only if
+the mean effort is opposite to the motion, too. The mean is taken within each stroke, from the first
+to the last change of the position.
 """
 
 from __future__ import annotations

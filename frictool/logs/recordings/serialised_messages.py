@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from frictool.typing import IntVector
 
-# arrays of texts that name the elements of the arrays in the same message and below
+# arrays of texts that name the elements of the other arrays in the message
 LABELS = ("name", "names", "joint_names", "interface_names")
 MOST_LISTED = 1000  # maximum number of array elements that are listed one by one
 

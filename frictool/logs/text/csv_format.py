@@ -5,8 +5,8 @@
                 └─ cells that the scanner rejects are examined here; they are blank, contain a
                    number in another notation, or contain no number
 
-Without salvage, a cell without a number ends the reading. With salvage, the cell is NaN, and a row
-with the wrong number of cells is left out.
+A cell without a number ends the reading. With `--salvage`, the cell is NaN instead, and a row with
+the wrong number of cells is left out.
 """
 
 from __future__ import annotations
