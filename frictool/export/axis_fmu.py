@@ -362,7 +362,7 @@ def _signals(model: Model, start_position: int) -> Iterator[FmiVariable]:
     yield FmiVariable(0, "Float64", time)
     command = {"name": "command", "causality": "input", "start": "0.0", "unit": drive}
     command |= {"variability": "discrete"}
-    held = "command of the drive, held over a communication step"
+    held = "command of the drive, constant in a communication step"
     yield FmiVariable(REFERENCES["command"], "Float64", {**command, "description": held})
     at_start = (FIRST_PARAMETER + start_position,)
     measured = (*at_start, FIRST_PARAMETER + ax.ENCODER_STEP)

@@ -82,8 +82,8 @@ def _without_backlash(model: Model) -> Model:
 
 FEATURES: dict[str, ModelFeature] = {
     "backward": _of_laws("friction levels of the negative direction", "backward"),
-    "regimes": _of_laws("viscous friction by speed range", "regimes"),
-    "position": _of_laws("friction over the position", "position"),
+    "regimes": _of_laws("speed-dependent viscous friction", "regimes"),
+    "position": _of_laws("position-dependent friction", "position"),
     "stribeck": ModelFeature(
         "fall of the friction with the speed",
         lambda model: model.parameters.stribeck_velocity is not None,

@@ -212,4 +212,4 @@ def _cut_short(part: MeasuredPart) -> str:
 def _no_rest(part: MeasuredPart) -> str:
     if part.spec.rest is None:
         return "the specification has no rest requirement"
-    return f"not held beyond {part.spec.rest.after_s:g} s" if part.rest is None else ""
+    return f"hold shorter than {part.spec.rest.after_s:g} s" if part.rest is None else ""

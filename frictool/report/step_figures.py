@@ -196,5 +196,5 @@ def _caption(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> str
     if spec.response_time_95_s is not None:
         marks.append("grey dots: response time allowed")
     if any(evidence.has_backlash and evidence.load_is_bounded for evidence, _ in plays):
-        marks.append("load: between its bounds, computed from the position and the backlash")
+        marks.append("load: area between bounds computed from the position and the backlash")
     return f"{caption}{'; '.join(marks).capitalize()}."

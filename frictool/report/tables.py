@@ -132,7 +132,10 @@ def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
         ]
         for source in sources
     ]
-    meeting = ("streams that meet all", *(f"{sum(met)} of {len(met)}" for met in counts))
+    meeting = (
+        "streams that meet all requirements",
+        *(f"{sum(met)} of {len(met)}" for met in counts),
+    )
     rows = (meeting, *tables[-1].rows, *_speeds(spec, sources, verdict.evidence))
     return [*tables[:-1], TextTable(tables[-1].title, tables[-1].headings, rows, 1)]
 

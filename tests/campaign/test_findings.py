@@ -137,7 +137,7 @@ def test_the_text_says_what_fails_where_and_why() -> None:
     assert "chance below 1e-4" in row
     assert "never" in next(line for line in told if line.startswith("response 95 %"))
     assert "modulus margin  inertia 99 ± 2 % (falls)" in text
-    assert "rest            it is the same in every trial" in text
+    assert "rest            the value is the same in every trial" in text
     assert "limit cycle     no trial has a value" in text
     assert (
         "response 95 % 0.47 s where <= 0.4 s is required: "

@@ -117,7 +117,7 @@ def test_one_enormous_value_upsets_nothing() -> None:
 @pytest.mark.parametrize(
     ("function", "n", "reason"),
     [
-        (lambda v: np.zeros(v.shape[0]), 200, "it is the same in every trial"),
+        (lambda v: np.zeros(v.shape[0]), 200, "the value is the same in every trial"),
         (lambda v: np.full(v.shape[0], np.nan), 200, "no trial has a value"),
         (linear_of_first, 12, "12 trials have a value, 20 are needed"),
     ],

@@ -150,7 +150,7 @@ def test_refuses_what_mjcf_cannot_represent(lugre: Model, plain: Model, tmp_path
         run("export", nonlinear, "--lang", "mjcf", "-o", tmp_path / "out"),
         4,
         "MJCF cannot represent backward",
-        "position (friction over the position)",
+        "position (position-dependent friction)",
         "--without position",
     )
     with pytest.raises(NoSolutionError, match="stribeck"):

@@ -144,7 +144,7 @@ def test_logs_laid_over_each_other_have_their_own_colours() -> None:
     table = html[html.index("The logs side by side") :]
     cell = r"<td class=\"n\"[^>]*>"
     assert re.search(
-        rf"<td>streams that meet all</td>{cell}1 of 1</td>{cell}0 of 1</td>",
+        rf"<td>streams that meet all requirements</td>{cell}1 of 1</td>{cell}0 of 1</td>",
         table,
     )
     assert re.search(rf"<td>overshoot \[%\]</td>{cell}[12]\.\d+</td>{cell}9\.\d+</td>", table)

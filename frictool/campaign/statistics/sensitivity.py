@@ -278,7 +278,7 @@ def _influence(trials: Trials, draws: SortedDraws, metric: int, drawn: bool) -> 
         return MetricInfluence(used, reason=f"{count} trials have a value, {FEWEST} are needed")
     scores = scores_of(values[known])
     if not scores:
-        return MetricInfluence(used, reason="it is the same in every trial")
+        return MetricInfluence(used, reason="the value is the same in every trial")
     shares = []
     for factor in range(trials.space.size):
         ranked = draws.sliced(factor, slices_for(count), known)

@@ -141,7 +141,7 @@ def caveat(findings: Findings) -> str:
     if rate.method == "vertices":
         return (
             "A random part of all combinations of the factors' ends was simulated; the interval "
-            "covers all combinations, but no values between the ends."
+            "is for all combinations, not for values between the ends."
         )
     drawn = "independently" if rate.method == "random" else "as a Latin hypercube"
     above = any(factor.least is not None for factor in findings.trials.space.factors)

@@ -55,7 +55,7 @@ def rest_line(verdict: PlayedVerdict) -> str:
     many = f"{len(verdict.plants)} plant{'s' if len(verdict.plants) > 1 else ''}"
     if all(one.met for one in judged):
         return f"friction compensation: no limit cycle on the {many} played ({titles}: met)"
-    return f"friction compensation: {titles}: not met on at least one of the {many} played"
+    return f"friction compensation: {titles} not met on at least one of the {many} played"
 
 
 def all_met(verdict: PlayedVerdict) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 KINDS = {
     "sines": "the axis is driven by one sine or several",
-    "ramp": "the effort grows from rest until the axis moves, then falls, several times (breakaway)",
+    "ramp": "the effort grows from rest until the axis moves, then falls; repeated (breakaway)",
     "steps": "the reference jumps between positions, or the axis rests at several positions in "
     "turn",
     "stroke": "the axis moves in one direction, or in one direction and back",
