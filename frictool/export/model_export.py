@@ -31,7 +31,7 @@ class ModelExportSettings:
     joint : str or None
         Joint of `into`; without it, the only joint of the model's kind.
     check : Log or None
-        Log whose effort is played through the exported MJCF file and through the model.
+        Log with the effort with which the exported MJCF file and the model are simulated.
     """
 
     without: frozenset[str] = frozenset()

@@ -87,7 +87,7 @@ class LogAssembly:
     flows: streams in the order of the files.
     notes: metadata records.
     lost: losses noticed when the files were opened.
-    earlier_losses: losses that the metadata of a canonical input reports from an earlier salvage.
+    earlier_losses: losses that the metadata of a canonical log reports.
     origin: clock time in ns at time 0 of the log; None until `start_streams` has set it.
     ahead: topic -> time in ns by which the stream's clock leads the log's clock.
     findings: functions that return the warnings about each raw table.

@@ -132,9 +132,10 @@ def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
 
 
 def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
-    """Return the rank of a value that is an upper bound for the share `level` of all plants.
+    """Return the smallest r for which the r-th smallest value is an upper bound.
 
-    The smallest value has rank 1. Returns None if there are too few draws.
+    The bound is valid for the share `level` of all plants, with `confidence`. Returns None if there
+    are too few draws.
     """
     if draws == 0 or lower(draws, draws, confidence, method) < level:
         return None

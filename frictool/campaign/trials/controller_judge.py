@@ -3,9 +3,8 @@
     judge = ControllerJudge(plant, scenario, spec, plants)      prepared once
     verdict = judge(controller)                                 values and reserves of each plant
 
-A played plant is a plant that was simulated with the controller. A search for a controller calls
-the judge once per candidate. Plants, reference, disturbances and noise are the same for all
-candidates, so that their results can be compared.
+A search for a controller calls the judge once per candidate. Plants, reference, disturbances and
+noise are the same for all candidates, so that their results can be compared.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ PlantValues = Mapping[str, float]  # parameter (a key of `given` in a scenario) 
 
 @dataclass(frozen=True)
 class PlayedRequirement:
-    """Requirement, and the worst value of its metric on the played plants.
+    """Requirement, and the worst value of its metric on the simulated plants.
 
     Attributes
     ----------
@@ -77,7 +76,7 @@ class PlayedVerdict(ResultView):
     metrics : tuple of MetricLimit
         Requirements that a run can decide, in the order of the specification.
     plants : tuple of int
-        Indices of the played plants.
+        Indices of the simulated plants.
     values, reserves : ndarray, shape (p, r)
         Worst value in each run in SI, and relative distance of this value to the limit; NaN if
         undecided.
@@ -201,7 +200,7 @@ class ControllerJudge:
         controller : Controller
             The candidate.
         only : sequence of int, optional
-            Indices of the plants to play; by default all.
+            Indices of the plants to simulate; by default all.
 
         Raises
         ------

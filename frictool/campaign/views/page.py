@@ -26,7 +26,7 @@ from frictool.documents.provenance import Provenance
 from frictool.presentation.page import render_page
 
 TONES = {"PASS": "met", "FAIL": "broken", "UNDECIDED": "open", "NOT SHOWN": "open"}
-# largest number of columns of the table of shares; of rows of the tables of factors and of reasons
+# largest number of columns of the table of shares; largest number of rows of the other tables
 FACTORS, MORE = 12, 40
 
 

@@ -121,7 +121,7 @@ class ChunkPacker:
 
 
 def _blank(stream: int, head: StreamHeader) -> tuple[np.dtype[np.void], bytes]:
-    """Return the dtype of a stream's messages, and one message with the constant fields set."""
+    """Return (dtype of a stream's messages, bytes of a message with only constant fields set)."""
     dtype = message_dtype(len(head.fields))
     record = np.zeros(1, dtype)
     record["opcode"] = MESSAGE_OPCODE

@@ -88,7 +88,7 @@ def bind(
 
 
 def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int, str]:
-    """Return the index of the table with a channel's column, and the column's name there."""
+    """Return (index of the table with a channel's column, name of the column in this table)."""
     wanted = column.column
     source = tables[0].source
     if isinstance(wanted, int) and len(tables) > 1:

@@ -24,7 +24,7 @@ def topic_of(
     form: language of the definition, such as `ros2msg`.
     definition: definition of the type; empty if the recording has none.
 
-    If the messages cannot be decoded, `refused` of the topic is the reason.
+    If the messages cannot be decoded, the topic's `refused` states the reason.
     """
     try:
         return Topic(name, kind, _decoder(path, kind, encoding, form, definition))
