@@ -1,7 +1,7 @@
-"""Rule for ties: among values that agree within a relative tolerance, the first one is named.
+"""Rule for ties: among values that agree within a relative tolerance, the first one is chosen.
 
-Vertices that differ only in friction have the same modulus margin. The last digits of such values
-differ between processors, so that the strict maximum would name different vertices.
+Vertices that differ only in friction have the same modulus margin. The last digits of the margins
+depend on the processor; without the rule, the worst vertex would depend on the processor, too.
 """
 
 from __future__ import annotations

@@ -4,14 +4,14 @@
 
 Y is the metric and X_i the factor. E[Y | X_i] is estimated by the mean of Y in slices of X_i with
 equal numbers of draws (Plischke, Borgonovo, Smith, European Journal of Operational Research 226,
-2013). The random variation of the means of k slices with n draws in total is expected to be (k -
-1)/(n - k) times the variance within the slices. It is subtracted, so that the estimate for a factor
+2013). With n draws in k slices, chance alone gives the means a variance of (k - 1)/(n - k) times
+the variance within the slices. This variance is subtracted, so that the estimate for a factor
 without influence is 0 on average (Kelley's epsilon squared, PNAS 21, 1935).
 
-The error is the standard deviation of the efficient estimator, which has the influence function 2 Y
-m - m^2 - S_i Y^2 with m = E[Y | X_i] and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric
-Statistics 25, 2013). The random error of the means for a factor without influence, sqrt(2 (k -
-1))/n, is added in quadrature.
+The error of S_i is the root of the sum of two squares. The first term is the standard deviation of
+the efficient estimator, which has the influence function 2 Y m - m^2 - S_i Y^2 with m = E[Y | X_i]
+and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric Statistics 25, 2013). The second term
+is sqrt(2 (k - 1))/n, the error for a factor without influence.
 
 The test of influence uses ranks, so that values may be infinite (a step that never settles has the
 worst rank). Like Lepage's test for two samples (Biometrika 58, 1971), it combines two differences

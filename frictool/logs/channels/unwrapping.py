@@ -88,7 +88,7 @@ class Unwrapping:
 
         shown: (n,) raw values: counts if the position is in counts, else rad or m.
 
-        Raises LogError if the values cover more than one period, so that they do not wrap.
+        Raises LogError if the values cover more than one period; the period is then wrong.
         """
         if channel not in self._periodic:
             return shown

@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from frictool.documents.bench import Bench
 from frictool.typing import Matrix, Vector
 
-NEIGHBOURS = 2  # number of steps before and after a step that bound the motion in between
+NEIGHBOURS = 2  # number of steps before and after a step, which bound the motion during the step
 SCALES = (2, 8, 32, 128)  # numbers of steps over which the motion before and after a step is summed
 WINDOW = SCALES[-1]
 TO_AND_FRO = 32  # samples between long steps of opposite signs that belong together
@@ -45,9 +45,9 @@ FEWEST = 8.0  # encoder steps, least range of the position for a decision
 LONG = 0.5  # least step that may be a wrap, relative to the range
 BACK = 0.25  # largest remainder of a step after the next step, relative to the step, of an outlier
 MOST = 5_000  # maximum number of long steps kept
-FASTEST = 0.45  # bound of the motion between two samples, relative to the period
-KNOWN = 0.1  # bound of the mean width of the period intervals, relative to the period
-SLOW = 0.01  # bound of the motion per step of a slow axis, relative to the period
+FASTEST = 0.45  # largest motion between two samples, relative to the period
+KNOWN = 0.1  # largest mean width of the intervals for the period, relative to the period
+SLOW = 0.01  # largest motion of a slow axis between two samples, relative to the period
 MOSTLY = 0.9  # least share of wraps among the long steps
 # quantile of the motion around the wraps that is treated as the axis's fastest motion
 NEARLY_ALL = 0.95

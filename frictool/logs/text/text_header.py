@@ -214,9 +214,9 @@ def _label(
 def _steps_beneath(
     names: Sequence[str], beneath: Sequence[str], number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """Return ("increment", increment in ns, start in ns) from the columns of these names.
+    """Return ("increment", increment [ns], start [ns]) from the line below the names.
 
-    The numbers are in the line below the names. The result is None if there is no increment.
+    The result is None if there is no column `increment`.
     """
     values = {name.lower(): number(cell) for name, cell in zip(names, beneath, strict=False)}
     increment = values.get(INCREMENT)
@@ -229,7 +229,7 @@ def _steps_beneath(
 def _steps_in(
     rows: Rows, end: int, number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """Return (key, sample interval, 0), the interval in ns, from a metadata line `key, number`.
+    """Return (key, sample interval [ns], 0) from a metadata line `key, number`.
 
     The unit is part of the key or follows the number. The result is None if there is no such line.
     """
