@@ -71,7 +71,8 @@ class Findings:
     def passed(self) -> bool:
         """Return True if the campaign passes.
 
-        Every requirement is decided, and all trials pass or the required rate is shown.
+        A campaign passes if every requirement is decided, and either all trials pass or the trials
+        show the required pass rate.
         """
         return self.outcome == "PASS"
 

@@ -132,8 +132,8 @@ class ClockPair:
 def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:
     """Return offset and drift of the clock of `other` relative to the clock of `one`.
 
-    Both are estimated from the signal `name`, which both streams contain. Returns None if the two
-    records of the signal correlate for too short a time.
+    The two records of the signal `name` are compared. Returns None if the records correlate for too
+    short a time.
     """
     period = max(one.period, other.period)
     low, high = max(one.time[0], other.time[0]), min(one.time[-1], other.time[-1])

@@ -29,7 +29,7 @@ FEWEST = 50  # least number of common samples
 MOST = 20_000  # maximum number of samples; of a longer record, every n-th sample is used
 SMOOTHED = 2.0  # standard deviation of the smoothing, in samples of the slower signal
 LEAST_EXPLAINED = 0.5  # least explained share of the variance of y
-AS_GOOD = 1.5  # ratio to the least sum of squares up to which another offset cannot be ruled out
+AS_GOOD = 1.5  # largest sum of squares of an offset that fits as well, relative to the least sum
 NORMAL_95 = 1.96  # standard deviations of a 95 % interval
 
 

@@ -76,8 +76,8 @@ def _distances(position: Vector) -> Vector:
 def encoder_step(position: Vector) -> float | None:
     """Return the step of which all positions (n,), minus a common offset, are multiples.
 
-    The step is the smallest distance of two positions, divided by the smallest integer for which
-    all distances are multiples of the quotient. Returns None if there is no such step.
+    The smallest distance of two positions is divided by 1, 2, ..., MOST_STEPS. The step is the
+    first quotient of which all distances are multiples; None if there is none.
     """
     distances = _distances(position)
     if distances.size < FEWEST_LEVELS - 1:

@@ -54,7 +54,7 @@ def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
 
 
 def gather(data: Bytes, start: IntVector, width: int) -> Bytes:
-    """Return a matrix (n, width) with the `width` bytes of `data` from each of `start` (n,) on."""
+    """Return the matrix (n, width) with row i = data[start[i] : start[i] + width]."""
     if not start.size:
         return np.empty((0, width), np.uint8)
     windows = as_strided(data, (data.size - width + 1, width), (1, 1), writeable=False)
