@@ -31,7 +31,7 @@ class ModelExportSettings:
     joint : str or None
         Joint of `into`; without it, the only joint of the model's kind.
     check : Log or None
-        Log with the effort with which the exported MJCF file and the model are simulated.
+        Log whose effort drives a simulation of the exported MJCF file and one of the model.
     """
 
     without: frozenset[str] = frozenset()

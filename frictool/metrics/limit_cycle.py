@@ -6,8 +6,8 @@ of the hold is ignored, since it contains the response to the step. A turn is a 
 after which the axis moves back by more than one sensor step and more than the peak-to-peak noise.
 A swing is the distance between two turns.
 
-    sustained      at least two turns; the last swings are at least 0.8 of the first; the time since
-                   the last turn is at most twice the longest time between two turns
+    sustained      at least two turns; the last swings are at least 0.8 times as long as the first;
+                   the time since the last turn is at most twice the longest time between two turns
     at rest        no motion beyond the noise; or no motion in the last third of the hold, and
                    this third is longer than twice the longest time between two turns
 """
