@@ -1,10 +1,10 @@
 """Probes that measure the properties of each law in thesis table 2.1.
 
-velocity-driven    friction along a prescribed velocity: Stribeck effect, viscous friction,
-                   frictional memory
-force-driven       force ramps at two rates: rising static friction
-fixed step         the law as printed in the thesis, integrated by Euler's method: stiction, which
-                   requires that the mass comes to rest
+velocity-driven    Stribeck effect, viscous friction and frictional memory, from the friction along
+                   a prescribed velocity
+force-driven       rising static friction, from force ramps at two rates
+fixed step         stiction: the mass comes to rest if the law, as printed in the thesis, is
+                   integrated by Euler's method
 
 The other rows of the table, presliding, non-local memory and non-drift, follow from the four tests
 (compare/presliding_criterion.py, drift_criterion.py).
@@ -99,7 +99,8 @@ def stiction(compliance: bool, holds: bool, settles: bool) -> str:
     step, too.
 
     - compliance: True if the contact is compliant
-    - holds, settles: True if the mass rests in the exact simulation, and with a fixed step
+    - holds: True if the mass rests in the exact simulation
+    - settles: True if the mass rests in a simulation with a fixed step
     """
     if compliance or not holds:
         return "-"

@@ -60,7 +60,7 @@ def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def commit(mode: int, z: Vector, p: Vector) -> int:
-    """Move the Preisach operator to the accepted displacement z; return a status code."""
+    """Move the operator to the displacement z after an accepted step; return a status code."""
     return preisach_move(z[MEMORY:], z[0], p[FIXED:], p[LIMIT]) if mode == STUCK else OK
 
 

@@ -67,7 +67,7 @@ def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
 
 @kernel
 def commit(z: Vector, v: float, p: Vector) -> int:
-    """Move the Maxwell elements to the accepted displacement z; return a status code."""
+    """Move the elements to the displacement z after an accepted step; return a status code."""
     if not math.isfinite(z[Z]):
         return NOT_FINITE
     bank_move(z[DEFLECTIONS:], z[Z] - z[ACCEPTED], p[FIXED:], p[LIMIT])

@@ -48,7 +48,7 @@ def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
 
 @kernel
 def commit(z: Vector, v: float, p: Vector) -> int:
-    """Move the hysteresis to the accepted displacement z; return a status code."""
+    """Move the hysteresis to the displacement z after an accepted step; return a status code."""
     if not math.isfinite(z[Z]):
         return NOT_FINITE
     return masing_move(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT])

@@ -71,7 +71,7 @@ def surviving(memory: Vector, z: float) -> tuple[int, bool]:
 def branch_start(memory: Vector, z: float) -> tuple[bool, float, float]:
     """Return (virgin, position, force) at the start of the branch that a movement to z follows.
 
-    virgin: True on the virgin curve, which starts at (0, 0).
+    `virgin` is True on the virgin curve, which starts at (0, 0).
     """
     count, turned = surviving(memory, z)
     if turned:

@@ -1,4 +1,4 @@
-"""Table of a batch, one row per model, as CSV, Parquet, text or JSON, with population tests."""
+"""Table of a batch as CSV, Parquet, text or JSON, one row per model; test whether models agree."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Return the population of each parameter that at least two models contain."""
+    """Return scatter and tests of each parameter that at least two models contain."""
     values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:
@@ -181,7 +181,7 @@ def population_lines(parameters: dict[str, Population], bench: Bench) -> list[st
 
 
 def conclusion(one: Population) -> str:
-    """Return "yes" if one population can have these values, else "no" with the failed tests."""
+    """Return "yes" if all models can have one true value, else "no" with the failed tests."""
     no = []
     if one.between is not None and one.rejects(one.between):
         no.append(f"units differ by {one.between.beyond:.2g} {_p(one.between.p)}")

@@ -79,6 +79,8 @@ class AcceptedEffects:
 class EffectRegression:
     """Regression with the columns of the model and of all hypotheses.
 
+    A hypothesis is a load or an effect that may act, such as a spring or a delay.
+
     - used: hypotheses that the model includes
     - free: hypotheses that the model does not include
     - names: sliding parameters that are not fixed
@@ -146,8 +148,8 @@ class EffectRegression:
     def intervals(self, more: Sequence[Hypothesis] = ()) -> dict[str, Interval]:
         """Return the intervals of all parameters of the model and of the hypotheses `more`.
 
-        The intervals follow from the scatter between clusters of rows. The result is empty if the
-        rows do not determine the parameters.
+        The intervals follow from the scatter between strokes. The result is empty if the rows do
+        not determine the parameters.
         """
         columns = self.rows.columns([*self.used, *more])
         try:

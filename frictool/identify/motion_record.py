@@ -84,7 +84,7 @@ class ServoSignals:
 
 @dataclass(frozen=True, eq=False)
 class MotionRecord:
-    """Uniformly sampled motion and effort of one log; records are compared by identity.
+    """Uniformly sampled motion and effort of one log.
 
     - position: measured or integrated position, (n,), rad | m
     - effort: measured effort, (n,), N m | N

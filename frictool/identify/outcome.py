@@ -85,8 +85,8 @@ def accept(
 ) -> Outcome:
     """Return an outcome that accepts the informative intervals of `offered` and refuses the others.
 
-    The interval of a parameter that this function refuses narrows the bench's range if both
-    overlap. `reasons`: reasons for the parameters that the method has refused.
+    The interval of a parameter that this function refuses narrows the bench's range if the two
+    overlap. `reasons`: parameters that the method has refused, with the reasons.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})

@@ -68,9 +68,10 @@ class Population:
     - mean: weighted mean
     - spread: standard deviation of the values
     - expected: standard deviation of the values that the intervals predict
-    - whole: test of all values
-    - within, between: tests within units and between units; None without enough values
-    - alone: test of the values of each unit, by unit
+    - whole: test whether all models have one true value
+    - within: test whether the models of each unit have one true value; None without enough models
+    - between: test whether all units have one true value; None without enough units
+    - alone: unit -> test whether the models of this unit have one true value
     - drift: drift of the parameter with the date; None if the dates do not determine it
     - level: probability that at least one test rejects although all true values are equal
     """
@@ -114,10 +115,10 @@ class Population:
 def populations(
     values: Mapping[str, Sequence[UnitValue]], confidence: float
 ) -> dict[str, Population]:
-    """Return the population of each parameter with at least two values.
+    """Return scatter and tests of each parameter with at least two values.
 
-    `confidence` is the confidence of the intervals. The same number is the probability that no test
-    of any parameter rejects if all true values are equal (Bonferroni).
+    `confidence` is the confidence of the intervals, and also the probability that no test of any
+    parameter rejects if all true values are equal (Bonferroni).
     """
     repeated = {name: estimates for name, estimates in values.items() if len(estimates) >= 2}
     return {
@@ -127,7 +128,10 @@ def populations(
 
 
 def population(values: Sequence[UnitValue], confidence: float, level: float) -> Population:
-    """Return the population of one parameter with at least two values."""
+    """Return scatter and tests of one parameter with at least two values.
+
+    `level`: probability that at least one test rejects although all true values are equal.
+    """
     estimates = np.array([one.interval.value for one in values])
     s = _deviations(values, confidence)
     units = np.array(

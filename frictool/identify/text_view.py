@@ -27,7 +27,7 @@ REMOVED = frozenset(effect.term for effect in EFFECTS if not effect.needs_temper
 
 
 def law_lines(model: Model) -> list[str]:
-    """Return the lines on friction and load laws other than the parameters."""
+    """Return the lines on the laws of friction and load."""
     if model.laws is None:
         return []
     lines = []
@@ -226,7 +226,7 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
 def parameter_lines(model: Model) -> list[str]:
     """Return the table of the parameters.
 
-    The intervals hold for the nominal drive constant. If the bench has an interval of the constant,
+    The intervals are valid for the nominal drive constant. If the bench gives its interval,
     a further column has intervals that include the error of the constant.
     """
     rows = parameter_intervals(model)

@@ -2,7 +2,7 @@
 
 An effect that the model lacks leaves the same residual in every stroke. The scatter between strokes
 therefore does not show the resulting error. Eight sources of this error are examined
-(docs/theory/identify_effects.md). The first adds a variance; each other one shifts the parameters:
+(docs/theory/identify_effects.md). The first adds a variance; the others shift the parameters:
 
 1. Residuals that repeat at the same positions, or at the same velocities and signs of the
    acceleration (`regression/multiway.py`). If only few samples determine viscous friction, as in
@@ -10,7 +10,7 @@ therefore does not show the resulting error. Eight sources of this error are exa
    the same counts and repeat this noise, so that more strokes do not reduce its variance.
 2. A hypothesis of `explanation_search`, such as a spring, that improves the fit.
 3. Smoothing windows of twice the length. Delay and resonance have first-order approximations in the
-   fit; if the fit includes one, the change with the longest windows is a further shift.
+   fit; if the fit includes one of them, the change with the longest windows is a further shift.
 4. An exact delay and an exact lag in place of the approximation, if the fit includes the delay.
 5. An unknown delay, if the model has none, but a delay would improve the prediction of strokes
    outside the fit. Without a fit, the delay is known to +- half a sample, because effort and
@@ -28,7 +28,7 @@ the largest movement is applied. If an interval overlaps the bench's interval, n
 the bench's interval.
 
 Noise in the acceleration makes the inertia of a regression too small. If the inertia decreases by
-more than its half width, noise hides it. The inertia is then fixed at its value in the fit or, if
+more than its half width, noise hides the inertia. It is then fixed at its value in the fit or, if
 the fit has none, in the bench. The same applies to an inertia from the weak form or from means over
 strokes.
 """
@@ -149,7 +149,7 @@ def _of_windows(
     confidence: float,
     plain: EffectRegression,
 ) -> list[AcceptedEffects]:
-    """Return the changes of the parameters with longer windows, less what chance explains.
+    """Return the changes of the parameters with longer windows that chance does not explain.
 
     A delay and a resonance are approximated to first order in the fit. This holds if the window is
     longer than the delay or the period of the resonance. A fit with an approximation is also
@@ -170,7 +170,7 @@ def _of_windows(
 def _of_noise(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> list[AcceptedEffects]:
-    """Return the change of the inertia with windows of twice the length, less what chance explains.
+    """Return the change of the inertia with doubled windows that chance does not explain.
 
     Noise reduces the fitted inertia, and longer windows have less noise.
     """
@@ -183,7 +183,7 @@ def _of_noise(
 
 
 def _unlikely(one: Interval, other: Interval) -> float:
-    """Return the change from the value of `one` to that of `other`, less what chance explains.
+    """Return the part of the change from `one` to `other` that chance does not explain.
 
     If the model is true, `one` has the smaller variance, and the variance of the change is the
     difference of the two variances (Hausman, 1978).
@@ -194,7 +194,7 @@ def _unlikely(one: Interval, other: Interval) -> float:
 
 
 def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -> AcceptedEffects:
-    """Return the changes of the parameters from `before` to `smoother`, less chance."""
+    """Return the changes from `before` to `smoother` that chance does not explain."""
     after = smoother.intervals()
     shift = {
         name: _unlikely(before[name], after[name])

@@ -29,7 +29,7 @@ class Commissioning:
 
 
 def commissioning_of_estimate(estimate: WearEstimate, source: str) -> Commissioning:
-    """Return the commissioning from the estimate of a unit's first log.
+    """Return the wear at commissioning from the estimate of a unit's first log.
 
     Raises InputFileError if the estimate has no wear.
     """
@@ -42,7 +42,7 @@ def commissioning_of_estimate(estimate: WearEstimate, source: str) -> Commission
 
 
 def read_commissioning(path: Path) -> Commissioning:
-    """Return the commissioning from a file with the JSON output of `observe run`.
+    """Return the wear at commissioning from a file with the JSON output of `observe run`.
 
     Raises InputFileError if the file cannot be read or has other contents.
     """

@@ -25,7 +25,7 @@ MISS = "miss"  # name of the innovation in control/tracking_observer.py
 class ObserverOutput:
     """Estimates of an observer at the n samples of a block, each (n,).
 
-    - time, position, velocity: s, rad | m, rad/s | m/s
+    - time, position, velocity: time and estimated motion, s, rad | m, rad/s | m/s
     - friction: friction with the sign of the velocity, N m | N
     - wear: factor of the friction, or added friction [N m | N] of an additive observer; None if the
       observer does not estimate wear

@@ -9,7 +9,7 @@
         for exact values only           strokes again, with half of the interval widths
         for no plant          no test; no controller meets the specification
 
-The indented rows are the results of this search: for which plants it finds a controller.
+The indented rows are the results of this search; they state for which plants a controller exists.
 
 Each test respects the limits of the bench for every axis within the a-priori ranges, so that it is
 safe before any parameter is identified. After a log, identified intervals replace the bench's

@@ -27,7 +27,7 @@ def narrowed_model(model: Model) -> Model:
 
 
 def exact_model(model: Model) -> Model:
-    """Return the narrowed model with the exact values of the identified parameters."""
+    """Return the narrowed model with exact values, without intervals, of identified parameters."""
     exact = {
         name: structs.replace(one, low=one.value, high=one.value)
         for name in NARROWED

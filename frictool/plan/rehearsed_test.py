@@ -11,7 +11,7 @@ effect from the parameter; repeating the strokes does not help. The first mix of
 therefore robust: it separates a delay and a spring, and no parameter is much less precise than the
 others. If longer tests are not more precise, the mix with the smallest Cramér-Rao bound is tried.
 If no mix reaches the precision within the duration of the default kind of test, the default kind is
-rehearsed. If it misses the precision, too, longer mixes are designed.
+rehearsed. If that test misses the precision, too, longer mixes are designed.
 """
 
 from __future__ import annotations
@@ -84,9 +84,9 @@ def rehearsed_strokes(
     -------
     PreciseTest
         Reference of the position loop, and the half width to expect for each parameter. If
-        `request.duration` is set, a half width may be larger than requested, and a parameter that a
-        rehearsal did not identify has no half width. The test is not longer than the default
-        kind of test, if that reaches the precision.
+        `request.duration` is set, a half width may be larger than requested, and a parameter that
+        was not identified in a simulation has no half width. The test is not longer than the
+        default kind of test, if that reaches the precision.
 
     Raises
     ------
@@ -224,8 +224,7 @@ class RehearsedTests:
     ) -> tuple[dict[str, float], dict[str, HalfWidthSample]]:
         """Return the upper bound of each half width, and the half widths of all rehearsals.
 
-        If `screened`, a test that probably misses the precision is rehearsed on the first axes
-        only.
+        If `screened`, the rehearsals end early if the test probably misses the precision.
         """
         self.progress(f"simulating a test of {test.sequence.duration:.3g} s ({label})")
         free = self.request.duration is not None
@@ -259,7 +258,7 @@ def _next_test(
     last: PreciseTest | None,
     shorter: bool,
 ) -> PreciseTest:
-    """Return the next test, longer than `last` by at least LONGER, or shorter by at most LONGER."""
+    """Return the next test, LONGER times as long as `last` or more; shorter if `shorter`."""
     if last is None:
         return design(bench, attempt)
     duration = last.sequence.duration

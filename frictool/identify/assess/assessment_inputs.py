@@ -31,7 +31,7 @@ class AssessmentInputs:
     - inertia: lower end, value and upper end of the a-priori interval, kg m^2 | kg
     - breakaway: expected breakaway, N m | N
     - rate: slope of the proposed ramps, N m/s | N/s
-    - onsets: number of onsets of the proposed ramps
+    - onsets: number of breakaways in the proposed ramps
     - presliding: expected presliding distance, rad | m
 
     breakaway, rate, onsets and presliding are 0 for recorded motion.

@@ -12,7 +12,8 @@ The target is the requested relative half width. The methods are tried in this o
 (4.3) and (4.8) of the thesis apply to the inertia, (4.4) and (4.9) to viscous and Coulomb friction.
 One decision differs from the thesis. If (4.8) exceeds the target for the inertia, the thesis uses
 the a-priori value. However, (4.8) adds the errors of all counts with the worst sign, whereas these
-errors average out over a window. The weak form is therefore judged by its error after averaging.
+errors average out over a smoothing window. The weak form, which is least squares over such windows,
+is therefore judged by its error after averaging.
 """
 
 from __future__ import annotations

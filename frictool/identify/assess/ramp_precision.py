@@ -19,10 +19,9 @@ SPREAD = math.sqrt(3.0 / 5.0 - (3.0 / 4.0) ** 2)
 class RampPrecision(NamedTuple):
     """Precision of the breakaway, N m | N.
 
-    - latest: largest difference between the effort, at the time when the motion becomes visible,
-      and the breakaway
+    - latest: largest excess of the effort over the breakaway when the motion becomes visible
     - deviation: standard deviation of the mean breakaway of all onsets, after subtraction of the
-      mean difference
+      mean excess
     """
 
     latest: float

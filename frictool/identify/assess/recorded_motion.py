@@ -1,8 +1,8 @@
 """Motion of a record, from which `assess` chooses an identification method.
 
 Without a record, `assess` uses the motion of a proposed test. A stroke of a record is treated as a
-half sine with the same distance and duration. A record with many strokes is represented by MOST of
-them, taken at equal steps of their order by duration.
+half sine with the same distance and duration. MOST strokes, evenly spaced in the order of their
+durations, represent a record with many strokes.
 """
 
 from __future__ import annotations

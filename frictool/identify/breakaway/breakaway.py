@@ -81,7 +81,7 @@ class Breakaway:
     - position: position of each onset, (n,), rad | m
     - direction: direction of each onset, (n,), +1 or -1
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: falls of friction with speed that `interval` includes
+    - fall: falls of friction with speed after the breakaway that `interval` covers
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     """
@@ -100,7 +100,7 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the mean breakaway; the forward one if the breakaway varies with position."""
+        """Return the mean breakaway, of forward ramps only if it varies with position."""
         return self.interval if self.by_position is None else self.by_position.forward
 
 
@@ -201,7 +201,7 @@ def _wider(full: Interval, mean: Interval) -> Interval:
 class BreakawayFit:
     """Breakaway over position as fitted polynomials, and the friction at the onsets.
 
-    - shape: friction at the onsets divided by its mean, (n,); None if friction is constant
+    - shape: breakaway at the onsets divided by its mean, (n,); None if the breakaway is constant
     - friction: breakaway at the onsets, (n,), N m | N
     """
 

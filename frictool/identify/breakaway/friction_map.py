@@ -72,7 +72,7 @@ def friction_map(
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`; the offset is the bench's
 
     The ramps are evaluated again with the Coulomb friction of the map. Raises UnusableLogs if the
-    strokes do not determine viscous friction and the levels.
+    strokes do not determine viscous friction and the mean friction in slip of each direction.
     """
     rows = gated_rows(records, bench)
     offset = axis["offset"].value

@@ -1,8 +1,8 @@
 """Detection of breakaways in a log of ramps.
 
-Each breakaway is described by a line that is fitted to the effort at rest, and by the encoder's
-changes after the onset. Onsets inside the backlash after a reversal are left out, because only the
-motor moves there.
+Each breakaway is described by a line that is fitted to the effort at rest, and by the times at
+which the encoder's count changes after the onset of motion. Onsets inside the backlash after a
+reversal are left out, because only the motor moves there.
 """
 
 from __future__ import annotations

@@ -162,7 +162,7 @@ class OnsetData:
         fall: StribeckFall,
         most: float = math.inf,
     ) -> float:
-        """Return the mean misfit (`efforts`) of the onsets, computed with the fall `fall`.
+        """Return the mean misfit (`efforts`) of the onsets for an assumed fall of friction.
 
         Return inf as soon as the sum shows that the mean exceeds `most`. The onsets are evaluated
         in the order `order`, those with the largest expected misfit first.
@@ -191,7 +191,7 @@ class OnsetData:
     def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
     ) -> StribeckVelocityRange:
-        """Return the falls of friction that agree with the onsets for parameters within `axis`."""
+        """Return the falls of friction that agree with the onsets, for any parameters in `axis`."""
         nominal = {name: known.value for name, known in axis.items()}
         ends = [
             {**nominal, name: end}

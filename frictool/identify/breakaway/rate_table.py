@@ -110,7 +110,7 @@ def breakaway_over_rate(table: RateTable, confidence: float) -> BreakawayOverRat
     mean = np.bincount(index, table.effort) / count
     freedom = table.effort.size - rates.size
     if freedom < 1:
-        raise LogError(table.name, "has one breakaway at each rate; repeat each rate")
+        raise LogError(table.name, "has one breakaway at each rate; record several at each rate")
     pooled = float(np.sum((table.effort - mean[index]) ** 2)) / freedom
     at_rates = []
     for k, rate in enumerate(rates.tolist()):

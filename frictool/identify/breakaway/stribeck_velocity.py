@@ -1,14 +1,15 @@
-"""Range of Stribeck velocities that agree with the encoder's changes after the onsets.
+"""Range of Stribeck velocities that agree with the logged motion after breakaways.
 
 Friction falls from the breakaway to Coulomb friction with increasing speed (thesis 2.34). With a
 slow fall, the encoder shows the motion later. The breakaway is then too high if an immediate fall
 is assumed.
 
-`allowed_fall` compares the mean misfit of the onsets for each pair of Stribeck velocity and
-exponent with the least mean misfit of the preferred exponent. A pair is allowed if the difference
-is at most the chi-square quantile with one degree of freedom. The mean is used, and not the sum,
-because a repetitive test repeats its timing errors. The other exponents only widen the interval,
-because they can imitate friction that varies with position.
+The misfit of an onset of motion is the sum of the squared differences between computed and logged
+travel, divided by their variance (`onset_friction`). A pair of Stribeck velocity and exponent is
+allowed if its mean misfit over all onsets exceeds the least one, with the preferred exponent, by at
+most the chi-square quantile with one degree of freedom. The mean replaces the sum, because timing
+errors are the same at every onset of a repetitive test. The other exponents only widen the
+interval, because they can imitate friction that varies with position.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class Misfit(Protocol):
 
 @dataclass(frozen=True)
 class StribeckVelocityRange:
-    """Falls of friction with which a breakaway and its interval are computed.
+    """Assumed falls of friction with speed, for which a breakaway and its interval are computed.
 
     - value: fall with which the value of the breakaway is computed
     - ends: other allowed falls; the interval contains the breakaways computed with them

@@ -257,7 +257,7 @@ def _differentiated(
     settings: IdentificationSettings,
     droppable: tuple[str, ...],
 ) -> SlidingFit:
-    """Return the least-squares or robust fit (steps 2 to 4 of the module)."""
+    """Return the fit by least squares, power balance or output error (module, steps 2 to 4)."""
     efficient = weighted_fit(
         records, bench, settings, lambda rows: np.ones(rows.velocity.size), droppable
     )

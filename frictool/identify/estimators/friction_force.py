@@ -5,9 +5,9 @@
     curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)
                for each direction of motion, and an offset
 
-T is the sample period. The breakaway is the largest friction of the curve. It is reached at the
-speed v_p, and not at rest as in thesis (2.34); v_p is therefore not a Stribeck velocity, and is
-reported in the details. Only v_p is searched, since the other parameters are linear.
+T is the sample period. The breakaway is the largest friction of the curve, at the speed v_p and not
+at rest as in thesis (2.34). v_p is therefore not a Stribeck velocity, and is reported in the
+details. Only v_p is searched, since the other parameters are linear.
 
 Every sample of a stroke is used, even at rest. Samples at rest shift Coulomb friction towards the
 effort at rest; select the moving part of the log with `ingest --from --to`. The intervals allow for

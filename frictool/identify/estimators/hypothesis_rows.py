@@ -137,11 +137,11 @@ class ReducedRows:
         return inertia**2 * noise**2 * (1.0 / after - 1.0 / before)
 
     def left_by_others(self, hypotheses: Sequence[Hypothesis]) -> float:
-        """Return the mean square of the acceleration after a fit of the columns in `hypotheses`."""
+        """Return the mean square of the acceleration's part orthogonal to the other columns."""
         return self._left([k for k in self.columns(hypotheses) if k != 0], 0)
 
     def _left(self, columns: Sequence[int], target: int) -> float:
-        """Return the mean square of the column `target` after a fit of the columns `columns`."""
+        """Return the mean square of the part of the column `target` orthogonal to `columns`."""
         triangle = merged(self.sides[:, :, [*columns, target]])
         return float(triangle[-1, -1] ** 2) / self.samples.velocity.size
 
@@ -157,7 +157,7 @@ class ReducedRows:
 
 
 def _triangle(parts: Tensor) -> Matrix:
-    """Return the triangular matrix (q, q) of all rows; missing rows are 0."""
+    """Return the triangular matrix (q, q) of all rows, filled up with rows of 0."""
     q = parts.shape[2]
     out = np.zeros((q, q))
     if parts.shape[0]:

@@ -42,7 +42,7 @@ def instrumental(
 ) -> SlidingFit:
     """Return inertia, viscous, Coulomb and offset of records with a reference.
 
-    Raises UnusableLogs if a record has no reference, or does not follow it.
+    Raises UnusableLogs if a record has no reference, or if the axis does not follow the reference.
     """
     for record in records:
         if record.reference is None:

@@ -1,4 +1,4 @@
-"""Loads as hypotheses of `explanation_search`, and the terms of the accepted hypotheses."""
+"""Loads that `explanation_search` may add to a fit, and the load terms of those that it accepts."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ class PredictionScore:
 
     - name, terms: name of the method, and load terms of its fit
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
-    - force: relative force error
+    - force: force error (`force_error.py`)
     - fit: function that fits the candidate to all logs
     """
 

@@ -86,7 +86,7 @@ def influences(
 
 
 def cluster_numbers(segments: Sequence[RecordSegment]) -> list[NDArray[np.int64]]:
-    """Return the cluster number (m,) of each sample per segment; at most MOST_CLUSTERS clusters."""
+    """Return for each segment the cluster numbers (m,) of its samples, at most MOST_CLUSTERS."""
     numbers = []
     above = 0
     known = of_each_record(segments, lambda record: (find_strokes(record), observer_rate(record)))
@@ -140,7 +140,7 @@ def simulation_error(
     terms: tuple[str, ...],
     servo: PositionServo | None = None,
 ) -> SlidingFit:
-    """Return the fit of the load terms `terms` by output error.
+    """Return the fit of an axis with the load terms `terms` by output error.
 
     The simulation runs in open loop, or in closed loop with `servo` along the logged reference.
     Raises UnusableLogs if nothing moves, if the motion has one direction only, or if a closed loop

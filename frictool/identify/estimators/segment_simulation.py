@@ -148,7 +148,7 @@ def observer_rate(record: MotionRecord) -> float:
 
 
 def observer_gains(record: MotionRecord) -> Vector:
-    """Return the gains (2,) of engine/effort_replay.py: the error decays at the `observer_rate`."""
+    """Return the observer's gains (2,) with which its error decays at `observer_rate`."""
     rate = observer_rate(record)
     return np.array([2.0 * rate * record.period, rate**2 * record.period])
 

@@ -74,7 +74,7 @@ class StrokeRows:
 def sines(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return viscous, Coulomb, offset and the knees of friction over speed; inertia is refused.
+    """Return viscous, Coulomb, offset and the knees of friction over speed, but no inertia.
 
     Raises UnusableLogs if there are too few strokes, or if all have the same speed or direction.
     """

@@ -12,10 +12,10 @@ prediction of strokes outside the fit (`weak_structure`). Coulomb friction and o
 over the range of positions, and viscous friction is that below the first knee.
 
 The expected precision (assess/weak_form_precision.py) determines the length of the window, and
-whether the inertia is identifiable. The encoder's noise decreases the fitted inertia by at most the
-value for white noise. Half of this value is added to the inertia, and the interval is widened by
-half of it to either side. If strokes repeat each other, nothing is added, and the interval is
-widened by the whole value to either side.
+whether the inertia is identifiable. The encoder's noise decreases the fitted inertia; white noise
+causes the largest decrease. Half of this decrease is added to the inertia, and the interval is
+widened by the same amount to either side. If strokes repeat each other, nothing is added, and the
+interval is widened by the whole decrease to either side.
 """
 
 from __future__ import annotations

@@ -5,8 +5,9 @@ outside the fit as well as the best order does. The order is 0 unless the best o
 prediction error significantly and by at least a fifth.
 
 Viscous friction changes at knees of the speed. Each new knee is placed at the speed at which it
-reduces the residual most, and is kept by the same rule. The order is chosen again after each knee,
-because a missing knee looks like a dependence on position.
+reduces the residual most. The knee is kept if it reduces the prediction error significantly and by
+at least a fifth. The order is chosen again after each knee, because a missing knee looks like a
+dependence on position.
 """
 
 from __future__ import annotations

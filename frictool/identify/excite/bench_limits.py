@@ -164,9 +164,9 @@ def declared_loads(bench: Bench) -> DeclaredLoads:
 
 
 def sensing_of(bench: Bench, noise: float | None = None) -> SensorPrecision:
-    """Return the sensor precision.
+    """Return sample period, encoder step and effort noise of a bench.
 
-    `noise` is the standard deviation of the measured drive, A | V.
+    `noise` is the standard deviation of the measured drive, A | V; None for the default.
     """
     drive = bench.actuator
     measured = DRIVE_NOISE_SHARE * drive.limit.value if noise is None else noise

@@ -77,7 +77,7 @@ class PriorAxis:
     - backlash: full width, rad | m; samples inside the backlash are not used
     - loads: declared loads
     - middle: middle of the travel and of the strokes, rad | m
-    - effects: effects of unknown size, each with a column: `delay`, `spring`
+    - effects: effects of unknown size, `delay` or `spring`; each adds a regressor
     """
 
     inertia: float

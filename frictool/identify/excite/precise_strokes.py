@@ -256,8 +256,8 @@ def stroke_motion(
     """Return the motion in which each of the k candidates is repeated.
 
     `times` (k + 1,): repetitions of each candidate, then the number of pauses, which are spread
-    evenly. A stroke ends at a random distance, up to SPREAD times the reach, before the end of its
-    reach; the encoder errors therefore differ between strokes.
+    evenly. The ends of the strokes vary at random by up to SPREAD times `reach`, so that the
+    encoder errors differ between strokes.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0

@@ -84,7 +84,10 @@ def worst_axis(bench: Bench, effects: tuple[str, ...] = ()) -> PriorAxis:
 
 
 def worst_sensing(bench: Bench, noise: float | None) -> SensorPrecision:
-    """Return the sensor precision with the largest drive constant; `noise` in A | V."""
+    """Return period, encoder step and effort noise for the largest drive constant.
+
+    `noise` is the standard deviation of the measured drive, A | V; None for the default.
+    """
     constant = bench.actuator.constant
     sensing = sensing_of(bench, noise)
     return replace(sensing, noise=sensing.noise * constant.interval[1] / constant.value)

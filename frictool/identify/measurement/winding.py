@@ -130,7 +130,8 @@ def _fit(
     parts = [part for log in logs for part in _rows(log, timing)]
     if not parts:
         raise UnusableLogs(
-            "no gap-free part of a log is longer than the window of the winding's equation"
+            "no gap-free part of a log is long enough to identify the winding; needed: at least "
+            f"{min(log.window for log in logs) + OVERLAP} samples"
         )
     rows = np.concatenate([part for part, _ in parts])
     noise = np.sum([part.shape[0] * power for part, power in parts], axis=0)

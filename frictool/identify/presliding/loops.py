@@ -1,9 +1,9 @@
 """Positions and friction along slow loops below the breakaway.
 
 The axis hardly accelerates, so that friction is the effort minus its offset. Each row stands for
-the time during which the encoder shows one count: the mean effort at the middle of the count. If
-the effort reverses during this time, the mean effort has no unique position. The row is then a part
-of the path, but is not fitted.
+the time during which the encoder shows one count. It has the mean effort of this time, and the
+position of the middle of the count. If the effort reverses during this time, the mean effort has no
+unique position. The row is then a part of the path, but is not fitted.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ The deflection delta_i of element i follows the path and is limited to +-d_i; th
 slips. For fixed yield displacements d_i the model is linear in the non-negative stiffnesses k_i.
 The virgin curve f(z) = sum_i k_i min(z, d_i) reaches the breakaway at z_max. The parabola of
 friction/virgin_curve.py continues the curve beyond its last point. The intervals come from a
-jackknife over branches.
+jackknife over branches, the paths between two reversals of the effort.
 """
 
 from __future__ import annotations

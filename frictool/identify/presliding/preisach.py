@@ -47,7 +47,7 @@ class EverettTable:
 
 
 def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
-    """Return the table with the largest number K of amplitudes that each occur at least twice.
+    """Return Everett's table with the most amplitudes K that each occur at least twice.
 
     Raises UnusableLogs if K is less than two.
     """

@@ -109,10 +109,7 @@ def residual_norm(parts: Tensor, value: Vector) -> float:
 def _jackknife(
     parts: Tensor, value: Vector, scale: Vector, cluster: IntVector
 ) -> tuple[Vector, Vector]:
-    """Return the standard deviations by the jackknife, times `scale`, and their degrees of freedom.
-
-    Both have shape (p,).
-    """
+    """Return standard deviations (p,) times `scale`, and degrees of freedom (p,), by jackknife."""
     rows = parts[:, :, :-1] / scale
     residual = parts[:, :, -1] - parts[:, :, :-1] @ value
     index = np.unique(cluster, return_inverse=True)[1]

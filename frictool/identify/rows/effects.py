@@ -133,7 +133,7 @@ class Effect(Hypothesis):
     """Hypothesis of an effect that disturbs the fit.
 
     - columns: function of the smoothed motion that returns the columns, (n,) each, in the order
-      of `names`; the last name may have no column
+      of `names`; the column of the last name may be missing
     """
 
     columns: Callable[[SmoothedMotion], tuple[Vector, ...]] = field(kw_only=True)

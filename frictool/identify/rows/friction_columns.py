@@ -1,8 +1,8 @@
 """Regressors of the weak form for friction over position and for knees over speed.
 
-    friction_k, load_k     sign(v) P_k(xi) and P_k(xi), k = 1, 2, ...: a polynomial of the
-                           position for each direction
-    bend_j                 sign(v) max(|v| - knee_j, 0): viscous friction added above a knee
+    friction_k, load_k     sign(v) P_k(xi) and P_k(xi) with k = 1, 2, ..., for a polynomial of the
+                           position in each direction
+    bend_j                 sign(v) max(|v| - knee_j, 0), viscous friction added above a knee
                            (thesis, figure 4.10)
     knee_j                 derivative with respect to the knee's speed, so that the intervals
                            include the knee's uncertainty

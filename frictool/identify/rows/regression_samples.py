@@ -268,8 +268,8 @@ def reduced(
     """Reduce each group of rows, of one stroke and cluster, to a triangular matrix by QR.
 
     Return, for the g groups, the matrices (g, q, q) without and with weights, the cluster numbers
-    (g,), and the stroke numbers (g,) from 0. The q columns are the first `parameters`
-    sliding parameters, the loads, and the effort.
+    (g,), and the stroke numbers (g,) from 0. The q columns are the first `parameters` sliding
+    parameters, the loads, and the effort.
     """
     columns = (*samples.columns[:parameters], *samples.loads.values(), samples.effort)
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)

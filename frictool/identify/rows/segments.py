@@ -49,8 +49,7 @@ class RecordSegment:
     def start(self) -> Vector:
         """Return the initial state (7,) of the axis (plant/axis.py).
 
-        The axis starts in motion if the encoder shows a sufficient speed, else at rest. The error
-        of a neglected speed decays as the speed of the axis does.
+        The axis starts in motion if the encoder shows a sufficient speed, else at rest.
         """
         position = self.position
         period = self.record.period

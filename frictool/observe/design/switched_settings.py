@@ -72,7 +72,7 @@ def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
 
 
 def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
-    """Return the switch speed Sigma [rad/s | m/s].
+    """Return the speed Sigma [rad/s | m/s] below which the axis is treated as stuck.
 
     Raises NoSolutionError if neither the settings nor the bench's top speed determine it.
     """

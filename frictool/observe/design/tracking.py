@@ -89,7 +89,7 @@ def gains(bandwidth: float, period: float, inertia: float) -> tuple[float, float
 
 
 def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None = None) -> float:
-    """Return the default bandwidth w [rad/s] of this module; drive_noise: A | V."""
+    """Return the default bandwidth w [rad/s] of this module for the noise `drive_noise` [A | V]."""
     bench = model.bench
     period = model.bench.sample_period_s
     believed = model.parameters.inertia.value if inertia is None else inertia

@@ -1,4 +1,4 @@
-"""Moves of a log; the size of a move's Gram matrix does not depend on the move's length."""
+"""Moves of a log, each stored as one Gram matrix of its weak-form rows."""
 
 from __future__ import annotations
 

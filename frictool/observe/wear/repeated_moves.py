@@ -11,7 +11,7 @@ import numpy as np
 
 from frictool.typing import Vector
 
-ALIKE = 0.25  # Euclidean distance of unit vectors
+ALIKE = 0.25  # largest Euclidean distance of the normalised friction columns of similar moves
 MOST = 60  # different moves that are kept
 
 
@@ -23,7 +23,7 @@ class MoveRepeats:
         self._counts: list[int] = []
 
     def take(self, gram: Vector) -> None:
-        """Add a move; gram: (k, k), Gram matrix of the friction columns by direction and zone."""
+        """Add a move; `gram` (k, k) is the Gram matrix of its k columns of dry friction."""
         sizes = np.sqrt(np.diag(gram))
         sizes = sizes / max(float(np.sqrt(sizes @ sizes)), np.finfo(float).tiny)
         if self._different is None:

@@ -1,8 +1,8 @@
 """Weak-form rows along a stream of samples, summed to one Gram matrix per move.
 
-    sample k   if the axis slips with the load attached: friction and bends at k into a ring buffer
-    row        at every `every`-th usable sample, over the window that ends at k:
-               phi times the ring buffer, phi'' times the positions
+    sample k   friction and bends at k, written to a ring buffer if the sample is used
+    row        sums over the window that ends at k: phi times the ring buffer, phi'' times the
+               positions; computed at one of `every` used samples
     move       sum of row' row
 
 A sample is used if the axis moves in one direction, faster than `slowest`, during the `reach`

@@ -1,6 +1,6 @@
-"""Weights of a row's coefficients whose sum is the friction of a direction or zone.
+"""Weights of the coefficients of a weak-form row.
 
-The friction is relative to the model's.
+The weighted sum is the friction of a direction or zone, relative to the model's.
 """
 
 from __future__ import annotations
