@@ -1,4 +1,7 @@
-"""Comparison of friction laws by four tests: stick-slip, limit cycle, presliding and drift."""
+"""Comparison of friction laws by four tests: stick-slip, limit cycle, presliding and drift.
+
+Units of a linear and of a rotary axis are separated by |, as in "m | rad" and "N | N m".
+"""
 
 from typing import TYPE_CHECKING
 

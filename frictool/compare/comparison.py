@@ -86,7 +86,7 @@ class LawResult:
 class Comparison(ResultView):
     """Results of the laws by name, and differences from the thesis's tables 2.1 and 3.2.
 
-    `reference`, `reference_cycle`: measures of the event-exact Stribeck law.
+    `reference`, `reference_cycle`: measures of the Stribeck law, simulated event by event.
     """
 
     setting: ComparisonSetting

@@ -28,7 +28,7 @@ class LimitCycleResult:
     period_s: float | None
 
     def verdict(self, reference: LimitCycleResult) -> str:
-        """Return `+` or `-` by comparison with the event-exact law.
+        """Return `+` or `-` by comparison with the exact law, simulated event by event.
 
         `+`: the cycle lasts, and its period differs from that of the exact law by at most 5 %; or
         the cycles of this law and of the exact law die out.

@@ -31,7 +31,7 @@ class StickSlipResult:
     top_speed: float
 
     def verdict(self, reference: StickSlipResult) -> str:
-        """Return `+` or `-` by comparison with the event-exact law.
+        """Return `+` or `-` by comparison with the exact law, simulated event by event.
 
         `+`: the law has at most one stick fewer than the exact law, and the periods of the two laws
         differ by at most 2 %; or neither law sticks twice.

@@ -1,4 +1,7 @@
-"""Identification of an axis from logs: sliding friction, breakaway and inertia, with intervals."""
+"""Identification of an axis from logs: sliding friction, breakaway and inertia, with intervals.
+
+Units of a rotary and of a linear axis are separated by |, as in "rad | m" and "N m | N".
+"""
 
 from typing import TYPE_CHECKING
 

@@ -9,8 +9,8 @@ the frequency band of the motion have no influence. The rms is taken over the sa
 slip (`rows/slip_mask.py`).
 
 The smoothing window is so long that the encoder's noise in the acceleration is 0.75 % of the
-acceleration, but at most a sixth of a stroke. A window during which the axis never slips throughout
-is shortened. The window depends on the log and not on the method, so that methods can be compared.
+acceleration, but at most a sixth of a stroke. If the axis never slips during a whole window, the
+window is shortened. It depends on the log and not on the method, so that methods can be compared.
 """
 
 from __future__ import annotations

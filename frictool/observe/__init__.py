@@ -1,4 +1,7 @@
-"""Observers for velocity, friction and wear: their design, and estimates along a log."""
+"""Observers for velocity, friction and wear: their design, and estimates along a log.
+
+Units of a rotary and of a linear axis are separated by |, as in "rad | m" and "N m | N".
+"""
 
 from typing import TYPE_CHECKING
 

@@ -47,7 +47,7 @@ FEWEST = 3  # samples, shortest stream that is observed
 LARGEST = 1e12  # largest absolute value of a signal, SI
 # samples, shortest block except the last; each block costs a fixed number of calls
 PIECE_SAMPLES = 1 << 14
-# samples, longest beginning that is compared with the bench; it ends after the drive is not 0
+# samples, longest beginning that is compared with the bench, if the drive is 0 until then
 OPENING_SAMPLES = 1 << 16
 
 

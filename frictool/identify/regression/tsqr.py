@@ -22,7 +22,7 @@ BLOCK = 64  # rows reduced at a time
 # Householder reflection divides by the sum of squares of its column; a column whose sum is below
 # the bound is therefore not reflected.
 UNDERFLOW = 1e-290
-# rows copied side by side for the kernel, which is compiled once for any number of columns
+# largest number of rows that are copied into one array for the kernel
 PIECE = 512 * BLOCK
 
 
