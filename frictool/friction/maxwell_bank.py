@@ -51,7 +51,7 @@ def bank_tail(displacements: Vector, forces: Vector) -> Vector:
 
 
 def parabolic_bank() -> Vector:
-    """Return a bank whose elements follow the parabola of friction/virgin_curve.py."""
+    """Return the elements (2 N,) of a bank with the parabola of friction/virgin_curve.py."""
     z = np.arange(1, ELEMENTS + 1) / ELEMENTS
     return bank_tail(z, np.array([virgin_force(point, 1.0, 1.0) for point in z]))
 

@@ -39,7 +39,7 @@ def position_factor(coefficients: Vector, low: float, high: float, x: float) -> 
 
 
 def normalise(coefficients: Vector, low: float, high: float) -> tuple[Vector, float]:
-    """Return the polynomial divided by its mean over [low, high], and that mean.
+    """Return the coefficients divided by the polynomial's mean over [low, high], and this mean.
 
     Raises ValueError if the mean is not positive.
     """

@@ -26,9 +26,8 @@ def fixed_parameters(fit: SlidingFit, outcome: Outcome, bench: Bench) -> dict[st
     """Return the interval in the model of each parameter that was fitted and then refused.
 
     This interval is the intersection of the bench's range and the logs' interval, or the bench's
-    range if the two do not overlap. The result excludes parameters that the motion cannot separate.
-    It also excludes an inertia that the encoder's resolution hides: such an inertia hardly changes
-    the other parameters.
+    range if the two do not overlap. The result excludes parameters that the motion cannot separate,
+    and an inertia that the encoder's resolution hides, which hardly changes the other parameters.
     """
     # if Coulomb friction differs by direction, coulomb and offset are its mean and half difference
     split = bench.load is not None and "coulomb_by_direction" in bench.load.terms

@@ -10,7 +10,7 @@ slip (`rows/slip_mask.py`).
 
 The smoothing window is so long that the encoder's noise in the acceleration is 0.75 % of the
 acceleration, but at most a sixth of a stroke. If the axis never slips during a whole window, the
-window is shortened. It depends on the log and not on the method, so that methods can be compared.
+window is shortened. The log determines the window, not the method; methods can thus be compared.
 """
 
 from __future__ import annotations

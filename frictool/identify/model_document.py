@@ -24,7 +24,7 @@ BREAKAWAY_RATIO, LARGEST_BREAKAWAY_RATIO = (1.1, 1.5)
 
 
 def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Model:
-    """Return the model document of a result; it contains the bench verbatim."""
+    """Return the model document of a result, with a copy of the bench."""
     estimates = {name: _estimate(name, result, bench) for name in PARAMETERS if name != "breakaway"}
     estimates["breakaway"] = _breakaway(result, bench, estimates["coulomb"])
     estimates |= {

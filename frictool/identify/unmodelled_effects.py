@@ -151,8 +151,8 @@ def _of_windows(
 ) -> list[AcceptedEffects]:
     """Return the changes of the parameters with longer windows that chance does not explain.
 
-    A delay and a resonance are approximated to first order in the fit. This holds if the window is
-    longer than the delay or the period of the resonance. A fit with an approximation is also
+    A delay and a resonance are approximated to first order in the fit, which is valid if the window
+    is longer than the delay or the period of the resonance. A fit with an approximation is also
     compared with the regressions over the same windows and over the longest windows.
     """
     before = plain.intervals()

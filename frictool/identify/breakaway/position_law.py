@@ -115,7 +115,7 @@ def fit_polynomials(
 
 
 def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector]:
-    """Return the Legendre coefficients of the forward and the backward polynomial.
+    """Return the Legendre coefficients of the forward and the backward polynomial, order 0 first.
 
     `value`: all coefficients in the order of `design`. A direction without data has an empty array.
     """

@@ -65,7 +65,7 @@ def chosen_speeds(
 def constant_speeds(
     limits: BenchLimits, period: float, speeds: list[float], duration: float
 ) -> Motion:
-    """Return the motion of runs forward and backward at each speed, from the low end of the travel.
+    """Return position, velocity and acceleration (n,) of runs in both directions at each speed.
 
     - period: sample period, s
     - speeds: constant speeds of the runs, rad/s | m/s
@@ -85,7 +85,7 @@ def constant_speeds(
 
 
 def _run(limits: BenchLimits, period: float, speed: float, duration: float) -> Motion:
-    """Return a run from rest at position 0 to rest.
+    """Return position, velocity and acceleration (n,) of a run from rest at position 0 to rest.
 
     The speed is constant for `duration` [s], or for less if the travel is too short.
     """

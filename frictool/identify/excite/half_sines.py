@@ -16,7 +16,10 @@ TOP_SHARE = 0.9
 
 
 def half_sine(start: float, end: float, speed: float, period: float) -> Motion:
-    """Return a half sine from `start` to one sample before `end`; the top speed is <= `speed`."""
+    """Return position, velocity and acceleration (n,) of a half sine.
+
+    The half sine goes from `start` to one sample before `end`; its top speed is at most `speed`.
+    """
     samples = max(2, math.ceil(0.5 * math.pi * abs(end - start) / (speed * period)))
     rate = math.pi / (samples * period)
     half = 0.5 * (end - start)
@@ -29,7 +32,7 @@ def half_sine(start: float, end: float, speed: float, period: float) -> Motion:
 
 
 def joined(parts: list[Motion], end: float) -> Motion:
-    """Return the parts in order as one motion, with a last sample at rest at `end`."""
+    """Return position, velocity and acceleration (n,) of all parts, then one sample at `end`."""
     position, velocity, acceleration = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )

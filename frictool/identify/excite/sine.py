@@ -76,9 +76,10 @@ def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> f
 
 
 def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
-    """Return a sine around the middle of the travel; the motion starts at the lowest position.
+    """Return position, velocity and acceleration (n,) of a sine around the middle of the travel.
 
-    The number of periods is `stroke.times`, rounded, but at least one.
+    The motion starts at the lowest position. The number of periods is `stroke.times`, rounded, but
+    at least one.
     """
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     low = middle - 0.5 * stroke.distance

@@ -44,7 +44,10 @@ def plan(
 
 
 def sines(strokes: list[PlannedStroke], limits: BenchLimits, period: float, seed: int) -> Motion:
-    """Return the motion of `strokes`, one speed after the other, with random reversal positions."""
+    """Return position, velocity and acceleration (n,) of the strokes, one speed after the other.
+
+    The reversal positions are random.
+    """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     reach = 0.5 * strokes[0].distance / (1.0 - SPREAD)

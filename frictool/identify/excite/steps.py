@@ -17,7 +17,7 @@ REST = 0.5  # s, after each step
 
 
 def steps(limits: BenchLimits, period: float, amplitude: float | None, repetitions: int) -> Motion:
-    """Return the motion through the positions LEVELS, `repetitions` times.
+    """Return position, velocity and acceleration (n,) through LEVELS, `repetitions` times.
 
     `amplitude` [rad | m] is half the distance between the outermost levels.
     """

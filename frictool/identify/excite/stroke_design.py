@@ -165,7 +165,7 @@ def _pruned(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
-    """Return the repetitions with one more stroke or, if the drive needs a rest, one more pause."""
+    """Return `times` (k,) with one more stroke or, if the drive needs a rest, one more pause."""
     pauses = np.flatnonzero(program.mean_square == 0.0)
     moving = np.flatnonzero((times > 0.0) & (program.mean_square > 0.0))
     short = times[moving].sum() < FEWEST_PAIRS or not pauses.size
@@ -174,7 +174,7 @@ def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _shortened(program: StrokeProgram, times: Vector) -> Vector:
-    """Return the repetitions with strokes exchanged for shorter ones, if the limits permit."""
+    """Return `times` (k,) with strokes exchanged for shorter ones, if the limits permit."""
     if times.sum() > MOST_EXCHANGED:
         return times
     by_duration = np.argsort(program.duration, kind="stable")

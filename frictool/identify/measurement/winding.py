@@ -175,7 +175,7 @@ def _fit(
 def _linearised(
     columns: Matrix, target: Vector, noise: Matrix, value: Vector, change: int, period: float
 ) -> tuple[Matrix, Vector, Matrix]:
-    """Return columns, target and noise of the equation linearised in the inductance.
+    """Return columns (m, p), target (m,), noise (3, 3) of the equation linear in the inductance.
 
     The equation of the module docstring depends on the inductance through c.
     """

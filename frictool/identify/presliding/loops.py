@@ -1,7 +1,7 @@
 """Positions and friction along slow loops below the breakaway.
 
 The axis hardly accelerates, so that friction is the effort minus its offset. Each row stands for
-the time during which the encoder shows one count. It has the mean effort of this time, and the
+the time during which the encoder shows one count. The row has the mean effort of this time, and the
 position of the middle of the count. If the effort reverses during this time, the mean effort has no
 unique position. The row is then a part of the path, but is not fitted.
 """
@@ -108,10 +108,10 @@ def branches_of(record: MotionRecord) -> NDArray[np.int64]:
 def _counts(
     record: MotionRecord, number: NDArray[np.int64], above: int
 ) -> tuple[NDArray[Any], ...]:
-    """Return one row for each time during which the encoder shows one count.
+    """Return six columns (m,), with one row for each time during which the encoder shows one count.
 
-    The columns are middle of the count, speed, mean effort, branch, True if the row lies in one
-    branch, and True for the record's first row.
+    The columns are: middle of the count, speed, mean effort, number of the branch, True if the row
+    lies in one branch, True for the record's first row.
     """
     starts = np.flatnonzero(np.diff(record.position, prepend=np.inf) != 0.0)
     lengths = np.diff(np.append(starts, record.position.size))

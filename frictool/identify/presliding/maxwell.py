@@ -126,7 +126,7 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
 
 
 def _stiffnesses(gram: Matrix, right: Vector) -> Vector:
-    """Return element stiffnesses >= 0, offset and damping from the normal equations."""
+    """Return stiffnesses >= 0 of the elements, then offset and damping, by normal equations."""
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     value, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     kept = value > 1e-12 * value[-1]

@@ -4,8 +4,8 @@
 
 A branch is the path between two reversals of the effort. The sum is over the rows whose samples are
 in one branch (`loops`). Parameters are positive; the search variables are their logarithms. The
-intervals come from a jackknife over branches (`regression`). They include the range of the
-breakaway, and an error of half a count at the ends of the branches (`combined_interval`).
+intervals come from a jackknife over branches (`regression`), and include the range of the breakaway
+and an error of half a count at the ends of the branches (`combined_interval`).
 """
 
 from __future__ import annotations

@@ -113,7 +113,7 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
 def by_direction(
     names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """Return names and triangular matrices with one parameter for each direction of motion.
+    """Return names (q,) and matrices (g, q, q) with one parameter for each direction of motion.
 
     Viscous friction is split if it differs by direction. If `coulomb` is True, Coulomb friction and
     offset are replaced by one Coulomb friction for each direction.

@@ -106,7 +106,7 @@ class OmittedParameters:
     def _hidden_load_shift(self, cluster: IntVector, confidence: float) -> Vector:
         """Return the largest change (p,) of the free parameters in a fit with the hidden loads.
 
-        The change includes the half widths of that fit; it is inf if the rows do not allow the fit.
+        The change includes the half widths of that fit. Without such a fit, the change is inf.
         """
         with_loads, without = (
             self._solution([*self.free, *more], cluster) for more in (self._hidden, [])

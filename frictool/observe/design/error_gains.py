@@ -58,7 +58,7 @@ def error_gains(gains: tuple[float, float, float], inertia: float, period: float
 
 
 def _covariance(a: Matrix, b: Matrix) -> Matrix:
-    """Return the steady covariance of x+ = a x + b n for white noise n of variance 1."""
+    """Return the steady covariance (n, n) of x+ = a x + b w for white noise w of variance 1."""
     total = b @ b.T
     power = a
     if np.max(np.abs(np.linalg.eigvals(a))) >= 1.0:
