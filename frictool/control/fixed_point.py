@@ -351,7 +351,11 @@ class _Scaling:
                 return after(low, s), after(high, s)
 
     def _after(self, node: ProgramNode, word: int, shift: int) -> int:
-        """Return the shifted word; check that the sum before the shift and the word fit."""
+        """Return the shifted word.
+
+        Raises FixedPointOverflow if the sum before the shift needs more than 64 bits, or the word
+        more than 32 bits.
+        """
         self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
         return self._long(node, _moved(word, shift))
 

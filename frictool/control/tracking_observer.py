@@ -237,5 +237,5 @@ def _within(program: Program, value: ProgramNode, most: ProgramNode) -> ProgramN
 
 
 def _beyond(program: Program, value: ProgramNode, most: ProgramNode) -> ProgramNode:
-    """Return the part of a value outside +-most."""
+    """Return by how much a value is above +most or below -most, with its sign; 0 between them."""
     return value - _within(program, value, most)

@@ -100,7 +100,7 @@ class ProjectedInequality:
     def reduced(self, n_w: int) -> tuple[Matrix, Matrix, Matrix]:
         """Return (fixed, columns, entering) of the smaller inequality.
 
-        The inequality is fixed + F - entering/gamma^2 > 0 with F linear in R/gamma or S/gamma. It
+        The inequality is fixed + F - entering/gamma^2 > 0 with F linear in R/gamma or S/gamma. This
         is the Schur complement that removes the last `n_w` rows, divided by gamma. `columns` are
         the coefficient matrices of F.
         """

@@ -114,10 +114,10 @@ def switched_gains(
 def _candidates(
     modes: Mapping[int, ObserverMode], switches: Switches, decay: float, t: Matrix
 ) -> list[SwitchedGains]:
-    """Return gains slightly inside the optimum, then gains at the optimum, one of each per pass.
+    """Return gains slightly inside the optimum, then gains at the optimum.
 
-    The last pass comes first. The list ends with an entry of infinite gamma, which stands for no
-    result. t: scaling of the states in the first pass.
+    There is one entry of each kind per balancing pass, the last pass first. The last entry has an
+    infinite gamma and stands for no result. t: scaling of the states in the first pass.
     """
     inner, edge = [], []
     for _ in range(PASSES):

@@ -18,7 +18,8 @@ class AxisDynamicLaw(NamedTuple):
     """Dynamic friction law of an axis.
 
     `p`: `law.pack(...)`. `extension`: levels by direction and position, and knees of the viscous
-    friction. `speed_scale` [rad/s | m/s] and `length_scale` [rad | m]: scales of the error.
+    friction. `speed_scale` [rad/s | m/s] and `length_scale` [rad | m]: values to which errors are
+    relative.
     """
 
     law: Law

@@ -123,7 +123,7 @@ def _fast(one: OneInertia) -> float:
 
 
 def _resisting(one: OneInertia, positions: Vector, direction: float) -> tuple[Vector, Vector]:
-    """Return the effort (n,) that opposes the motion, friction plus load, in slip and at rest."""
+    """Return two efforts (n,) that oppose the motion, friction plus load: in slip and at rest."""
     side = one.forward if direction > 0.0 else one.backward
     load = direction * one.residual.at(positions)
     slip, rest = (

@@ -115,8 +115,7 @@ def _reflected_inertia(
 ) -> ReflectedInertia:
     """Return bounds of the reflected inertia of all blocks, and of the root's rigid body.
 
-    The inertia of each block is multiplied by the block's slopes (quotients of efforts) while
-    coasting and accelerating.
+    slopes: block -> smallest and largest quotient of the block's reflected inertia and its inertia.
     """
     assembled = assemble_cached(mechanism)
     into = bodies(mechanism, root)
@@ -130,8 +129,8 @@ def _reflected_inertia(
     def least(names: list[str]) -> float:
         """Return the lower bound of (reflected inertia)/(inertia) of the blocks `names`.
 
-        If the bound is negative, the mechanism locks; blocks with a negative share are then left
-        out.
+        If the bound is negative, the mechanism locks. The result is then the bound without the
+        reflected inertia of blocks for which it is negative.
         """
         value = share(names, 0)
         if value > 0.0:

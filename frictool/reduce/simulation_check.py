@@ -197,7 +197,7 @@ def _measured(
 
 
 def _distance(a: Vector, b: Vector, whole: Vector) -> float:
-    """Return the largest difference of `a` and `b` while they and `whole` are within the travel.
+    """Return the largest difference of a and b while a, b and `whole` are within the travel.
 
     The first sample at which one of the three is outside the travel is included.
     """
@@ -210,7 +210,7 @@ def _refused(
 ) -> str | None:
     """Return a message with advice on the first error that is too large; None if there is none.
 
-    If resonances are kept, the measured error of the one-inertia model is not judged.
+    If resonances are kept, the measured error of the one-inertia model is not checked.
     """
     judged = reports[:-1] if chain.kept else reports
     for one in reports:

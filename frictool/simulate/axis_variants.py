@@ -82,7 +82,7 @@ def count(model: Model, scenario: Scenario) -> int:
 
 
 def vertices(model: Model) -> tuple[PlantPoint, ...]:
-    """Return a plant, v01 to v16, for each corner of the four ranges; fewer if one has no width."""
+    """Return a plant, v01 to v16, for each corner of the four ranges; equal corners count once."""
     return corner_points(ranges(model))
 
 

@@ -141,7 +141,7 @@ class SimulatedPlant(Protocol[V]):
     def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
         """Return the intervals [SI] of the parameters for which a controller must be verified.
 
-        Friction is that at the temperature of the scenario. For a mechanism, only the interval of
+        Friction has its value at the scenario's temperature. For a mechanism, only the interval of
         the drive's constant is known.
         """
 

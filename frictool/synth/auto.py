@@ -10,7 +10,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def auto(problem: SynthesisProblem) -> ControllerCandidate:
-    """Raise NoSolutionError; a search replaces this method by another before the synthesis."""
+    """Raise NoSolutionError, because a search replaces this method by another one first."""
     raise NoSolutionError(
         f"{problem.design.name}: method auto searches a design by simulation; run frictool synth, "
         "or write another method"

@@ -63,7 +63,7 @@ def minimax(problem: SynthesisProblem, seed: int = 0) -> ControllerCandidate:
 
 
 def _bandwidth(problem: SynthesisProblem, bound: float) -> float:
-    """Return the expected crossover [rad/s]: twice the zero of W2, within the pole bound."""
+    """Return the expected crossover [rad/s]: twice the zero of W2, limited by the pole bound."""
     zero = problem.weights.error.zero
     return float(min(2.0 * zero if np.isfinite(zero) else np.inf, 0.2 * bound))
 

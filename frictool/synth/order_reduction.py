@@ -39,7 +39,7 @@ class ReducedController:
 
 
 def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[ReducedController]:
-    """Return checked controllers of falling order, from one below that of `k` down to `order`.
+    """Return checked controllers of falling order, from the order of `k` minus 1 down to `order`.
 
     kept: `high` leaves the direct gain unchanged, `low` the steady state. `check` is called with
     each reduced controller and raises NoSolutionError for a bad one; the order is added to the

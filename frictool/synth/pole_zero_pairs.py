@@ -18,8 +18,8 @@ REAL = 100.0 * float(np.finfo(np.float64).eps)  # |imaginary part|/modulus of a 
 def paired_sections(zeros: ComplexVector, poles: ComplexVector, gain: float) -> Matrix:
     """Return second-order sections (m, 6) with the gain in the first one.
 
-    Poles and zeros are real or pairs of conjugate numbers. Poles or zeros at z = 0 are added until
-    both numbers are equal and even.
+    Poles and zeros are real or pairs of conjugate numbers. Poles or zeros at z = 0 are added, so
+    that their numbers are equal and even.
     """
     count = max(len(zeros), len(poles), 1)
     count += count % 2

@@ -78,7 +78,7 @@ class SynthesisProblem:
     def plant(
         self, rates: AxisRates, uncertainty: UncertaintyChannel | None = None
     ) -> GeneralisedPlant:
-        """Return the plant in the design's domain; a sampled one includes the bench's delay."""
+        """Return the plant in the design's domain; a sampled plant includes the bench's delay."""
         if not self.sampled:
             return generalised_plant(
                 self.controlled, rates, self.lag, self.weights, uncertainty=uncertainty

@@ -88,8 +88,8 @@ def relaxed_problem(
     """Return the problem with relaxed weights, and the record of the search.
 
     `guide` returns gamma for a problem's weights; the relaxation lowers gamma to `required`. The
-    search requires that gamma rises with W1. The gamma of inequalities does; the norm of a constant
-    controller may not.
+    search requires that gamma rises with W1. The gamma of inequalities does so; the norm of a
+    constant controller may fall.
     """
 
     def level(weights: PlantWeights) -> float:

@@ -201,7 +201,7 @@ class _WeightRules:
     def _amplitude(self, wanted: str) -> tuple[float, str]:
         """Return the reference's amplitude A, and the bench's key that states A.
 
-        wanted: key that an error names.
+        wanted: key of the missing weight, for the message of an error.
         """
         mechanics = self.model.bench.mechanics
         if self.speed and mechanics.top_speed is not None:

@@ -49,7 +49,7 @@ def of_state_space(controller: StateSpace) -> tuple[Polynomial, Polynomial]:
 def of_sections(sections: Sequence[Sequence[float]]) -> tuple[Polynomial, Polynomial]:
     """Return numerator and denominator in z of second-order sections b0 b1 b2 1 a1 a2.
 
-    A section with b2 = a2 = 0 has one state; a section with b1 = a1 = 0 as well has none.
+    A section with b2 = a2 = 0 has one state, or no state if b1 = a1 = 0, too.
     """
     numerator, denominator = [Fraction(1)], [Fraction(1)]
     for section in sections:

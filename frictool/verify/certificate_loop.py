@@ -50,7 +50,9 @@ class CertificateLoop:
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return the quantities that a certificate bounds; no norm if the speed is fed back."""
+        """Return the quantities that a certificate bounds: no norm if the loop feeds back the
+        speed.
+        """
         return ("norm", "sensitivity") if self.speed is None else ("sensitivity",)
 
 
