@@ -353,8 +353,7 @@ class _Scaling:
     def _after(self, node: ProgramNode, word: int, shift: int) -> int:
         """Return the shifted word.
 
-        Raises FixedPointOverflow if the sum before the shift needs more than 64 bits, or the word
-        more than 32 bits.
+        Raises FixedPointOverflow if the sum before the shift, or the word, needs more than 64 bits.
         """
         self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
         return self._long(node, _moved(word, shift))

@@ -48,8 +48,8 @@ def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
         return extension
     if shape.breakaway != shape.coulomb:
         raise ValueError(
-            "position.breakaway differs from position.coulomb: a dynamic law has one factor over "
-            "the position"
+            "position.breakaway differs from position.coulomb; allowed with a dynamic law: equal "
+            "polynomials"
         )
     ends = (shape.low, shape.high)
     forward, backward = (tuple(normalised_coefficients(one, *ends)) for one in shape.coulomb)

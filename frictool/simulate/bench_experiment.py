@@ -163,7 +163,8 @@ def bench_test(
     if stream.units[played] != si_unit(CHANNEL_DIMENSIONS[played], rig.axis):
         raise LogError(
             excitation.source,
-            f"has {played} in {stream.units[played]!r}; the axis of the model is {rig.axis}",
+            f"has {played} in {stream.units[played]!r}, but the axis of the model is {rig.axis}; "
+            "write a test for that axis",
         )
     if abs(stream.period / rig.sample_period_s - 1.0) > SAME_PERIOD:
         problem = (

@@ -148,9 +148,9 @@ class _BlockRules:
         bandwidth = None if requested is None else requested.filter_rad_s
         if bandwidth is None and prefilter is None:
             raise FrictoolError(
-                "velocity.filter_rad_s: missing; the default, 10 times the prefilter's frequency, "
-                "needs a prefilter; give the key or a prefilter, or 0 for the unfiltered "
-                "difference"
+                "velocity.filter_rad_s: missing; the default is 10 times the prefilter's "
+                "frequency, but the design has no prefilter; write this key (0: no filter) or a "
+                "prefilter"
             ).at("design", "velocity.filter_rad_s")
         if bandwidth is None and prefilter is not None:
             value = FILTER * prefilter.natural_frequency_rad_s

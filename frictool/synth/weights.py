@@ -179,8 +179,8 @@ class _WeightRules:
             )
         if error is None:
             raise FrictoolError(
-                "weights.static_error: missing in the design; write it, or static_error in the "
-                "specification with mechanics.travel in the bench"
+                "weights.static_error: missing in the design; write it, or write static_error in "
+                "the specification and mechanics.travel in the bench"
             ).at("design", "weights.static_error")
         if bandwidth is None and spec.response_time_95_s is not None:
             value = SETTLING / (margin * spec.response_time_95_s) * (INNER if self.speed else 1.0)

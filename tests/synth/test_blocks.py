@@ -69,7 +69,7 @@ def test_the_filter_is_ten_times_the_prefilters_frequency() -> None:
 def test_without_a_prefilter_the_filter_has_to_be_given() -> None:
     with pytest.raises(
         FrictoolError,
-        match=r"velocity.filter_rad_s: missing.* or 0 for the unfiltered difference",
+        match=r"velocity.filter_rad_s: missing.*0: no filter",
     ):
         made(limiter=LimiterDesign("energy"))
     assert (

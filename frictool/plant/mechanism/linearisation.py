@@ -178,7 +178,7 @@ def _closed(
     taken = playing if closed is None else set(closed)
     if taken - playing:
         raise ValueError(
-            f"closed: {', '.join(sorted(taken - playing))}: not a link with play; allowed: "
+            f"closed: found {', '.join(sorted(taken - playing))}, not a link with play; allowed: "
             f"{', '.join(sorted(playing)) or 'no name, since no link has play'}"
         )
     return (

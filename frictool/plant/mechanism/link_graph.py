@@ -195,8 +195,8 @@ def _redundant(
     if playing is not None:
         raise ElementError(
             key,
-            f"closes the loop {loop}, in which {playing} has play but no compliance; allowed: in a "
-            f"loop, play with compliance; give {playing} a compliance",
+            f"closes the loop {loop}, in which {playing} has play but no compliance; give "
+            f"{playing} a compliance",
         )
     lossy = next(
         (other.name for other in (link, *(step[2] for step in path)) if not other.lossless), None
