@@ -50,8 +50,9 @@ class CertificateLoop:
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return the quantities that a certificate bounds: no norm if the loop feeds back the
-        speed.
+        """Return the quantities that a certificate bounds.
+
+        A loop that feeds back the speed has no norm.
         """
         return ("norm", "sensitivity") if self.speed is None else ("sensitivity",)
 
