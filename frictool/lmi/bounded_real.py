@@ -121,10 +121,10 @@ def _columns(p: Matrix, e: Matrix, disc: bool) -> Matrix:
 
 
 def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Matrix:
-    """Return the coefficient matrices of left v right' for the entries of the symmetric matrix v.
+    """Return the coefficients of left v right' for the entries of the symmetric matrix v.
 
-    Rows are the upper triangle `rows` of a coefficient matrix, columns the upper triangle `pairs`
-    of v.
+    A row belongs to an entry of left v right' (upper triangle `rows`), a column to an entry of v
+    (upper triangle `pairs`).
     """
     up, down, i, j = left[rows[0]], right[rows[1]], *pairs
     both = up[:, i] * down[:, j]

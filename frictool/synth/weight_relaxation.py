@@ -6,7 +6,7 @@ the largest W1 with gamma <= 1 can therefore be bracketed, and gives one point o
 curve. Within a bracket the search assumes that gamma^2 minus its value at W1 = 0 is proportional to
 a power of W1, which is nearly true; if that fails, the search bisects.
 
-W3 is lowered only as long as that raises W1. The result is the point with the largest W3 among the
+W3 is lowered only as long as W1 rises. The result is the point with the largest W3 among the
 points whose W1 is within 10 % of the largest W1. At still lower W3, W1 falls again, because the
 noise weight of one encoder count grows. The search ends at the W3 at which this noise alone reaches
 the limit of W2, also in a design without a noise weight.
