@@ -34,7 +34,7 @@ from frictool.typing import Vector
 
 @kernel
 def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
-    """Set the speed regime and the region in `state`; without a lag of the film, also its velocity.
+    """Set the speed regime and the region in `state`; without a lag, also the film's velocity.
 
     The region states whether the velocity of the film is in the Stribeck layer or above it.
     """
