@@ -1,9 +1,8 @@
 """Dynamic friction law of a model.yaml with the key `presliding`.
 
-The law has the parameters that `compare` derives from a friction.yaml
-(`LawParameter.comparison_value`). If the Coulomb friction of a plant is c times the Coulomb
-friction of the model, the stiffness and the damping of the contact are multiplied by c, too. The
-deflections then do not change.
+Its parameters are computed as in `compare` (`LawParameter.comparison_value`). If the Coulomb
+friction of a plant is c times the Coulomb friction of the model, the stiffness and the damping of
+the contact are multiplied by c, too. The deflections then do not change.
 """
 
 from __future__ import annotations
@@ -22,7 +21,8 @@ from frictool.plant.axis import AxisParameters
 from frictool.plant.axis_dynamic_law import AxisDynamicLaw, extension_of
 from frictool.typing import Vector
 
-BANKS = ("leuven", "maxwell_slip")  # laws whose tail is a bank of friction/maxwell_bank.py
+# laws whose parameter vector ends with the elements of a bank (friction/maxwell_bank.py)
+BANKS = ("leuven", "maxwell_slip")
 
 
 def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
@@ -82,7 +82,7 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
 
 
 def assumed_fall(model: Model) -> str:
-    """Return a remark if the speed at which breakaway falls to Coulomb friction is not measured."""
+    """Return a remark on an assumed fall from breakaway to Coulomb friction; else an empty text."""
     document, today = model.presliding, model.parameters
     if (
         document is None
@@ -101,7 +101,7 @@ def assumed_fall(model: Model) -> str:
 
 
 def _bank(fitted: MaxwellSlip, breakaway: float, limit: float) -> tuple[float, Vector]:
-    """Return the limit [rad | m] and the elements of a bank with the fitted virgin curve.
+    """Return the limit [rad | m] and the elements (2 n,) of a bank with the fitted virgin curve.
 
     The curve ends at the breakaway. If the fitted curve ends below the breakaway, a straight line
     extends it to the breakaway at `limit`.

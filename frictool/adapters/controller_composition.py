@@ -6,11 +6,12 @@
                     ─▶ drive stages, with limiter and virtual friction (thesis, (5.7), (5.41))
     drive stages    ─▶ feedforward, friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
 
-y is the measured position. Near the target, the band or the limiter releases the drive
-(control/target_band.py, control/limit_cycle_limiter.py). A profile replaces the prefilter. With a
-feedforward, the filtered reference in e is delayed by the number of samples after which the drive
-acts. A cascade then adds the speed of this delayed reference to omega_c. A linear controller with
-the input `speed_error` takes omega_c minus the measured speed instead of eta.
+y is the measured position, omega_c the speed reference. Near the target, the band
+(control/target_band.py) sets the drive to 0, and the limiter (control/limit_cycle_limiter.py) sets
+it to 0 or to the virtual friction. A profile replaces the prefilter. With a feedforward, the
+filtered reference in e is delayed by the number of samples after which the drive acts. A cascade
+then adds the speed of this delayed reference to omega_c. A linear controller with the input
+`speed_error` takes omega_c minus the measured speed instead of eta.
 """
 
 from __future__ import annotations

@@ -84,7 +84,7 @@ def _opposite(model: Model, name: str) -> Quantity:
 
 
 def _mean_factors(model: Model) -> Ends:
-    """Return the mean factor of the Coulomb map over the travel, forward and backward."""
+    """Return the mean of the normalised Coulomb polynomial over the travel: (forward, backward)."""
     travel = model.bench.mechanics.travel
     law = None if model.laws is None else model.laws.position
     if travel is None or law is None or not travel.low < travel.high:

@@ -75,7 +75,7 @@ def default_unit(model: Model) -> float:
 
 
 def uncertain_centre(model: Model, unit: float | None = None) -> UncertainPlant:
-    """Return the central plant with all parameters uncertain (LFT form, thesis, annex, (22))."""
+    """Return the central plant with all parameters uncertain, in LFT form (thesis annex, (22))."""
     return with_channel(polytope(model).centre, half_widths(model), unit or default_unit(model))
 
 
@@ -84,10 +84,9 @@ def uncertain_polytope(
 ) -> tuple[Polytope, tuple[UncertainPlant, ...]]:
     """Return the polytope, and each of its vertices with an uncertainty channel.
 
-    This is the mixed form of the thesis, annex, (28)-(29). The polytope spans the scheduled
-    parameters; the channel contains the other parameters. If `regime` is scheduled, the channel
-    contains neither viscous nor Coulomb friction, because the regimes determine both. Raises
-    FrictoolError and ValueError as `polytope` does.
+    The polytope spans the scheduled parameters; the channel contains the other parameters (thesis
+    annex, (28)-(29)). If `regime` is scheduled, the channel contains no friction, because the
+    regimes determine it. Raises FrictoolError and ValueError as `polytope` does.
     """
     box = polytope(model, scheduled)
     left = unscheduled_half_widths(model, scheduled)

@@ -25,8 +25,8 @@ from frictool.documents.observer import FrictionMap, Mode, Observer, Tracking
 GRID = 257  # number of positions at which a map is evaluated
 MARGIN = 0.5  # reach of positions and references beyond each end of the travel, in travel widths
 TOP_SPEEDS = 4.0  # bound of a measured or estimated velocity in top speeds of the bench
-# largest friction divided by the model's friction, alpha_max of (6.13); for additive wear, bound of
-# f + alpha divided by the largest f
+# largest friction divided by the model's friction f, alpha_max of (6.13); for additive wear, bound
+# of (f + alpha)/max f
 MOST_WEAR = 3.0
 
 
@@ -142,7 +142,7 @@ def _largest(friction: FrictionMap) -> float:
 
 
 def _cells(modes: list[Mode]) -> tuple[SlipMode, ...]:
-    """Return the modes by position; a mode without a range of positions is valid everywhere."""
+    """Return the modes in the order of position; a mode without a range is valid everywhere."""
     ordered = sorted(modes, key=lambda mode: mode.over[0] if mode.over is not None else -math.inf)
     rows = [tuple(row[0] for row in mode.gains) for mode in ordered]
     highs = [mode.over[1] if mode.over is not None else math.inf for mode in ordered]

@@ -21,7 +21,8 @@ from frictool.documents.quantity import Quantity
 from frictool.friction.position_polynomial import normalised_coefficients
 from frictool.typing import Vector
 
-# table of the friction over the position: error relative to the mean, and points
+# table of the friction over the position: largest error relative to the mean friction, largest
+# number of points, and number of positions at which the error is computed
 TABLE_ERROR, MOST_POSITIONS, FINE_POSITIONS = (0.01, 65, 1025)
 STRIBECK_POINTS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # speeds in units of v_s
 

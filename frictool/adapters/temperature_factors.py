@@ -64,7 +64,7 @@ def reference_words(law: FrictionOverTemperature, vertices: bool = False) -> str
     return (
         f"the friction at {law.reference.value:.4g} degC is used{only}; from {low:.4g} to "
         f"{high:.4g} degC viscous friction is {viscous.min():.3g} to {viscous.max():.3g} and dry "
-        f"friction {dry.min():.3g} to {dry.max():.3g} times that"
+        f"friction {dry.min():.3g} to {dry.max():.3g} times this value"
     )
 
 

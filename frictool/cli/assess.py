@@ -24,7 +24,7 @@ Example:
 
 State which parameters this bench can identify, how precisely, and by which method and test. The
 report contains the errors due to quantisation, the filter against these errors, the choice of the
-method, the precision of the proposed test (Cramér-Rao bounds), and the gain of a finer encoder. It
+method, the precision of the proposed test (Cramér-Rao bounds), and the use of a finer encoder. It
 also contains the shortest step response that the drive allows over the a-priori intervals.
 
 A precision is half of a 95 % interval divided by the a-priori value. If the a-priori interval of a

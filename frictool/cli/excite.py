@@ -106,7 +106,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--speeds",
     type=click.IntRange(2, 100),
-    help="Number of speeds of sines or speeds.  [default: 6, 10]",
+    help="Number of speeds of kind sines or speeds.  [default: 6, 10]",
 )
 @click.option(
     "--harmonics",

@@ -34,9 +34,9 @@ Identify the friction model  effort = inertia a + viscous v + coulomb sign(v) + 
 breakaway at rest, each with an interval.
 
 Logs are canonical logs, or raw files with the columns of the bench. Logs of motion determine the
-sliding parameters. Breakaway ramps determine the breakaway: the effort grows until the axis moves,
-falls back, and grows again. The command recognises them; --ramp names a log that it does not
-recognise. Slow loops of the effort below the breakaway (--loops) determine the presliding laws.
+sliding parameters (all but the breakaway). Breakaway ramps determine the breakaway: the effort
+grows until the axis moves, falls back, and grows again. Such logs are recognised, or named with
+--ramp. Slow loops of the effort below the breakaway (--loops) determine the presliding laws.
 
 \b
 Methods (--method), and suitable data:
@@ -52,8 +52,8 @@ Many actuators, or many records of one actuator:
 
 Each log (or with --each folder, each folder of logs) gives one model in the folder of -o, and one
 row of parameters.csv there. With -o FILE.csv or FILE.parquet only the table is written. The scatter
-of the parameters is compared with their intervals, to find units that differ and parameters that
-drift. A log that cannot be used has a row with the reason.
+of the parameters is compared with their intervals, to find actuators that differ and parameters
+that drift. A log that cannot be used has a row with the reason.
 
 Exit codes: 1 if the logs are in order but no fit is possible; 4 if a fit gives neither inertia nor
 friction, or if position and drive have opposite signs. No model is written then. With
@@ -103,7 +103,7 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
     "--loops",
     type=existing,
     multiple=True,
-    help=("Log of slow loops below the breakaway, beginning at a relaxed rest; repeatable."),
+    help=("Log of slow loops below the breakaway, from a rest without elastic force; repeatable."),
 )
 @click.option(
     "--measurement",

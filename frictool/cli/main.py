@@ -96,8 +96,8 @@ Example, the whole chain:
   frictool report run.mcap --spec spec.yaml --controller controller.yaml -o report.html
   frictool export controller.yaml --lang c -o c/
 
-frictool takes the bench logs of an actuator with dry friction to identified parameters, a verified
-robust controller, C code and a verdict.
+From bench logs of an actuator with dry friction, frictool identifies parameters, designs and
+verifies a robust controller, exports it as C code, and judges it by a specification.
 
 \b
 Exit codes:
@@ -200,7 +200,6 @@ def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
 
 
 def _warn_of_bench_values(path: str, reason: str) -> None:
-    """Warn of a model in which nothing was identified."""
     click.echo(printable(f"warning: {bench_values_words(path, reason)}"), err=True)
 
 

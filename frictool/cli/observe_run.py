@@ -42,9 +42,8 @@ Estimate velocity, friction and wear of a running actuator from its encoder and 
 estimate has an interval at every sample, and uses earlier samples only. Wear is the dry friction
 divided by that of the model; an actuator without wear has the value 1.
 
-LOG is a canonical log, or a raw file with the columns of the model's bench; - is standard input. It
-is read in blocks, so that the memory does not grow with its length. -o writes the estimates as a
-log, --plot draws them.
+LOG is a canonical log, or a raw file with the columns of the model's bench; - is standard input. -o
+writes the estimates as a log, --plot draws them.
 
 With a folder or several logs, the result is a table with one row per log: unit, date, wear,
 interval, verdict, and the ratio of the wear to that of the unit's first log, or of --commissioning.

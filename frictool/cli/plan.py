@@ -24,10 +24,10 @@ Example:
 
 Design the next test of a bench, and write it. Without logs, the test consists of ramps of the
 drive: they show the breakaway, and the sign of the encoder relative to the drive. The second test
-consists of strokes, for friction and inertia. With the logs of both tests, a search decides if
-`frictool synth` meets the specification for every plant within the intervals. If it does, the last
-test is for `frictool validate`. If only exact parameters would allow a controller, the next test
-halves the intervals.
+consists of strokes, for friction and inertia. With the logs of these two tests, the command
+searches for a controller that meets the specification on every plant within the intervals. If there
+is one, the last test is for `frictool validate`. If there is one for the identified values only,
+the next test halves the intervals.
 
 Each test respects the limits of travel, speed and drive for every axis within the bench's ranges.
 `frictool simulate --as-bench` plays a test without hardware.

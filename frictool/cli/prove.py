@@ -26,11 +26,12 @@ position within one encoder count. The simulated loop contains encoder, delay, p
 limiter, drive limit, anti-windup, prefilter and number format of the controller, and stick, slip,
 breakaway, backlash and lag of the axis. Every rounding error is bounded.
 
-The starts are divided into parts whose readings agree at every sample. The controller runs on these
-readings; the axis is enclosed in intervals. Each requirement is proved, refuted by a start that
-`frictool simulate` replays, or undecided. Modulus margin and drive peak are proved for every plant
-with parameters between their limits, by the certificate and by the drive limit. All other
-requirements are proved for the plants of the scenario only; `frictool campaign` draws other plants.
+The start positions are divided into intervals, in each of which all starts give the same encoder
+readings at every sample. The controller runs on these readings; the motion of the axis is enclosed
+in bounds. Each requirement is proved, refuted by a start that `frictool simulate` replays, or
+undecided. Modulus margin and drive peak are proved for every plant with parameters between their
+limits, by the certificate and by the drive limit. All other requirements are proved for the plants
+of the scenario only; `frictool campaign` draws other plants.
 
 The proof contains its documents. `frictool verify` proves it again from the file alone.
 

@@ -26,8 +26,8 @@ Example:
   frictool reduce throttle.yaml --travel 0.2 1.5 -o opening.yaml
 
 Reduce a mechanism to one inertia with friction. Rigid links are lumped, losses become friction,
-springs and cams become friction at the motor with one level for each direction, backlash is moved
-between motor and sensor, and resonances above a bandwidth are dropped.
+springs and cams become friction at the motor with one level for each direction, the backlashes of
+a chain are added, and resonances above a bandwidth are dropped.
 
 Each step states what it neglects, its expected error and its measured error. For the measured
 error, every step and the final model are simulated under the same commands as the whole mechanism;

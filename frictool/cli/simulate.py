@@ -54,10 +54,10 @@ The log contains position, reference, drive and effort, the speed that the contr
 load_position, the true drive, command. Each plant is a stream: /axis is the model, /axis/NAME a
 vertex or a drawn plant.
 
-The log of a mechanism also has the stream /mechanism: position, velocity and stick of every block,
-the side of every contact, the drive of each source. Without --controller, the scenario's `sources`
-drive the mechanism. The summary contains the energy balance; --events lists every breakaway, stick,
-contact and impact.
+The log of a mechanism also has the stream /mechanism: position, velocity and stick state of every
+block, the side of every contact, the drive of each source. Without --controller, `sources` of the
+scenario drive the mechanism. The summary contains the energy balance; --events lists every
+breakaway, stick, contact and impact.
 
 --observer replaces the controller's speed signal by that of an observer. The loop with the observer
 is verified at the vertices first; exit code 4 if it is unstable. `frictool observe loop` writes

@@ -34,8 +34,8 @@ Without --design, or with `method: auto`, the command searches the simplest cont
 the specification in simulation, with a reserve of 5 % (none for oscillations, drive and rest). It
 writes the design of this controller with a comment on each value. That design can be changed and
 passed with --design. If no design is found, the message states the requirement that the best
-candidate misses and the best values of all candidates, and the exit code is 4. Other searches may
-reach better values.
+candidate misses and the best values of all candidates, and the exit code is 4. A controller may
+exist nevertheless.
 
 \b
 Methods (`method` of the design), and the use of each:
@@ -70,7 +70,7 @@ in either case.
 @click.option(
     "--save-design",
     type=NamedPath(writes=("YAML",)),
-    help="Write the design that the search finds. [default: NAME.design.yaml beside -o NAME.yaml]",
+    help="Write the design that the search finds. [default: NAME.design.yaml for -o NAME.yaml]",
 )
 @click.option(
     "--vertices-only",

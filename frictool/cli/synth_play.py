@@ -56,7 +56,7 @@ def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | N
     from frictool.documents.scenario import Scenario
 
     if reason := untested_reason(model, spec):
-        note(f"not played: {reason}")
+        note(f"not simulated: {reason}")
         return None
     if remark := unjudged_target(spec):
         note(remark)
@@ -69,5 +69,5 @@ def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | N
 
 def play(test: DesignTest, controller: Controller) -> PlayedTest:
     """Simulate the test with a controller; return the test with the verdict."""
-    note_step(f"playing {len(test.plants)} plants")
+    note_step(f"simulating {len(test.plants)} plants")
     return PlayedTest(test, test.judge(controller), controller.friction_compensation is not None)

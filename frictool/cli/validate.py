@@ -16,9 +16,9 @@ Example:
   frictool validate model.yaml sines.mcap --page validation.html
 
 Simulate a model along a measured log and compare the two. The simulation starts at rest at the
-measured position. The measured effort drives it; between samples the effort is constant, or has the
-bench's drive lag. The errors of position, velocity, acceleration and force exclude the first
-samples.
+measured position. The measured effort drives it; between samples the effort is constant, or follows
+with the lag of the bench's drive. The errors of position, velocity, acceleration and force exclude
+the first samples.
 
 With the gains of the bench's controller, the measured reference drives the model in closed loop:
 {LAW}.

@@ -65,7 +65,7 @@ class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     - `drive`: Weight W3 on the drive that reaches the actuator.
     - `command`: Weight on the commanded drive.
     - `noise`: Noise weight W4.
-    - `eta`: Weight on the measured signal.
+    - `eta`: Weight on the input eta of the linear controller.
     """
 
     error: Filter

@@ -283,7 +283,7 @@ class Coupling(
     tag_field="kind",
     tag="coupling",
 ):
-    """Shaft or rod between two blocks of one kind: rigid, compliant, or with backlash."""
+    """Shaft or rod between two rotary or two linear blocks: rigid, elastic, or with backlash."""
 
     between: Ends
     compliance: Compliance | None = None
@@ -334,7 +334,7 @@ class Cam(
     tag_field="kind",
     tag="cam",
 ):
-    """Cam profile on a block: a spring presses a roller onto it, and the block onto a slideway.
+    """Cam profile on a block. A spring presses a roller onto the profile.
 
     The block is subject to `force` tan(`angle`) in the block's positive direction, and to Coulomb
     friction.

@@ -78,8 +78,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `gamma`: Bound of ||z||/||Delta||, evaluated with the stored gains; Delta is the error of the
       assumed friction.
     - `decay`: Largest factor of the error per sample; 1 if no decay was required.
-    - `stuck_speed`: Factor on the velocity in mode 0: 0 sets the velocity to 0, 1 leaves it to the
-      gains.
+    - `stuck_speed`: Factor on the estimated velocity at each sample of mode 0, before the gains
+      correct the velocity.
     - `switching_radius`: Largest spectral radius of the product of the error matrices of two modes
       that may alternate.
     - `simulated_gain`: Largest ||z||/||Delta|| of simulated switching sequences of the pairs in

@@ -75,7 +75,7 @@ POWERS = {
 POWER = re.compile(r"([A-Za-z]+|1)(?:\^([0-9]))?")
 # units of an angular motion must name an angle: 1/s could count turns or radians
 ANGLE_NAME = re.compile(r"rad|deg|°|arc|rev|rpm|rps|turn|cycle|circle|gon", re.IGNORECASE)
-# German degrees, which the units library reads as giga-radians, gradians, and prefixes no angle has
+# Grad is a degree in German, but a giga-radian or a gradian in pint; no angle is in mega-radians
 AMBIGUOUS_ANGLE = re.compile(r"\b(?:[Gg]rads?|GRAD|[MTPEZY]rad)\b")
 OTHER_UNITS = {"temperature": ", K or degF"}  # of dimensions whose SI unit has no multiples
 # dimensions and kinds of axis to try in turn, if the unit decides between them

@@ -96,9 +96,7 @@ def _listed(text: str) -> str:
     if not keys:
         return text
     rows = "".join(f"  - {key}\n" for key in keys)
-    head = (
-        f"examples:{NOTE}# not known of your rig: delete a key when you have replaced its value\n"
-    )
+    head = f"examples:{NOTE}# unknown for your rig: delete a key when you have replaced its value\n"
     return re.sub(
         r"^name: .*\n",
         lambda name_line: f"{name_line[0]}{head}{rows}",

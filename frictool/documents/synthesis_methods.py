@@ -58,8 +58,8 @@ INEQUALITIES = (*SEARCH, "poles", "recentring")
 
 METHODS: dict[str, SynthesisMethod] = {
     "lpv": SynthesisMethod(
-        "matrix inequalities with one Lyapunov function for all vertices; the document contains"
-        " the controller of one plant",
+        "matrix inequalities with one Lyapunov function for all vertices; the controller of one "
+        "plant is stored",
         "to judge weights: a design takes seconds, and its gamma (bound of the H-infinity norm)"
         " shows how demanding the weights are",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "ease"),

@@ -37,7 +37,7 @@ class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     - `modulus_margin`: Modulus margin that the error weight W2 requires.
     - `static_error`: Relative static error that the error weight W2 allows.
     - `noise_filter`: Dynamics of the noise weight W4. By default W4 is constant.
-    - `eta`: Weight on the measured signal.
+    - `eta`: Weight on the input eta of the linear controller.
     - `uncertainty_hz`: Corner frequency of the uncertainty weight W5. By default W5 = 1.
     - `count_share`: Share of the drive's limit that one encoder count may command, if `command` is
       absent.

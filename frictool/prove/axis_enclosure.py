@@ -41,7 +41,8 @@ class Ambiguous(Exception):
 class PlantBox:
     """Parameters of an axis as intervals in SI units, with the names of plant/axis.py.
 
-    `lag` [s], `drive_limit`, `backlash` and the sample period `period` [s] are exact numbers.
+    gap_coulomb, gap_breakaway: friction inside the backlash. `lag` [s], `drive_limit`, `backlash`
+    and the sample period `period` [s] are exact numbers.
     """
 
     inertia: RoundedInterval
@@ -284,7 +285,10 @@ def _fitting_step(speed: float, fastest: float, length: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Phase:
-    """Coefficients of a slip in its direction: w' = settled + excess e^(-rate t) - alpha w."""
+    """Coefficients of a slip with the speed w >= 0: w' = settled + excess e^(-rate t) - alpha w.
+
+    speed: w at t = 0. losing: interval that contains the exact rate.
+    """
 
     speed: RoundedInterval
     settled: RoundedInterval
@@ -296,7 +300,11 @@ class _Phase:
 
 @dataclass(frozen=True, slots=True)
 class _Bounds:
-    """Bounds during a step; `moves`: True if the speed stays above 0, or does not fall from 0."""
+    """Bounds during a step.
+
+    moves: True if the speed stays above 0, or does not fall from 0. farthest: of the distance, from
+    above. slowest, fastest: of the acceleration, from below and from above.
+    """
 
     moves: bool
     farthest: float
@@ -377,6 +385,7 @@ def _unit_sums(
     RoundedInterval,
     RoundedInterval,
 ]:
+    """Return speeds w0, w1, w2 and distances y0, y1, y2 of the series for `_mapped`."""
     one = point(1.0)
     (w0, y0), (w1, y1), (w2, y2) = (
         _series(_Phase(speed, settled, excess, alpha, losing, rate), step)

@@ -36,7 +36,7 @@ from frictool.prove.still_axis import still_samples
 from frictool.typing import Vector
 
 OVERLAP = 1e-10  # encoder counts by which neighbouring parts overlap
-FOLLOWED = 40  # samples of rest over which the drive is followed, at the end of a rest
+FOLLOWED = 40  # samples at the end of a rest over which the drive is computed
 MOST_RUNS = 10_000  # largest number of runs; the remaining starts stay undecided
 DRIVE_SLACK = 1e-9  # relative distance of the drive from the breakaway while the axis rests
 
@@ -84,6 +84,8 @@ class PhaseRun:
 
 @dataclass
 class _Branch:
+    """Runs from the starts [low, high] up to `sample`, with the same readings."""
+
     low: float
     high: float
     state: AxisSet

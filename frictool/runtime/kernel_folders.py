@@ -38,8 +38,8 @@ WRITTEN = "written"  # lock file held while code is written
 # former folders of a place, and former states of a module, kept in case they are used again
 KEPT = 8
 AGE_S = 14 * 86400.0  # s, former folders unused for longer are removed even if fewer than KEPT
-REST_S = 3600.0  # s, folders used within it stay: old versions of frictool hold no lock
-# s, longest wait for another writer, which needs milliseconds; then nothing is kept
+REST_S = 3600.0  # s, a folder used more recently stays: old versions of frictool hold no lock
+# s, longest wait for another process that writes; after this time, no code is stored
 PATIENCE_S = 20.0
 _held: list[int] = []
 

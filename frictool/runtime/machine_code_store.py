@@ -4,8 +4,8 @@ Each state of a module's sources has its own folder. kernel_folders.py manages t
 use, locks and removal.
 
 KernelStore names the folder after the module and the digest of all sources that the module imports
-(kernel_sources.py). A process that finds no code takes a lock; another process that needs the same
-code waits for it.
+(kernel_sources.py). A process that finds no code takes a lock and compiles; other processes that
+need the same code wait.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ def part_file(target: Path) -> Iterator[BinaryIO]:
             umask = os.umask(0)
             os.umask(umask)
             part.chmod(0o666 & ~umask)
-            # rename under the lock, so that no process takes the part file for stale
+            # rename under the lock, so that no process regards the part file as stale
             if fcntl is not None:
                 part.replace(target)
         if fcntl is None:

@@ -40,9 +40,12 @@ LIMIT = "`dask worker --memory-limit`"
 MODULE = "'frictool"  # in the message of a failed import of this package or a module of it
 # s without a result, after which workers are checked for a pause due to low memory
 LONG_S = 20.0
-# number of tasks given up without any result after which the run fails, per task in progress
+# the run fails if no task has returned results, and HOPELESS times the largest number of tasks in
+# progress were given up
 HOPELESS = 2
-ALONE = 3  # the run fails after so many jobs were given up while running alone, and none is done
+ALONE = (
+    3  # the run fails if this many jobs that were repeated alone were given up, and none is done
+)
 AHEAD = 3  # tasks in progress per worker, so that none is idle
 Instead = Callable[[Any, str], Any] | None
 

@@ -29,7 +29,7 @@ from frictool.errors import WorkerLost
 from frictool.runtime import notifications
 from frictool.workers.task_batch import Task, picklable_error, run_task
 
-ATTEMPTS = 3  # processes that may end at a job before it is given up
+ATTEMPTS = 3  # a job is given up after this many processes have ended while they ran the job alone
 PATIENCE_S = 2.0  # s, longest wait for a process to end by itself
 READY, COMPILING, RESULTS, FAILED = "ready", "compiling", "results", "failed"
 Answer = tuple[Task, list[Any]]

@@ -296,4 +296,4 @@ def test_an_export_names_its_temperature_and_the_range_of_friction(tmp_path: Pat
     viscous, dry = zip(*ends, strict=True)
     assert "the friction at 25 degC is used; from 15 to 50 degC" in said[1]
     assert f"viscous friction is {min(viscous):.3g} to {max(viscous):.3g}" in said[1]
-    assert f"dry friction {min(dry):.3g} to {max(dry):.3g} times that" in said[1]
+    assert f"dry friction {min(dry):.3g} to {max(dry):.3g} times this value" in said[1]

@@ -41,7 +41,7 @@ Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 class CouplingRow(NamedTuple):
     """Row of `Couplings` (plant/mechanism/packed_mechanism.py).
 
-    curve: index in `Curves` of the additional force over e; -1 for none.
+    curve: index in `Curves` of an additional force over the deflection; -1 for none.
     """
 
     a: int
@@ -59,10 +59,12 @@ class CouplingRow(NamedTuple):
 class ElementArrays:
     """Elements of a mechanism, collected as rows of the arrays of a packed mechanism.
 
-    The dicts have the element's name as key. Rigid links have no row. springs: (block, block or
-    FRAME) of each spring. pushes: (name, row) of each cam and of each source of a constant effort;
-    a link and a source may have the same name, so that a name alone is no key. grounded: blocks
-    that an element ties to the frame.
+    The dicts have the element's name as key. Rigid links have no row.
+
+    - springs: (second block or FRAME, first block) of each spring
+    - pushes: (name, row) of each cam and of each source of a constant effort; a cam and a source
+      may have the same name
+    - grounded: blocks that an element ties to the frame
     """
 
     def __init__(

@@ -30,10 +30,10 @@ def _wide_plays(
             between = way_between_stops(document, blocks.names[block])
             if between is not None and play > between[1] > 0.0:
                 unit = si_unit("position", blocks.kinds[block])
-                stops = f"{between[0]} leaves it {between[1]:.6g}"
                 notes.append(
                     f"the backlash of {link.name}, {play:.6g} {unit} at {blocks.names[block]}, is "
-                    f"wider than the distance between its stops: {stops} {unit}"
+                    f"wider than the travel of {blocks.names[block]} between the stops of "
+                    f"{between[0]}, {between[1]:.6g} {unit}"
                 )
     return notes
 

@@ -218,8 +218,8 @@ def test_ways_that_do_not_fit_each_other_are_noted(tmp_path: Path) -> None:
             "46",
             "-1",
             [
-                "the backlash of rack, 0.046 m at cart, is wider than the distance between its "
-                "stops: ends leaves it 0.045 m"
+                "the backlash of rack, 0.046 m at cart, is wider than the travel of cart between "
+                "the stops of ends, 0.045 m"
             ],
         ),
         ("44", "1", ["travel from 1 to 100 rad does not contain the start of motor, 0 rad"]),
