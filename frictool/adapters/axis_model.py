@@ -29,8 +29,8 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     `overrides` replaces fields of AxisParameters. An overridden Coulomb or viscous friction scales
     the model's friction (adapters/friction_levels.py); an overridden breakaway does not. The
     default of the friction inside the backlash (motor and brushes, thesis 4.4.4) is the smaller of
-    the Coulomb frictions of the two directions. Raises
-    ValueError with the name of a parameter that is out of range.
+    the Coulomb frictions of the two directions. Raises ValueError with the name of a parameter that
+    is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {
@@ -78,7 +78,7 @@ def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float
 
 
 def load_of(model: Model) -> PositionLoad:
-    """Return the position-dependent load of the model's axis, which `axis_of` does not include."""
+    """Return the position-dependent load of the model's axis; `axis_of` does not include it."""
     return (
         PositionLoad()
         if model.laws is None or model.laws.load is None

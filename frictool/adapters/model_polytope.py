@@ -1,4 +1,4 @@
-"""Polytope of a model's plants, and its uncertainty channel."""
+"""Polytope of a model's plants, also with an uncertainty channel (plant/uncertainty_channel.py)."""
 
 from __future__ import annotations
 
@@ -58,10 +58,11 @@ def half_widths(model: Model) -> dict[Parameter, float]:
 
 
 def default_unit(model: Model) -> float:
-    """Return the unit of the uncertain effort [N m or N]: the half-width of the Coulomb friction.
+    """Return the effort [N m | N] for which the uncertainty channel's signal is 1.
 
-    If this half-width is 0, the unit is the effort that the half-widths of constant and inertia
-    cause at the drive's limit. If that is 0 as well, the unit is 1.
+    The effort is the half-width of the Coulomb friction's interval. If this half-width is 0, it is
+    the effort error at the drive's limit due to the half-widths of constant and inertia; if this
+    error is 0, too, the effort is 1.
     """
     widths = half_widths(model)
     if widths["coulomb"] > 0.0:

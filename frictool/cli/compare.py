@@ -167,7 +167,7 @@ def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
 def _supporting(
     setting: ComparisonSetting, laws: tuple[str, ...], requested: bool, path: Path | None
 ) -> tuple[str, ...]:
-    """Return the laws that can be simulated with the `extension` of the setting.
+    """Return the laws that support the extensions of the setting (backward, position, dwell, ...).
 
     Any other law is an error if --law names it (`requested`), else it is left out with a warning.
     """

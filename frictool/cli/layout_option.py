@@ -33,7 +33,7 @@ layout_option = click.option(
 
 @contextmanager
 def layout_advice() -> Iterator[None]:
-    """In messages of a LogError, replace advice on `layout` of the bench by option --layout."""
+    """Replace, in messages of a LogError, `layout` of the bench by the option --layout."""
     try:
         yield
     except LogError as error:

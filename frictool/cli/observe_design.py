@@ -44,7 +44,7 @@ prediction when it leaves the measured count. Its only setting is the bandwidth 
 
 
 def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[float, float, float]:
-    """Return three comma-separated numbers."""
+    """Return the weights of a text such as `1,100,0.001`."""
     try:
         numbers = tuple(float(word) for word in value.split(","))
     except ValueError:

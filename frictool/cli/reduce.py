@@ -234,7 +234,10 @@ def _show(
 def _bandwidth(
     document: Mechanism, request: ReductionRequest, controller: Path | None
 ) -> float | None:
-    """Return the bandwidth of the controller's loop; raise UsageError if links need one."""
+    """Return the bandwidth of the controller's loop; None without a controller.
+
+    Raises UsageError if there is no controller, but the compliant links need a bandwidth.
+    """
     if controller is not None:
         from frictool.documents.controller import Controller
         from frictool.documents.registry import load

@@ -15,6 +15,8 @@ def compare_in_loop(
 ) -> LoopComparison:
     """Simulate the mechanism and the model under the controller; return the comparison of the logs.
 
+    play: width of the backlash [rad | m]. tolerance: allowed error, relative to the step.
+
     Raises InputFileError if the documents do not fit together, and NoSolutionError if the mechanism
     or the model cannot be simulated.
     """

@@ -223,7 +223,6 @@ def _bench_test(
     seed: int | None,
     output: Path,
 ) -> Log:
-    """Simulate a bench test, save its log and return it."""
     from frictool.documents.model import Model
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
@@ -269,7 +268,6 @@ def _step_test(
     output: Path,
     events: EventsOutput,
 ) -> Log:
-    """Simulate a scenario, save its log and return it."""
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
     from frictool.documents.provenance import provenance_of_command

@@ -77,7 +77,7 @@ def compile_all(
 
 
 def all_rows() -> list[list[Any]]:
-    """Return the rows of `kernels.json`, and rows for kernels of laws that are not in it."""
+    """Return the rows of `kernels.json`, and rows for the laws' kernels that it does not list."""
     listed: list[list[Any]] = json.loads(LIST.read_bytes())
     known = {(module, name) for module, name, *_ in listed}
     added = []

@@ -144,8 +144,8 @@ class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Proof for every plant of the certificate: an axis inside the band comes to rest and stays.
 
-    - `verdict`: `undecided` if a check other than `arrival_speed` and `stable_loop` fails, else
-      `proved`.
+    - `verdict`: `proved` if all checks hold, except perhaps `arrival_speed` and `stable_loop`; else
+      `undecided`.
     - `disturbance`: Largest sum of disturbance and offset at which a resting axis stays at rest [N
       m | N].
     - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` are valid [N m | N].

@@ -74,9 +74,9 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     - `form`: Realisation that runs on the target: `discrete` with `anti_windup`, or `sos` with
       `sos_anti_windup`. Sections run in transposed direct form II.
     - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of `sos`.
-    - `conditional`: True if an integrator state keeps its value in two cases: the drive is limited
-      and the state's input has the direction of the limit, or a position law sets the drive to 0.
-      If false, a position law sets the state to 0 together with the drive.
+    - `conditional`: True for conditional integration: an integrator state keeps its value while its
+      input would drive a limited drive further into the limit, and while a position law sets the
+      drive to 0. If false, a position law sets the state to 0 together with the drive.
     """
 
     discrete: StateSpace
@@ -114,8 +114,8 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Speed reference as a function of the position error e, and the action inside |e| <= band.
 
-    - `gain`: Gain of the law: in position^(1/2)/s of a square-root law, in 1/s of a proportional
-      one.
+    - `gain`: Gain of the law: [rad^0.5/s | m^0.5/s] for a square-root law, [1/s] for a proportional
+      law.
     - `kind`: `square_root`: gain sqrt(|e|) sign(e). `proportional`: gain e.
     - `formula`: Formula of the gain of a square-root law, with Coulomb friction F and inertia J.
     - `band`: Half-width of the band [rad | m].
@@ -218,7 +218,8 @@ class FrictionCompensation(
       this friction is constant.
     - `forward`: Coulomb friction at each position, minus the mean Coulomb friction, in the positive
       direction [N m | N].
-    - `backward`: The same in the negative direction [N m | N]. By default `forward`.
+    - `backward`: Coulomb friction at each position, minus the mean Coulomb friction, in the
+      negative direction [N m | N]. By default `forward`.
     - `observer_rad_s`: Bandwidth of the observer.
     - `inertia`: Inertia of the observer [kg m^2 | kg].
     - `gain`: Fraction of the effort that is added.
@@ -523,8 +524,8 @@ class Controller(
     - `weights`: Weights of the generalised plant in the verified norm; absent if the certificate
       contains them.
     - `schedule`: Controllers of the corners, if the design requests them.
-    - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices are
-      those with resonances; norms and certificate are those of the plant without them.
+    - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices
+      include the resonances; norms and certificate do not.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is
       replaced by its last valid value. At the next sample, the drive becomes 0 and the fault is
       set.

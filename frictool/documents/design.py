@@ -207,7 +207,7 @@ class Design(
 
     @property
     def speed_input(self) -> bool:
-        """Return True if the linear controller takes the speed error, and not eta."""
+        """Return True if the linear controller takes the speed error instead of eta."""
         return METHODS[self.method].provided_gains and self.structure == "speed_cascade"
 
     @property

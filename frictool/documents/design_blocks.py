@@ -191,7 +191,7 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     - `acceleration`: Largest acceleration. By default ((`drive_share` times the drive's largest
       effort) - friction - load)/inertia at `speed`, for the plant with the smallest result.
     - `jerk`: Largest jerk. By default the jerk for which a move becomes longer by one period of the
-      model's lowest resonance; without resonances, by a tenth of the time to `speed`.
+      model's lowest resonance; without resonances, by a tenth of the time until `speed` is reached.
     - `drive_share`: Part of the drive's limit that the default acceleration uses; the remainder is
       for the feedback.
     """

@@ -70,7 +70,7 @@ def uncomputed_figures(verified: Verified) -> dict[str, float]:
 def with_digests(controller: Controller, *blocks: str) -> Controller:
     """Return the controller with new digests of its blocks.
 
-    blocks: names of the blocks to digest; all if there are none. The digests of other blocks
+    blocks: names of the blocks to digest; without names, all blocks. The digests of other blocks
         remain, so that earlier changes of these blocks are still visible.
     """
     now = block_digests(controller)

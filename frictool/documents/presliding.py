@@ -32,8 +32,8 @@ class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     branches; the held-out branches test its prediction.
 
     - `stiffness`: Slope of the effort against the deflection, at rest.
-    - `damping`: 2 sqrt(inertia stiffness), an initial value, because slow loops do not determine
-      it.
+    - `damping`: 2 sqrt(inertia stiffness), which is assumed, because slow loops do not determine
+      the damping.
     - `force_error`: Residual (rms) on the fitted branches, relative to the breakaway.
     - `held_out`: Residual (rms) on the held-out branches, relative to the breakaway.
     - `elastic_limit`: Deflection at which the elasto-plastic contact begins to slip.

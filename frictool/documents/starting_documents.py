@@ -190,7 +190,6 @@ def _context(start: StartingRig) -> dict[str, Any]:
 
 
 def _aligned(text: str) -> str:
-    """Return the text with all notes aligned at NOTE_COLUMN, or later on long lines."""
     lines = (line.partition(NOTE) for line in text.splitlines())
     return "".join(
         (f"{before:{NOTE_COLUMN}}  {note}" if note else before) + "\n" for before, _, note in lines

@@ -125,7 +125,6 @@ def _refusal(problem: str, event: yaml.Event) -> RefusedYaml:
 
 
 def _as_written(tag: str) -> str:
-    """Return the tag as written in the document, cut to 40 characters."""
     written = (
         f"!!{tag.removeprefix(YAML_TAGS)}"
         if tag.startswith(YAML_TAGS)

@@ -302,8 +302,9 @@ class _Phase:
 class _Bounds:
     """Bounds during a step.
 
-    moves: True if the speed stays above 0, or does not fall from 0. farthest: of the distance, from
-    above. slowest, fastest: of the acceleration, from below and from above.
+    - moves: True if the speed stays above 0, or does not fall from 0
+    - farthest: upper bound of the distance [rad | m]
+    - slowest, fastest: lower and upper bound of the acceleration [rad/s^2 | m/s^2]
     """
 
     moves: bool

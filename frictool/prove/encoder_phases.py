@@ -246,8 +246,8 @@ def _stand(loop: LoopOfPlant, branch: _Branch) -> None:
 def _after_rest(loop: LoopOfPlant, branch: _Branch, first: int, last: int) -> AxisSet:
     """Return the set of states at sample `last` after a rest, in which only the drive changes.
 
-    The drive stays in each interval that contains its initial value and the commands. This interval
-    is used for all but the last FOLLOWED samples, over which the drive is computed.
+    The drive stays in the hull of its initial value and the commands. This hull is used for all but
+    the last FOLLOWED samples; over these, the drive is computed.
     """
     acting = [float(branch.command[k - loop.delay]) if k >= loop.delay else 0.0
               for k in range(first, last)]  # fmt: skip

@@ -66,7 +66,7 @@ def lines(proof: Proof) -> list[str]:
 
 
 def _rest_in_band(proof: Proof) -> list[str]:
-    """Prove rest in the band for every plant of the box; return the lines on it, or none."""
+    """Prove rest in the band for every plant of the box; return the lines of a successful proof."""
     controller, certificate = proof.controller, proof.controller.certificate
     if certificate is None:
         return []

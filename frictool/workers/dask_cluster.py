@@ -105,7 +105,7 @@ def _check(client: Any, address: str) -> None:
 def _answers(client: Any, address: str) -> Any:
     """Return the installation of each worker, or the exception that the worker raised.
 
-    The function waits for a worker that does not answer until the scheduler removes the worker.
+    If a worker does not answer, the function waits until the scheduler removes this worker.
     """
     text = (
         f"{address}: a worker does not answer; frictool waits until the scheduler removes this "
