@@ -197,7 +197,7 @@ def _of_this_controller(log: Log, controller: Path, document: Controller) -> Non
             log.source,
             (
                 f"was simulated with the speed of a {observed}; {controller} contains no such "
-                "observer, and its margins do not apply to this log; simulate the "
+                "observer, and the controller's margins do not apply to this log; simulate the "
                 "controller of `frictool observe loop`"
             ),
         )

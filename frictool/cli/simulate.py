@@ -239,7 +239,7 @@ def _bench_test(
         servo = gains.servo(plant.bench)
     if is_ramps(test) == closed:
         raise click.UsageError(
-            f"{excitation.name} contains ramps of the drive, played without a position loop; "
+            f"{excitation.name} contains ramps of the drive, which need no position loop; "
             "leave out the gains."
             if closed
             else (

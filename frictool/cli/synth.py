@@ -212,8 +212,8 @@ def _check_options(
 ) -> None:
     if design is not None and plot is not None and design.relax == "no":
         raise click.UsageError(
-            "--plot shows the trade-off of a search or of `relax: auto`; the design "
-            f"{design.name} has neither."
+            "--plot shows the trade-off of a search or of `relax: auto`, but the design "
+            f"{design.name} has `relax: no`."
         )
     if design is not None and save_design is not None:
         raise click.UsageError(

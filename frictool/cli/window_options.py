@@ -41,7 +41,7 @@ def window_of(start: float | None, end: float | None) -> TimeWindow:
 
     for key, at in (("--from", start), ("--to", end)):
         if at is not None and abs(at) > LATEST:
-            raise click.UsageError(f"{key} {at:g} is beyond {LATEST:g} s.")
+            raise click.UsageError(f"{key}: found {at:g}; allowed: at most {LATEST:g} s.")
     if start is not None and end is not None and start > end:
         raise click.UsageError(f"--from {start:g} is after --to {end:g}.")
     return TimeWindow.between(start, end)

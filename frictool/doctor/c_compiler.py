@@ -64,7 +64,7 @@ def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationFinding:
                     facts,
                 )
     return InstallationFinding(
-        "C compiler", "ok", f"{shown}: a program compiled and run", facts=facts
+        "C compiler", "ok", f"{shown}: a program was compiled and run", facts=facts
     )
 
 

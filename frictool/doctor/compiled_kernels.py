@@ -41,7 +41,7 @@ def check_compiling() -> InstallationFinding:
     return InstallationFinding(
         "compiling",
         "ok",
-        f"a kernel compiled and run in {took:.2f} s; {kernels.toolchain()}",
+        f"a kernel was compiled and run in {took:.2f} s; {kernels.toolchain()}",
         facts=facts,
     )
 

@@ -94,7 +94,7 @@ def check_terminal() -> InstallationFinding:
             "terminal",
             "note",
             description,
-            "set LANG=C.UTF-8, or names that are not ASCII may not be shown",
+            "set LANG=C.UTF-8, to show names that are not ASCII",
             facts,
         )
     return InstallationFinding("terminal", "ok", description, facts=facts)

@@ -87,6 +87,6 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
             )
         if ("ripple" in self.terms) != (self.ripple is not None):
             raise ValueError(
-                "ripple: write both `ripple` in terms and this key, such as {cycles: 7, "
-                "per: {value: 1, unit: turn}}, or neither"
+                "ripple: write the term `ripple` together with this key, such as {cycles: 7, "
+                "per: {value: 1, unit: turn}}; or leave out both"
             )

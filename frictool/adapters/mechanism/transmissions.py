@@ -156,7 +156,7 @@ def _thread_losses(key: str, link: Screw, coefficient: float) -> tuple[float, fl
             f"{key}.friction_coefficient",
             (
                 f"found {coefficient:g}; the screw cannot drive the nut with this friction; "
-                f"allowed: < {most:.4g} = 1/tan(alpha)"
+                f"allowed: < {most:.4g}, 1/tan(lead angle)"
             ),
         )
     return (
@@ -225,7 +225,9 @@ def _compliance(key: str, link: Transmitting, end: str, blocks: BlockNames) -> C
     where = f"{key}.compliance" if flanks is None else f"{key}.backlash.compliance"
     compliance = link.compliance or flanks
     if isinstance(link, Belt):
-        check_compliance(where, compliance, "linear", "it is along the belt, which")
+        check_compliance(where, compliance, "linear", "the compliance is along the belt, which")
     else:
-        check_compliance(where, compliance, blocks.kind(key, end), f"it is at {end}, which")
+        check_compliance(
+            where, compliance, blocks.kind(key, end), f"the compliance is at {end}, which"
+        )
     return compliance
