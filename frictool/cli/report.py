@@ -196,7 +196,7 @@ def _of_this_controller(log: Log, controller: Path, document: Controller) -> Non
         raise LogError(
             log.source,
             (
-                f"was simulated with the speed of a {observed}; {controller} contains no such "
+                f"was simulated with the speed of a {observed}; {controller} contains no "
                 "observer, and the controller's margins do not apply to this log; simulate the "
                 "controller of `frictool observe loop`"
             ),
