@@ -43,9 +43,7 @@ LONG_S = 20.0
 # the run fails if no task has returned results, and HOPELESS times the largest number of tasks in
 # progress were given up
 HOPELESS = 2
-ALONE = (
-    3  # the run fails if this many jobs that were repeated alone were given up, and none is done
-)
+ALONE = 3  # the run fails if this many jobs, each repeated alone, were given up and none is done
 AHEAD = 3  # tasks in progress per worker, so that none is idle
 Instead = Callable[[Any, str], Any] | None
 

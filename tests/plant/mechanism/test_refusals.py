@@ -98,7 +98,7 @@ WRONG = [
     (RACK, RACK.replace("radius",
      "compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 1, unit: N s/m}}, "
      "radius"),
-     "links.rack.compliance.stiffness.unit", ["allowed: N/m", "the compliance is at cart, which slides"]),
+     "links.rack.compliance.stiffness.unit", ["allowed: N/m", "is at cart, which slides"]),
     (DRIVE, DRIVE.replace("mN m/A", "N/A"), "sources.drive.constant.unit", ["N/A; allowed: N m/A",
      "motor turns"]),
     (DRIVE, DRIVE.replace("unit: A}", "unit: V}"), "sources.drive.limit.unit", ["V; allowed: A",
