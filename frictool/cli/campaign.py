@@ -51,26 +51,26 @@ Simulate a scenario with many plants and judge each run by the specification, as
 do. The result is the pass rate with its confidence interval, the distribution of each metric, and
 the parameters that cause the failures.
 
-The parameters of the plants are drawn from the ranges of the bench and the model; those of a
-mechanism are its quantities with low and high. `spread` of the scenario adds wear, temperature,
-start, sensor faults and disturbances, or replaces ranges. All draws are uniform and independent,
-with one exception: a breakaway is drawn above the Coulomb friction of the same plant.
+The parameters of the plants are drawn from the ranges of the bench and the model, or from the
+quantities of a mechanism that have low and high. `spread` of the scenario also varies wear,
+temperature, start, sensor faults and disturbances, and can replace ranges. All draws are uniform
+and independent, except that a breakaway is drawn above the Coulomb friction of the same plant.
 
 --method random: independent draws; a larger -n adds draws and keeps the first ones. --method latin:
 a Latin hypercube of -n draws. --method vertices: every combination of range ends; if there are more
-than 4096 or more than -n, a random part of them. The results depend neither on the number of
-processes nor on their order.
+than 4096 or more than -n, a random part of them. The number of processes does not change the
+results.
 
 --worst searches the same ranges for the worst plant of each requirement, starting from the worst
 draws. It writes DIR/worst_REQUIREMENT.yaml, a scenario that reproduces the value with `frictool
 simulate`.
 
 Completed trials are kept in OUTPUT.trials or in the file of --keep. After an interruption, the same
-command continues from there.
+command continues from these trials.
 
-The verdict is PASS, FAIL, UNDECIDED or NOT SHOWN. UNDECIDED: nothing fails, but a trial is
-undecided, or no trial decides a requirement. NOT SHOWN: too few draws for the pass rate of
---at-least.
+The verdict is PASS, FAIL, UNDECIDED or NOT SHOWN. UNDECIDED: no trial fails, but a trial is
+undecided, or a requirement is undecided in every trial. NOT SHOWN: there are too few draws to show
+the pass rate of --at-least.
 
 Exit codes: 0 pass; 1 fail or undecided, or the lower confidence bound of the pass rate is below
 --at-least.

@@ -44,7 +44,8 @@ class Promise(
     - `duration`: Duration of the test.
     - `drive_noise`: Standard deviation of the measured drive that the promise assumes.
     - `half_widths`: Promised half width of the confidence interval of each parameter.
-    - `bounds`: Half widths by the Cramér-Rao bound, the smallest of any unbiased estimator.
+    - `bounds`: Half widths that follow from the Cramér-Rao bound; no unbiased estimator has smaller
+      ones.
     """
 
     format: Literal["promise/1"]
