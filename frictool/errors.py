@@ -28,8 +28,8 @@ EXIT_INTERRUPTED = 130  # the exit code of a shell after Ctrl-C
 class FrictoolError(Exception):
     """Root of every error that a user is meant to read.
 
-    exit_code: exit code of the process. document_key: (kind of a document, such as "design", wrong
-    key), to which the command adds file and line; None if the error concerns no key.
+    exit_code: exit code of the process. document_key: kind of a document, such as "design", and its
+    wrong key; None if the error concerns no key. The command adds file and line.
     """
 
     exit_code = EXIT_INPUT
