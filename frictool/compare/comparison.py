@@ -54,7 +54,7 @@ class LawRunner(Protocol):
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return row of thesis table 2.1 -> symbol, for the properties that probes measure.
+        """Return the symbols of thesis table 2.1, by row, for the properties that probes measure.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test

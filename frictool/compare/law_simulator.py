@@ -241,7 +241,7 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return row of thesis table 2.1 -> symbol, for the properties that probes measure.
+        """Return the symbols of thesis table 2.1, by row, for the properties that probes measure.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test

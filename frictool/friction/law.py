@@ -1,5 +1,7 @@
 """Friction laws: the parameters of a law and the kernels that a driver runs.
 
+A driver is compiled code that integrates the motion of a body with friction.
+
     kind     state                     driver
     static   none                      slips in a fixed direction, sticks up to the breakaway
     dynamic  z and a memory            integrates `rate`; calls `commit` after each accepted step
@@ -32,7 +34,7 @@ SlipTerm = Literal["coulomb", "stribeck", "viscous"]
 
 
 def curved_slip(p: Vector) -> tuple[float, float]:
-    """Return `Law.slip_scales` (inf, 1) of a slip force that is not linear in speed."""
+    """Return (inf, 1), the `Law.slip_scales` of a slip force that is not linear in speed."""
     return math.inf, 1.0
 
 

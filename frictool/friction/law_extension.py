@@ -233,6 +233,6 @@ def pack_plain_law(p: Vector) -> PackedExtension:
 
 @kernel
 def regime_table(table: Vector) -> Vector:
-    """Return the array [knee_1, slope_1, ...] of friction/speed_regimes.py from a table."""
+    """Return the array [knee_1, slope_1, ...] of the speed regimes in an extension's table."""
     regimes: Vector = table[int(table[KNEES_START]) :]
     return regimes

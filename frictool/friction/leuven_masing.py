@@ -56,7 +56,7 @@ def commit(z: Vector, v: float, p: Vector) -> int:
 
 @kernel
 def reset(p: Vector) -> Vector:
-    """Return the state of a contact that has never moved, for up to DEPTH nested reversals."""
+    """Return the state (n,) of a contact that has never moved, with memory for DEPTH reversals."""
     return np.zeros(MEMORY + FIRST + 2 * DEPTH)
 
 

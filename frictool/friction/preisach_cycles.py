@@ -24,7 +24,7 @@ PLACED = 1e-6  # relative tolerance of a cycle's ends
 
 
 def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
-    """Return the table of friction/preisach.py, shape ((n+1)^2,) with n = 2 len(cycles).
+    """Return the Everett table of friction/preisach.py, ((n+1)^2,) with n = 2 len(cycles).
 
     `cycles`: pair (positions that fall from a to -a, forces) for the descending branch of each
     cycle, in any units. The amplitudes are a = k z_max/len(cycles), k = 1, 2, ... Forces are

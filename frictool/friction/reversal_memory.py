@@ -43,10 +43,10 @@ def new_memory(depth: int) -> Vector:
 
 @kernel
 def surviving(memory: Vector, z: float) -> tuple[int, bool]:
-    """Return (count of the stored reversals that remain after a movement to z, is_reversal).
+    """Return how many stored reversals remain after a monotonic movement to z, and a flag.
 
-    The movement is monotonic. is_reversal is True if the present position becomes a new reversal.
-    The memory is not changed, so that a solver may try any z before it calls `remember`.
+    The flag is True if the present position becomes a new reversal. The memory is not changed, so
+    that a solver may try any z before it calls `remember`.
     """
     here = memory[POSITION]
     count = int(memory[COUNT])

@@ -8,9 +8,9 @@ A saturated effort stays below the effort that the motion needs. The search fits
 to the slipping samples. s is the sign of the velocity and x the position. The limit L differs for
 positive and negative u. The sharpness p is low for a soft saturation (tanh) and high for a clip.
 
-Loads and friction that vary with position and speed can look like a saturation. The rival is
-therefore a linear fit with further columns over position and speed. The effort is called saturated
-if S compresses the largest efforts, and if one of two conditions is met:
+Loads and friction that vary with position and speed can look like a saturation. S is therefore
+compared with a rival: a linear fit with further columns over position and speed. The effort is
+called saturated if S compresses the largest efforts, and if one of two conditions is met:
 
 - S explains the effort better than the rival.
 - S explains the effort as well as the rival, and much better than the linear fit without the

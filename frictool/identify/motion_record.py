@@ -311,7 +311,7 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
 
     The effort is the channel `effort` or, without one, the drive signal times the bench's effort
     constant. The effort of a servo is computed with the model of its firmware from goal and
-    position. The temperature may be in any stream; it is interpolated.
+    position. The temperature may be in any stream, and is interpolated.
 
     Raises
     ------

@@ -226,8 +226,8 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
 def parameter_lines(model: Model) -> list[str]:
     """Return the table of the parameters.
 
-    The intervals are valid for the nominal drive constant. If the bench gives its interval,
-    a further column has intervals that include the error of the constant.
+    The intervals are valid for the nominal drive constant. If the bench has an interval of the
+    constant, a further column has intervals that include the error of the constant.
     """
     rows = parameter_intervals(model)
     constant = model.bench.actuator.constant

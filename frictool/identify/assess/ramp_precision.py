@@ -37,7 +37,7 @@ def ramp_precision(
     - step: encoder step, rad | m
     - period: sample period, s
     - inertia: lower end, value, upper end
-    - onsets: number of onsets
+    - onsets: number of breakaways
     """
     low, value, high = inertia
     latest = (6.0 * value * step) ** (1.0 / 3.0) * rate ** (2.0 / 3.0)

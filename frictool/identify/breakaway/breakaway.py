@@ -4,17 +4,17 @@ In a breakaway ramp, the effort rises until the axis starts to move: the onset. 
 largest effort before each visible motion. This maximum is too high by several steps of the ramp,
 because the axis moves for some time before the encoder shows it. Here a line is fitted to the
 effort at rest. The breakaway is the value of this line at the time of the onset, which is computed
-from the later motion (`onset`) with the inertia and the friction in slip. The uncertainty of these
-two widens the interval of the breakaway.
+from the later motion (`onset`) with the inertia and the friction in slip. The uncertainty of
+inertia and friction widens the interval of the breakaway.
 
 The breakaway is constant, or a function of position and direction (`position_law`). The friction in
 slip is assumed to be proportional to the breakaway (thesis 4.42).
 
 - The mean over both directions cancels an offset of the effort.
 - After the onset, friction falls from the breakaway to Coulomb friction. The Stribeck velocity of
-  this fall comes from another log, or from the times of the encoder's changes
-  (`stribeck_velocity`). If these times agree with an immediate fall, the breakaway is computed with
-  it. The interval covers every fall that agrees with the times.
+  this fall comes from another log, or from the times at which the encoder's count changes
+  (`stribeck_velocity`). If these times agree with an immediate fall, the breakaway is computed for
+  an immediate fall. The interval covers every fall that agrees with the times.
 - The interval contains the spread between onsets (jackknife) and the ranges of the axis's
   parameters (`combined_interval`). A sampled ramp rises by one step per sample. Two errors of half
   a step, which do not average out, are added: the breakaway lies anywhere within a step, and the
@@ -226,7 +226,7 @@ def _fit(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit:
 def _levels(structure: PolynomialOrders) -> list[Vector]:
     """Return, for each direction with onsets, the weights (p,) that give its mean breakaway.
 
-    The mean is the sum of the fitted coefficients (p,) times these weights.
+    The mean breakaway is the sum of the fitted coefficients (p,) times these weights.
     """
     if structure.common:
         unit = np.eye(structure.orders[0] + 2)

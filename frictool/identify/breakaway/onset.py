@@ -167,7 +167,7 @@ def misfit(
     The sum is `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change.
     The start is the distance from the rest position to the first change.
 
-    - time: times of the encoder's changes, (n,), s
+    - time: times at which the encoder's count changes, (n,), s
     - seen: distance from the first change to each change, (n,), rad | m
     - ramp: |effort| at time 0, and its rate per s
     - axis: inertia, viscous, coulomb

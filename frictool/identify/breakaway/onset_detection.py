@@ -32,9 +32,9 @@ class BreakawayOnset:
     """One breakaway; the time is 0 at the first visible motion.
 
     - direction: +1 or -1
-    - level: |effort| at time 0 on the line that is fitted to |effort| at rest, N m | N
-    - rate: slope of this line, N m/s | N/s
-    - time: times of the encoder's changes, (n,), s
+    - level, rate: value at time 0 [N m | N] and slope [N m/s | N/s] of the line that is fitted to
+      |effort| at rest
+    - time: times at which the encoder's count changes, (n,), s
     - seen: distance from the first change to each change, (n,), rad | m
     - position: middle of the encoder count in which the axis rested, rad | m
     - rested: time at rest before the onset, s

@@ -1,7 +1,7 @@
 """Friction at the onsets of ramps: the effort at which each motion begins.
 
-The effort at an onset depends on the rest position within an encoder count. The times of the
-encoder's changes often do not determine this position. However, a test that ends each ramp after a
+The effort at an onset depends on the rest position within an encoder count. The times at which the
+count changes often do not determine this position. However, a test that ends each ramp after a
 fixed number of counts brings the axis to rest at nearly the same position within a count.
 Therefore, the mean rest position of all onsets is used (`OnsetData.rest`).
 """
@@ -82,7 +82,7 @@ def efforts(
 def _begins(
     onsets: list[SlidingOnset], resolution: float, start: float, fall: StribeckFall
 ) -> list[Begin]:
-    """Return time [s], rest position [rad | m] and misfit of each onset; NaN if there is none."""
+    """Return time [s], rest position [rad | m] and misfit of each onset; NaN if not determined."""
     keys = [(*onset, resolution, start, fall) for onset in onsets]
     known = {key: _KEPT[key] for key in keys if key in _KEPT}
     new = [key for key in dict.fromkeys(keys) if key not in known]
@@ -215,8 +215,8 @@ class OnsetData:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
         The position fitted to an onset is a linear function of the position that the fit assumes:
-        fitted = a + b assumed. The two are equal at a/(1 - b), which depends only on the times of
-        the encoder's changes. The result is the average of a/(1 - b) and the middle of the count
+        fitted = a + b assumed. The two are equal at a/(1 - b), which depends only on the times at
+        which the count changes. The result is the average of a/(1 - b) and the middle of the count
         (uniform distribution), with weights 1/variance.
         """
         low, high = (

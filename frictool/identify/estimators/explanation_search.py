@@ -6,8 +6,8 @@ one hypothesis at a time to inertia, viscous, Coulomb and offset:
 - loads: a spring; gravity on a rotary axis; harmonics of a ripple, with wave numbers from the
   spectrum of the residual over the position (`position_spectrum`)
 - effects that only disturb the fit (`rows/effects.py`), such as a drifting offset
-- viscous friction by direction, which is compared with the others but not added here, because
-  `structure_selection` decides on it
+- viscous friction by direction, which is compared with the other hypotheses but not added here,
+  because `structure_selection` decides on it
 
 A fit to one half of the strokes predicts the other half. The best hypothesis is used if the squared
 prediction errors decrease significantly and noticeably, and if the parameters of the hypothesis
@@ -232,8 +232,8 @@ class ExplanationSearch:
     def noisy(self, samples: RegressionSamples) -> bool:
         """Return whether the encoder's noise hides the acceleration in the rows `samples`.
 
-        The noise makes the fitted inertia too small, and the columns of LIKE_ACCELERATION would
-        explain the rest of the inertia's effort.
+        The noise makes the fitted inertia too small. The effects LIKE_ACCELERATION would then be
+        fitted with the missing effort.
         """
         return self.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
 

@@ -83,13 +83,13 @@ class ReducedRows:
         return by_stroke(out, self.stroke)
 
     def probability(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the p-value of the test that the parameters of `tested` are 0."""
+        """Return the p-value of the hypothesis that the parameters of `tested` are 0."""
         columns = self.columns([*others, tested])
         indices = [k for k, column in enumerate(columns) if self.names[column] in tested.names]
         return joint_probability(self.plain[:, :, [*columns, -1]], self.cluster, indices)
 
     def effort(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the rms effort [N m | N] that the hypothesis `tested` explains."""
+        """Return the rms effort [N m | N] that `tested` explains in a fit with `others`."""
         columns = self.columns([*others, tested])
         value = self.fitted(columns)
         factor = np.zeros(len(self.names))

@@ -308,7 +308,8 @@ def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[R
 def regime(knee: float, reach: float, viscous: Interval, bench: Bench) -> Regime:
     """Return the speed regime of a model document.
 
-    `knee` and its half width `reach` are in rad/s | m/s; `viscous` is the friction above the knee.
+    - knee, reach: speed of the knee and its half width, rad/s | m/s
+    - viscous: viscous friction above the knee
     """
     above = Quantity(knee, max(knee - reach, 0.0), knee + reach, si_unit("velocity", bench.axis))
     return Regime(above, not_negative(viscous).estimate("viscous", bench.axis))

@@ -111,8 +111,8 @@ def stribeck_curve(
 
     Curve and line have Coulomb friction, viscous friction and offset; the curve also has breakaway
     and Stribeck velocity. The line is fitted if friction does not fall with speed, or if the runs
-    do not determine breakaway and Stribeck velocity, which are then refused. The intervals of the
-    line are then extended to the values of the curve.
+    do not determine breakaway and Stribeck velocity. In the second case, the intervals of the line
+    are extended to the values of the curve.
 
     Raises
     ------

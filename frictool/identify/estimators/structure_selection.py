@@ -96,7 +96,7 @@ def predict_halves(
 
 
 def comparison_segments(side: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return the segments of one half of the data that are simulated."""
+    """Return the segments of one half of the data for the simulation."""
     return thinned(whole(side), MOST_COMPARED)
 
 

@@ -79,7 +79,7 @@ def multisine(
     amplitude: float | None,
     repetitions: int,
 ) -> tuple[Motion, dict[str, float]]:
-    """Return the motion and the numbers that describe it.
+    """Return position, velocity and acceleration (n,), and numbers that describe the motion.
 
     - phases: phases of the harmonics, (harmonics,), rad
     - frequency: frequency of the first harmonic, Hz; None for the frequency at which travel and

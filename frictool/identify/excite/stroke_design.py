@@ -143,7 +143,7 @@ def _shares(program: StrokeProgram) -> Vector | None:
 
 
 def _pruned(program: StrokeProgram, times: Vector) -> Vector:
-    """Return repetitions (k,) that meet every constraint, and of which none can be removed."""
+    """Return the repetitions `times` (k,) without those that no constraint needs."""
     while not program.allowed(times) or program.worst(times) > 1.0:
         support = np.flatnonzero(times)
         scores = [program.worst(_one_more(times, int(one))) for one in support]

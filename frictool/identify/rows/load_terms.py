@@ -1,9 +1,10 @@
 """Load terms in addition to the four sliding parameters, and the axis with these loads.
 
-    direction   viscous friction backward differs from forward
-    spring      + stiffness x
-    gravity     + gravity_sine sin(x) + gravity_cosine cos(x)      rotary: an unbalanced arm
-    ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth;
+    term        additional effort
+    direction   another viscous friction backward than forward
+    spring      stiffness x
+    gravity     gravity_sine sin(x) + gravity_cosine cos(x)      rotary: an unbalanced arm
+    ripple      ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth;
                 ripple_2 to ripple_6 are further harmonics, each with another n
 
 Coulomb friction that differs by direction is not a load term, because it cannot be separated from
@@ -226,9 +227,9 @@ def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
 def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
     """Return the bench with the load terms `terms`, or unchanged if it declares load terms.
 
-    A regression and a simulation with the same terms have comparable parameters. With other terms
-    the offset has another meaning: if viscous friction differs by direction, a single viscous
-    coefficient shifts the offset.
+    A regression and a simulation with the same terms have comparable parameters. With different
+    terms, their offsets differ. For example, a single viscous coefficient shifts the offset if
+    viscous friction differs by direction.
     """
     if bench.load is not None:
         return bench

@@ -391,7 +391,7 @@ def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vec
 def spread_as(
     plain: Mapping[str, Interval], fitted: dict[str, Interval], samples: RegressionSamples
 ) -> dict[str, Interval]:
-    """Return the intervals `fitted`; if parameters are fixed, each at least as wide as in `plain`.
+    """Return the intervals `fitted`, at least as wide as in `plain` if parameters are fixed.
 
     `plain` are intervals by least squares, which include the uncertainty of fixed parameters.
     """

@@ -82,7 +82,7 @@ def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
 
 
 def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]:
-    """Return evenly selected and shortened segments with at most `most` samples in total.
+    """Return evenly spaced, shortened segments with at most `most` samples in total.
 
     Return all segments unchanged if they have at most `most` samples.
     """

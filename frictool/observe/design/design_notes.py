@@ -59,7 +59,7 @@ def _encoder(observer: Observer, switched: Switched) -> str:
 
 
 def _constant(switched: Switched) -> str:
-    """Return a note if friction is constant; gamma then refers to an assumed model error."""
+    """Return a note if friction is constant; the error bound then assumes a model error."""
     chosen = [
         mode
         for mode in switched.modes
@@ -97,7 +97,7 @@ def _any_interval(switched: Switched) -> bool:
 
 
 def _turning(observer: Observer, switched: Switched) -> str:
-    """Return a note if a motion may reverse without passing mode 0."""
+    """Return a note if a motion may reverse without passing mode 0 (stuck)."""
     actuator = observer.bench.actuator
     change = (
         actuator.constant.value

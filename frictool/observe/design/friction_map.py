@@ -61,7 +61,7 @@ def left_out(model: Model) -> list[str]:
 
 
 def friction_at(friction: FrictionMap, direction: int, x: Vector | float) -> Vector:
-    """Return f >= 0 [N m | N] in slip at x [rad | m]; f is constant outside the map's travel."""
+    """Return the friction [N m | N] in slip at x [rad | m], constant outside the map's travel."""
     powers = friction.forward if direction > 0 else friction.backward
     inside = np.clip(x, friction.over.low, friction.over.high)
     return np.asarray(np.maximum(np.polynomial.polynomial.polyval(inside, powers), 0.0))

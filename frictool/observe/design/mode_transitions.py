@@ -19,7 +19,7 @@ Switch = tuple[int, int]
 
 
 def switches(forward: int, backward: int, allowed: Transitions) -> tuple[Switch, ...]:
-    """Return the sorted pairs (mode, mode at the next sample).
+    """Return the allowed switches as sorted pairs (mode, mode at the next sample).
 
     - forward, backward: number of intervals of each direction
     - allowed: with `neighbours`, a moving mode may switch to the next interval in the direction of

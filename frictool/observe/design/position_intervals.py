@@ -33,7 +33,7 @@ class FrictionInterval:
 
 
 def intervals(friction: FrictionMap, direction: int, count: int) -> list[FrictionInterval]:
-    """Return the intervals of one direction in the order of position, at most `count`.
+    """Return the position intervals of one direction in ascending order, at most `count`.
 
     If friction is constant, there is one interval. Raises NoSolutionError if `count` is less than
     the number of monotone sections.

@@ -82,7 +82,7 @@ def design_tracking(
 
 
 def gains(bandwidth: float, period: float, inertia: float) -> tuple[float, float, float]:
-    """Return L1 [1], L2 [1/s], L3 [N m/rad | N/m] for a bandwidth [rad/s]."""
+    """Return the gains L1 [1], L2 [1/s], L3 [N m/rad | N/m] for a bandwidth [rad/s]."""
     pole = math.exp(-bandwidth * period)
     rest = -math.expm1(-bandwidth * period)
     return 1.0 - pole**3, 1.5 * rest**2 * (1.0 + pole) / period, inertia * rest**3 / period**2

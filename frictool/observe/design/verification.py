@@ -65,7 +65,7 @@ class ObserverVerification:
 
 
 def motion_samples(growth: float, decay: float) -> float | None:
-    """Return the number of samples in which e' P e falls by the factor `growth`.
+    """Return the number of samples in which the Lyapunov function e' P e falls by `growth`.
 
     `decay`: decay factor lambda. The result is None if lambda is 1.
     """
@@ -217,7 +217,7 @@ def _adjoint(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], z: M
 
 
 def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) -> None:
-    """Raise NoSolutionError if a sample multiplies e' P e by more than decay^2.
+    """Raise NoSolutionError if a sample multiplies the Lyapunov function by more than decay^2.
 
     The sequences start from a random error.
     """

@@ -4,8 +4,8 @@ Let e be the innovation b - A m of a move, with covariance S = r A + A P A (A, b
 filter_bank.py). Let h = A[:, w] be the effect of a unit step of parameter w on e. The
 maximum-likelihood step is delta = h'S^-1 e / h'S^-1 h. Without a change, delta is normal with the
 standard deviation (h'S^-1 h)^-1/2, because the innovations are white. To detect a drift that no
-single move shows, numerators and denominators of successive moves are summed: for each m in
-MEMORIES, a move that is j moves old has the weight m^j.
+single move shows, numerators and denominators of successive moves are summed: for each q in
+MEMORIES, a move that is j moves old has the weight q^j.
 
 A change of one parameter resembles changes of others. Therefore only the most likely change is
 reported. The log prior of a change of the wear exceeds the log prior of other changes by FAVOUR.
