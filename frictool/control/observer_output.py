@@ -1,6 +1,6 @@
 """Estimates of an observer at a sample, common to all observers.
 
-The stand-alone program and the controller read the same record.
+An observer that runs alone and an observer in a controller use the same record.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Variants of a simulated axis: nominal, vertices of the ranges, random, or with provided values.
 
 The ranges of inertia, viscous friction, Coulomb friction and constant are the ranges that `synth`
-uses (`ranges` of adapters/parameter_intervals.py). A vertex has one end of each range. In a random
-plant, each of the four parameters is drawn uniformly from its range, independently of the others.
-For one seed, plant number i is the same for any number of plants. adapters/friction_levels.py
-applies the four values to models with further friction parameters.
+uses (`ranges` of adapters/parameter_intervals.py). At a vertex, each of these four parameters is at
+one end of its range. In a random plant, each parameter is drawn uniformly from its range,
+independently of the others. For one seed, plant number i is the same for any number of plants.
+adapters/friction_levels.py applies the four values to models with further friction parameters.
 """
 
 from __future__ import annotations

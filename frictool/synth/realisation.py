@@ -3,8 +3,8 @@
 The realisations are a balanced state space, its inverse Tustin transform, and sections.
 
 An exact integrator (pole at z = 1) is a separate state with the coefficient 1, which rounding does
-not change. If the zeros allow, it is also a separate section. The remaining controller is stable
-and balanced, so that rounded coefficients change it little.
+not change. If the zeros allow, the integrator is also a separate section. The remaining controller
+is stable and balanced, so that rounded coefficients change it little.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ constant, the drive remains released, and only a disturbance above the smallest 
 axis again. No limit cycle contains such a state.
 
 The hypotheses of propositions 5.2.1 (limiter) and 5.2.2 (square-root law) are checked numerically.
-Each number is increased or decreased by the fraction ROUNDED to the safe side, which exceeds the
-rounding errors of the terms.
+Each number is increased or decreased to the safe side by the fraction ROUNDED, more than all
+rounding errors.
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@ best of them. Each requirement must be met with a reserve, a distance to the lim
 the missing part of this distance. The objective is the largest shortfall of all requirements. A
 candidate is played on few plants first, and on all plants if it is promising; the plant with the
 worst result is then added to the few plants. The search ends with the first candidate that passes
-the whole test with the reserve, passes on other plants without the reserve, and is verified. If
-there is none, the search continues without the reserve from the best candidates. The values of a
-candidate are the worst of all tests in which it was played.
+the whole test with the reserve, passes on other plants without the reserve, and is verified. If no
+candidate does so, the search continues without the reserve from the best candidates. The values of
+a candidate are the worst of all tests in which it was played.
 """
 
 from __future__ import annotations
