@@ -135,10 +135,10 @@ def play_one_ramp(
     """Advance `state` (7,), in place, through one ramp of the drive [A | V] in a direction (1, -1).
 
     The drive is 0 for `pause` samples and then rises by `slope` per second up to `top`. The ramp
-    ends after `samples` samples. If `advance_on` [rad | m] is finite, the ramp ends once the axis
-    has moved by `advance_on` or passed the position `turn`. extremes (3,): lowest position, highest
-    position and largest speed so far, updated. Returns True if the axis ends beyond `turn`, and a
-    status of engine/status_codes.py.
+    ends after `samples` samples. If `advance_on` [rad | m] is finite, the ramp ends earlier if the
+    axis has moved by `advance_on` or passed the position `turn`. extremes (3,): lowest position,
+    highest position and largest speed so far, updated. Returns True if the axis ends beyond `turn`,
+    and a status of engine/status_codes.py.
     """
     start = state[POSITION]
     is_beyond = False

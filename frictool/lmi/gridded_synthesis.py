@@ -50,8 +50,8 @@ FINER = (
     8,
     4,
 )  # intervals of the finer grid per interval of the first, for 0, 1, 2, 3 and more parameters
-# exponent of the recentring for the gamma at which the finer grid is evaluated, which leaves a
-# reserve between its points
+# the finer grid is evaluated at recentring to this power times the smallest gamma; this leaves a
+# reserve between the points
 INSIDE = 0.75
 
 

@@ -12,7 +12,7 @@ from frictool.errors import NoSolutionError
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.typing import Vector
 
-POINTS = 241  # even positions over the travel; the points of every curve are added
+POINTS = 241  # equidistant positions over the travel; the points of every curve are added
 
 
 def travel_of(mechanism: Mechanism) -> tuple[float, float]:

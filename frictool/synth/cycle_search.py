@@ -19,7 +19,7 @@ from frictool.engine.status_codes import OK
 from frictool.metrics.limit_cycle import limit_cycle
 from frictool.plant.axis import rest
 
-HELD = 300_000  # samples: at 1 ms, eight periods of the slowest cycle in table 5.1
+HELD = 300_000  # samples after the step: at 1 ms, eight periods of the slowest cycle (table 5.1)
 STEP = 0.25  # length of the step, relative to the travel
 ROTARY_STEP, LINEAR_STEP = 10.0, 0.1  # step [rad], [m] on a bench that states no travel
 

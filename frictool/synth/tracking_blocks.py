@@ -90,7 +90,7 @@ def stored_profile(
 def _least_acceleration(
     model: Model, speed: float, share: float, drive_peak: float
 ) -> tuple[float, str, str]:
-    """Return the smallest acceleration of all vertices at `speed`, its unit, and a text on it.
+    """Return the smallest acceleration of all vertices at `speed`, its unit, and an explanation.
 
     The drive has the fraction `share` of its limit.
     """

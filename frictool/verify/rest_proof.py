@@ -155,6 +155,7 @@ def _count_pulse(controller: Controller, limiter: Limiter, effort: float) -> flo
     speed = controller.bench.encoder.resolution / period
     if velocity.bandwidth_rad_s > 0.0:
         _, gain = first_order(velocity.bandwidth_rad_s, period)
-        # a stage answers a pulse by at most 2 gain, and any signal by at most its sum of magnitudes
+        # the first stage multiplies a pulse by at most 2 gain, the second any signal by at most
+        # max(1, 2 gain)
         speed *= 2.0 * gain * (max(1.0, 2.0 * gain) if velocity.order == 2 else 1.0)
     return effort * min(1.0, speed / limiter.virtual_speed) * (1.0 + ROUNDED)
