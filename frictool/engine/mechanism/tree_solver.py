@@ -103,9 +103,9 @@ def _spread_ratios(tree: JointTree) -> None:
 def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]:
     """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
-    A self-locking joint holds its driving end only under load. If the load changes its sign, or a
-    run begins without load, any effort makes the driving end slip. The driving end stops again if
-    it then drives the load. `leaves` is True if the driving end can keep moving instead.
+    Without load, a self-locking joint cannot hold its driving end, which slips under any effort.
+    The slip stops at once if the driving end then drives the load. leaves: True if there is a
+    motion that continues; direction, acceleration: its direction, and the acceleration of the root.
     """
     k, p, _, members, _, w = tree
     if stays_loaded(tree, 0.0):
