@@ -49,7 +49,6 @@ class FrictoolError(Exception):
 
 
 def _rebuilt(kind: type[FrictoolError], arguments: tuple[Any, ...]) -> FrictoolError:
-    """Return an error with these `args`, without calling its constructor."""
     return kind.__new__(kind, *arguments)
 
 

@@ -171,7 +171,6 @@ class _Composition:
         return program.constant(1.0 / self.period, "rate") * (self.tracked - before)
 
     def _inputs(self) -> dict[str, ProgramNode]:
-        """Return the inputs that the caller passes at every sample, by name."""
         inputs = {
             name: self.program.input(name, self.low, self.high)
             for name in ("reference", "position")
@@ -182,7 +181,6 @@ class _Composition:
         return inputs
 
     def _observe(self) -> None:
-        """Write the observer's update from the drive commanded at this sample."""
         if self.move is not None:
             assert self.program.output is not None
             document = self.document
@@ -335,7 +333,6 @@ class _Composition:
     def _modelled_friction(
         self, settings: FrictionCompensation, speed: ProgramNode, position: ProgramNode
     ) -> ProgramNode:
-        """Return the drive that balances the model's friction at a speed and a position."""
         program = self.program
         constant = self.document.bench.actuator.constant.value
 

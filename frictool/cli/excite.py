@@ -190,7 +190,6 @@ def command(
 
 
 def _check_options(kind: str, options: dict[str, Any]) -> None:
-    """Raise UsageError if an option belongs to another kind, or if options are contradictory."""
     for name, value in options.items():
         if value is not None and name not in KINDS[kind][1]:
             kinds = ", ".join(one for one, (_, settings) in KINDS.items() if name in settings)

@@ -106,7 +106,6 @@ def _missed(wanted: dict[str, float], promised: dict[str, float], bench: Any) ->
 
 
 def _check(run: PreciseRun) -> None:
-    """Raise UsageError if an option belongs to --kind, or if a file is missing or superfluous."""
     for name, value in run.options.items():
         if value is not None and name not in SETTINGS:
             raise click.UsageError(f"--{name.replace('_', '-')} belongs to --kind, not to --for.")

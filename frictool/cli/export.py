@@ -193,7 +193,6 @@ def _refuse_same(output: Path, into: Path) -> None:
 
 
 def _change(path: Path, content: str | bytes, inputs: list[Path]) -> None:
-    """Replace the content of a file completely or not at all; its permissions stay."""
     assert isinstance(content, bytes)
     mode = path.stat().st_mode
     with replacing(path, inputs) as stream:

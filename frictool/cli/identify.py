@@ -368,7 +368,6 @@ def _show(
 
 
 def _check_options(method: str, values: dict[str, Any]) -> None:
-    """Raise UsageError for an option of another method, or an even number that must be odd."""
     for option in OPTIONS:
         value = values[option.name]
         if value is not None and option.name not in METHODS[method].reads:

@@ -160,7 +160,6 @@ def _terminated_as_interrupted() -> Iterator[None]:
 
 
 def _run(debug: bool) -> None:
-    """Run the group; turn every expected failure into one line and an exit code."""
     try:
         group(prog_name="frictool", standalone_mode=True)
         sys.stdout.flush()

@@ -177,7 +177,6 @@ def command(
 
 
 def _single(request: ObserveRequest, log: Path) -> int:
-    """Observe one log, save and print the results, and return the exit code."""
     from frictool.cli.progress import progress
     from frictool.cli.standard_input import stdin_as_file
     from frictool.documents.provenance import provenance_of_command

@@ -160,7 +160,6 @@ class ReduceCommand:
 
 
 def _show_unfinished(stopped: ReductionStopped, line: ReduceCommand) -> None:
-    """Print the completed steps, and save the mechanism of the last one for --reduced."""
     from frictool.documents.writing import to_yaml
     from frictool.reduce.text_view import unfinished
 

@@ -132,7 +132,6 @@ def old_kernel_folders() -> list[OldKernelFolder]:
 
 
 def _is_current(state: Path, sources: Sources) -> bool:
-    """Return True if the folder `state` belongs to the present sources of its module."""
     module = f"{PACKAGE.name}.{kernel_folders.module_of(state)}"
     try:
         return sources.holds(module) and state.name.endswith(f"-{sources.state([module]).digest}")

@@ -37,7 +37,6 @@ def examine() -> list[InstallationFinding]:
 
 
 def _tried(name: str, check: Callable[[], InstallationFinding]) -> InstallationFinding:
-    """Run a check; an exception of any type becomes a finding."""
     try:
         return check()
     except Exception as error:

@@ -42,8 +42,6 @@ class Compilation:
 
 
 class _Count(event.Listener):
-    """Counter of compiled kernels."""
-
     def __init__(self) -> None:
         self.count = 0
 

@@ -152,7 +152,6 @@ class DocumentReader(QuantityReader):
         )
 
     def _refuse_mechanism(self, node: yaml.Node, kind: type[msgspec.Struct], key: str) -> None:
-        """Raise an error for a mechanism and name the command that makes the expected document."""
         tried = OF_A_MECHANISM.get(kind.__name__)
         if tried is not None and isinstance(node, yaml.ScalarNode) and node.value == "mechanism/1":
             self.fail(

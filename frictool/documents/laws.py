@@ -116,7 +116,6 @@ class FrictionOverPosition(
 
 
 def _mean(coefficients: tuple[float, ...], low: float, high: float) -> float:
-    """Return the mean of a polynomial over [low, high]; NaN if it overflows."""
     try:
         return fsum(
             b * (high**power - low**power) / power for power, b in enumerate(coefficients, start=1)

@@ -110,7 +110,6 @@ class QuantityReader(NodeReader):
     def _in_range(
         self, pairs: Pairs, numbers: dict[str, float], unit: str, extra: dict[str, Any], key: str
     ) -> None:
-        """Raise DocumentError unless all numbers are admissible and low <= value <= high."""
         minimum = extra.get("minimum")
         exclusive = bool(extra.get("exclusive"))
         for name, number in numbers.items():

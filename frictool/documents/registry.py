@@ -86,7 +86,6 @@ def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
 
 
 def _kind(node: yaml.Node, path: Path) -> type[msgspec.Struct]:
-    """Return the type of document that the key `format` names."""
     for key, value in node.value if isinstance(node, yaml.MappingNode) else []:
         if key.value == "format":
             document_kind = DOCUMENTS.get(str(value.value).partition("/")[0])

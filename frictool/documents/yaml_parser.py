@@ -79,7 +79,6 @@ class _PlainLoader(_BoundedComposer, Loader):
 
 
 def _fast_loader() -> type[Any]:
-    """Return the loader with libyaml's parser, or PyYAML's if libyaml is absent."""
     if CParser is None:
         return _PlainLoader
 

@@ -347,7 +347,6 @@ def _bounds(phase: _Phase, step: float) -> _Bounds:
 
 
 def _least(speed: RoundedInterval) -> float:
-    """Return the least absolute value of an interval."""
     return 0.0 if speed.low <= 0.0 <= speed.high else min(abs(speed.low), abs(speed.high))
 
 

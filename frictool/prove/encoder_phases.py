@@ -162,7 +162,6 @@ def _followed(loop: LoopOfPlant, branch: _Branch, stack: list[_Branch]) -> Phase
 
 
 def _copy(branch: _Branch, **changes: Any) -> _Branch:
-    """Return a copy with its own controller and arrays, and with the fields in `changes`."""
     return replace(
         branch,
         machine=copy_program(branch.machine),
@@ -263,7 +262,6 @@ def _after_rest(loop: LoopOfPlant, branch: _Branch, first: int, last: int) -> Ax
 
 
 def _check_travel(loop: LoopOfPlant, branch: _Branch) -> None:
-    """Raise Ambiguous if the axis may meet an end stop before the next sample."""
     state, p = branch.state, loop.plant
     most = (p.constant * point(p.drive_limit)).high + p.offset.magnitude
     reach = (state.speed.magnitude + most / p.inertia.low * loop.plant.period) * loop.plant.period

@@ -245,7 +245,6 @@ def _judged(
     runs: list[PhaseRun],
     claim: ProvedRequirement,
 ) -> ProvedRequirement:
-    """Return the outcome of a claim for one plant: proved, refuted or undecided."""
     key, bound = claim.key, claim.limit
     metric = METRICS[key]
     values = [

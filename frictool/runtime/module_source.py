@@ -79,7 +79,6 @@ def _imports(node: ast.Import | ast.ImportFrom) -> list[Import]:
 
 
 def _bound(tree: ast.Module) -> set[str]:
-    """Return the names that a module binds on its first level."""
     names = set()
     for node in tree.body:
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
@@ -112,7 +111,6 @@ def _table(tree: ast.Module) -> dict[str, str]:
 
 
 def _strip(tree: ast.Module) -> None:
-    """Remove docstrings and other statements that are only a string."""
     node: Any
     for node in ast.walk(tree):
         body = getattr(node, "body", None)

@@ -215,7 +215,6 @@ def _nobody(address: str) -> str:
 
 
 def _words(reason: str) -> str:
-    """Return a reason of OpenSSL, such as KEY_VALUES_MISMATCH, as words."""
     return re.sub(
         r" *\(_ssl\.c:\d+\)", "", reason.replace("_", " ").lower() if reason.isupper() else reason
     )

@@ -49,8 +49,6 @@ class FilesMissing:
 
 @dataclass(frozen=True)
 class _RemoteFunction(Generic[Job, Result]):
-    """Function that runs on a worker, with the files at their paths or with copies."""
-
     function: Callable[[Paths, Job], Result]
 
     def __call__(self, job: tuple[tuple[FileDescription, ...], Job]) -> Result | FilesMissing:
@@ -65,8 +63,6 @@ class _RemoteFunction(Generic[Job, Result]):
 
 @dataclass(frozen=True)
 class _LocalFunction(Generic[Job, Result]):
-    """Function that runs on this machine, with the files at their paths."""
-
     function: Callable[[Paths, Job], Result]
 
     def __call__(self, job: tuple[Paths, Job]) -> Result:

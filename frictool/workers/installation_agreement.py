@@ -57,7 +57,6 @@ def _version(name: str) -> str:
 
 
 def _sources() -> str:
-    """Return a digest of every source of the package."""
     package = Path(__file__).parent.parent
     seen = hashlib.sha256()
     for folder, folders, files in os.walk(package):

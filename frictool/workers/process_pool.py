@@ -215,7 +215,6 @@ class ProcessPool:
 
 
 def _end(members: list[WorkerProcess]) -> None:
-    """End the processes: close the pipes of idle processes, terminate busy processes."""
     for one in members:
         if one.pending is not None or not one.ready:
             one.process.terminate()
