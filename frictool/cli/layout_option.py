@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
 OPTION = "--layout"
-_ADVICE = re.compile(r"(?:write )?layout\.\w.*? in the bench")  # to write a key of a bench's layout
+# advice to write a key of the bench's layout
+_ADVICE = re.compile(r"(?:write )?layout\.\w.*? in the bench")
 _KEY = re.compile(r"layout\.(\w+)(?:: ([\w-]+))?")  # key, and value if the advice contains it
 
 layout_option = click.option(

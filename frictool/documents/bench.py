@@ -36,8 +36,7 @@ SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0
 # standard deviation of the measured drive relative to its limit, if nothing states it
 DRIVE_NOISE_SHARE = 0.002
 OPEN = "?"  # marks a column or unit that the user must fill in
-# counts in one period of a wrapping position, at least: a motion of one count per sample must be
-# shorter than half of the period
+# counts, shortest period of a wrapping position: one count must be less than half of the period
 FEWEST_COUNTS = 4
 SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERIOD)]
 Budget = Annotated[int, msgspec.Meta(ge=1)]

@@ -58,7 +58,7 @@ class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Weights of the generalised plant whose norm is bounded.
+    """Weights of the generalised plant whose norm is bounded (docs/theory/plants.md).
 
     - `error`: Error weight W2.
     - `disturbance`: Disturbance weight W1.

@@ -179,7 +179,7 @@ class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `start`: Range of the position at rest at the beginning.
     - `within_count`: True to draw the start position within one encoder count, because the encoder
       does not show it.
-    - `wear`: Factor on all dry friction.
+    - `wear`: Range of the factor on all dry friction.
     - `temperature`: Temperature of a trial, with the factors for cold and hot.
     - `sensor_faults`: Sensor faults of every trial, in addition to those of the scenario.
     - `disturbances`: Efforts of every trial, in addition to those of the scenario.

@@ -27,7 +27,9 @@ class NoiseFilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Weights of the generalised plant; absent ones follow from specification and bench.
+    """Weights of the generalised plant (docs/theory/plants.md).
+
+    Absent weights follow from the specification and the bench.
 
     - `bandwidth_rad_s`: Bandwidth of the error weight W2.
     - `disturbance`: Disturbance weight W1.
