@@ -419,8 +419,8 @@ def _series(phase: _Phase, step: float) -> tuple[RoundedInterval, RoundedInterva
 def _tail(size: float, beta: float, step: float) -> float:
     """Return a bound of the sum of all terms of `_series` after the first TERMS.
 
-    Term k is at most size step (beta step)^(k-1)/k!, and beta step <= STEEPEST. The sum is below
-    twice its first term.
+    Term k is at most size step (beta step)^(k-1)/k! with a bound `size` of the acceleration and the
+    largest rate `beta` [1/s]; beta step <= STEEPEST. The sum is below twice its first term.
     """
     x = beta * step * (1.0 + SLACK)
     first = size * step * x**TERMS / math.factorial(TERMS + 1)

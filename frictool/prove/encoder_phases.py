@@ -65,10 +65,10 @@ class LoopOfPlant:
 
 @dataclass(frozen=True)
 class PhaseRun:
-    """Runs from the starts [low, high], with the same reading and command at every sample.
+    """Runs from the starts [low, high] [rad | m], with equal readings and commands at every sample.
 
-    - position: readings of the encoder, (n,)
-    - command: commands of the controller, (n,)
+    - position: readings of the encoder, (n,), rad | m
+    - command: commands of the controller, (n,), A | V
     - rests: True if the axis is at rest at the end
     - reason: reason why nothing is proved for these starts; empty if the runs are proved. With a
       reason, `position` and `command` end before the undecided sample

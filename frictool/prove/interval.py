@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import inf, nextafter
 
 
-@dataclass(slots=True, unsafe_hash=True)  # a frozen one takes twice the time to make
+@dataclass(slots=True, unsafe_hash=True)  # frozen intervals take twice the time to make
 class RoundedInterval:
     """Closed interval [low, high] of real numbers (immutable)."""
 

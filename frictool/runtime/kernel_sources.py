@@ -37,7 +37,7 @@ STORAGE = frozenset(  # modules that store machine code but generate none
 )
 INSTALLED = {"site-packages", "dist-packages"}
 MEMO = f"sources-{ANALYSIS}.json"
-# largest number of sources in the memo; beyond it those unused by this process are dropped
+# largest number of sources in the memo; if there are more, those unused by this process are dropped
 MOST = 2000
 _START = time.time()
 
