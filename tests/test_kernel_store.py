@@ -47,6 +47,8 @@ RIG = {
     "return 0.5 * v\n",
 }
 
+COMPILING_PARTS = ("numba.np.arraymath", "numba.core.typing.cffi_utils")
+
 
 @pytest.fixture
 def rig(tmp_path: Path) -> Path:
@@ -57,7 +59,7 @@ def rig(tmp_path: Path) -> Path:
     return tmp_path / "rig"
 
 
-def compiled(rig: Path) -> list[str]:
+def compiled(rig: Path, program: str = PROGRAM) -> list[str]:
     """Run the kernels in a new process; the names of those that it compiles, and their values."""
     environment = {
         **os.environ,
@@ -65,7 +67,7 @@ def compiled(rig: Path) -> list[str]:
         "PYTHONPATH": f"{rig.parent}{os.pathsep}{PACKAGE.parent}",
     }
     # -B: Python takes stale bytecode for an edit within a second that keeps the length of the file
-    words = [sys.executable, "-B", "-c", PROGRAM]
+    words = [sys.executable, "-B", "-c", program]
     done = subprocess.run(words, capture_output=True, text=True, env=environment, check=True)
     return done.stdout.split()
 
@@ -97,6 +99,12 @@ def test_an_edit_compiles_the_kernels_that_depend_on_it(rig: Path) -> None:
     assert compiled(rig) == ["half", "24.0", "6.0"]
     replace(rig / "limits.py", "LIMIT = 2.0", "LIMIT = 4.0")
     assert compiled(rig) == ["power", "half", "48.0", "12.0"]
+
+
+def test_stored_kernels_run_without_the_parts_of_numba_that_compile(rig: Path) -> None:
+    program = f"{PROGRAM}print([name for name in {COMPILING_PARTS} if name in sys.modules])"
+    assert compiled(rig, program)[-2:] == [f"['{COMPILING_PARTS[0]}',", f"'{COMPILING_PARTS[1]}']"]
+    assert compiled(rig, program) == ["18.0", "1.5", "[]"]
 
 
 def test_a_checkout_finds_the_kernels_of_another(

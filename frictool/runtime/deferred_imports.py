@@ -5,6 +5,7 @@ This module is imported before the first kernel is called.
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import sys
 
@@ -15,8 +16,9 @@ BLAS = "scipy.linalg.cython_blas"
 UNUSED = ("f2py", "testing")
 
 
+@functools.cache
 def import_array_functions() -> None:
-    """Import numba's functions of arrays without scipy.linalg.
+    """Import numba's functions of arrays, which compilation needs, without scipy.linalg.
 
     For numpy.cov, which no kernel uses, numba tries to import scipy's BLAS. This function hides the
     BLAS during that import. For other functions of linear algebra, numba imports the BLAS later.

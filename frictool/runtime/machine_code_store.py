@@ -22,9 +22,11 @@ from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
+import numba.experimental.function_type  # noqa: F401  # lets kernels take kernels as arguments
 from numba.core import types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.dispatcher import Dispatcher
+from numba.core.runtime.nrt import rtsys
 
 from frictool.runtime import notifications
 from frictool.runtime.deferred_imports import defer_parts_of_numpy, import_array_functions
@@ -37,7 +39,6 @@ except ImportError:  # Windows, on which two processes may compile the same kern
     fcntl = None  # type: ignore[assignment]  # Windows has none
 
 defer_parts_of_numpy()
-import_array_functions()
 # lock file; one byte of it is locked for each kernel that is being compiled
 COMPILING = "compiling"
 PATIENCE_S = 300.0  # s, longest wait for another process that compiles the same kernel
@@ -87,7 +88,14 @@ class KernelStore(FunctionCache):
 
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Return the stored code; None if this process must compile it, while others wait."""
-        context.refresh()
+        rtsys.initialize(context)  # all that stored code needs of numba's context
+        overload = self._stored(signature, context)
+        if overload is None:
+            import_array_functions()
+        return overload
+
+    def _stored(self, signature: Any, context: Any) -> Any:
+        """Return the stored code; None, with the lock, if this process must compile it."""
         if not self._place(signature):
             return None
         overload = self._load(signature, context)
