@@ -1,4 +1,4 @@
-"""Export of a controller as C source with golden vectors, and as coefficients for other tools."""
+"""Export of controllers as code and coefficients, and of models to simulators and drives."""
 
 from typing import TYPE_CHECKING
 

@@ -120,7 +120,7 @@ class RawTable(Protocol):
 
 
 class DerivedTable:
-    """Table (a RawTable) that is made from `table`; a subclass defines `blocks`.
+    """Table (implements RawTable) that is made from `table`; a subclass defines `blocks`.
 
     names, units: columns and units of `table`; a subclass may add columns.
     """

@@ -84,7 +84,7 @@ class ColumnReader:
 
 @dataclass
 class ArrayTable:
-    """Columns of one file (a RawTable).
+    """Columns of one file (implements RawTable).
 
     others: name -> description of each variable that is not a column.
     damage: description of damage outside the columns; None if there is none.

@@ -22,7 +22,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class MemoryTable:
-    """Columns in memory (a RawTable).
+    """Columns in memory (implements RawTable).
 
     columns: name -> (n,) numbers.
     units: name -> unit in the file, or None.

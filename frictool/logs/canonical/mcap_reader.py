@@ -70,7 +70,7 @@ def open_mcap(
 
 @dataclass
 class CanonicalStream:
-    """One stream of a checked canonical log (a StreamSource).
+    """One stream of a checked canonical log (implements StreamSource).
 
     number: channel number.
     chunks: byte offsets of the chunks with samples of the stream.

@@ -66,7 +66,7 @@ class ChannelSource(NamedTuple):
 
 
 class ChannelMapper:
-    """Mapping of a table's columns to one stream (a StreamSource).
+    """Mapping of a table's columns to one stream (implements StreamSource).
 
     table: the table.
     bench: bench with the `columns` to map.

@@ -83,7 +83,7 @@ def _scan(
 
     dates: order of the parts of a stamp's date; NO_STAMP for a number.
 
-    plain: False if the cell is anything else than a number or a stamp.
+    plain: True if the whole cell is a number or a stamp.
     """
     value = 0.0
     stamp = 0

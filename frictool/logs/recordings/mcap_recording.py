@@ -119,7 +119,7 @@ class _McapPass:
 
 
 class McapRecording:
-    """MCAP recording (a RecordingFile)."""
+    """MCAP recording (implements RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
         """Open the file and read its topics; raise LogError if the file cannot be read."""

@@ -135,7 +135,7 @@ class RecordingFile(Protocol):
 
 
 class TopicTable:
-    """Table of the numbers of one topic (a RawTable).
+    """Table of the numbers of one topic (implements RawTable).
 
     clock: path of the stamp that gives the times of the rows, or `log time`.
     """

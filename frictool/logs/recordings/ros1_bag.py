@@ -45,7 +45,7 @@ class BagLoss:
 
 
 class BagRecording:
-    """ROS 1 bag (a RecordingFile)."""
+    """ROS 1 bag (implements RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
         """Open the file and read its topics; raise LogError if the file cannot be read."""

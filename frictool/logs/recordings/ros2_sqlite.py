@@ -25,7 +25,7 @@ AT_ONCE_ROWS = 4096  # rows of a batch
 
 
 class Db3Recording:
-    """ROS 2 bag in an SQLite file (a RecordingFile)."""
+    """ROS 2 bag in an SQLite file (implements RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
         """Open the file and read its topics; raise LogError if it is unreadable or not a bag."""

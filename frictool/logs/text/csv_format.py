@@ -51,7 +51,7 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[CsvTable, ...]:
 
 
 class CsvTable:
-    """Table of the rows of a text file (a RawTable).
+    """Table of the rows of a text file (implements RawTable).
 
     description: description of the detected layout.
     """

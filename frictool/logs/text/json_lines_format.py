@@ -62,7 +62,7 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
 
 
 class JsonLinesTable:
-    """Table of the objects in a file of JSON lines (a RawTable)."""
+    """Table of the objects in a file of JSON lines (implements RawTable)."""
 
     def __init__(self, path: Path) -> None:
         self.source = str(path)
