@@ -188,8 +188,8 @@ class _Search:
 def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
     """Return the name and the blocks that every candidate has, by key of a design.
 
-    They come from `wishes`. If the specification limits the tracking error, a profile and its
-    feedforward are added.
+    Name and blocks are those of `wishes`. If the specification limits the tracking error, a profile
+    and its feedforward are added.
     """
     kept: dict[str, object] = {}
     if wishes is not None:

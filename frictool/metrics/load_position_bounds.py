@@ -1,8 +1,8 @@
 """Bounds of the load's position behind a backlash, computed from the motor's position.
 
 |motor - load| <= backlash/2, and the load stays at rest while the backlash is open (thesis 4.45).
-The load position is therefore the play operator of the motor position. It increases with the motor
-position and with the initial position in the backlash, which is unknown. The lowest values of motor
+The load position is therefore the play operator of the motor position. The result increases with
+the motor position and with the unknown initial position in the backlash. The lowest values of motor
 position and initial position give the lower bound, the highest values the upper bound. After a
 stroke longer than the backlash, the distance between the bounds depends only on the sensor's step
 and the interval of the backlash.

@@ -42,7 +42,9 @@ TEXT = 100  # maximum characters of a library's message
 
 @dataclass(kw_only=True)
 class LibraryTable:
-    """Table of a file that a library has opened (implements RawTable); each subclass defines `blocks`.
+    """Table of a file that a library has opened (implements RawTable).
+
+    A subclass defines `blocks`.
 
     columns: name -> column, an object that the subclass can read.
     others: name -> description of each item that is no column of numbers.

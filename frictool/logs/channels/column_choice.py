@@ -249,7 +249,7 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
 
 
 def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
-    """Return whether a column may be a position command; its name means a command."""
+    """Return whether a column whose name means a command may be a position command."""
     neutral = all(is_command(w) or w in NEUTRAL or w in UNITS for w in words(one.name))
     return neutral and (one.unit is None or names_motion(one.unit, axis))
 
