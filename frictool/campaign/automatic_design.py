@@ -4,8 +4,8 @@
 
 A family is a set of candidate controllers with one structure. The families are searched in the
 order of simplicity, until a candidate meets the specification. If the best candidate of a family
-violates the specification only slightly, the family is searched again: first for a longer response
-time, then, from the resulting design, for the specified response time.
+violates the specification only slightly, the family is searched again for a longer response time.
+From the resulting design, a last search looks for the specified response time.
 """
 
 from __future__ import annotations

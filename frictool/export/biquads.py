@@ -10,7 +10,7 @@ The functions are arm_biquad_cascade_df1_f32, _q31 and _q15:
     q15    acc = the same sum in the format 34.30, y = acc >> (15 - postShift); y saturates
 
 In fixed point each coefficient is multiplied by 2^-postShift before it is stored. The signals are
-scaled with the sum of the absolute impulse response, so that input and output of each stage stay
+scaled with the sum of the absolute impulse response. Therefore input and output of each stage stay
 within a quarter of the range, and no stage overflows for any input. `input_scale` and
 `output_scale` are the input and the output at full range. Shifts round down, which adds a bias of
 at most one count per stage. The bias passes through 1/A of the stage, with A = 1 + a1/z + a2/z^2,

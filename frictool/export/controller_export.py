@@ -168,9 +168,7 @@ def export_controller(
 ) -> ExportResult:
     """Export a controller that was read from the document `origin`, as `export` does.
 
-    Raises NoSolutionError if the document is inconsistent, if the rounded loop cannot be verified,
-    if the format cannot represent the controller, or if the code exceeds the budget of the bench's
-    `target`.
+    Also raises NoSolutionError if the document is inconsistent.
     """
     recheck(controller)
     try:

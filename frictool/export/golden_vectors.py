@@ -4,8 +4,8 @@ The sequence is generated from a seed while the controller runs. The sequence de
 controller document and the number format only. The position roughly imitates an axis in closed
 loop: the position follows the filtered reference with a lag, and is quantised by the encoder. A
 phase that waits for rest, release or the drive's limit ends after a bounded number of samples. At
-the end inputs become invalid: several times for as long as the controller holds the last valid
-input, and once for one sample longer, which sets the fault.
+the end inputs become invalid, several times for as long as the controller holds the last valid
+input. Then inputs become invalid for one sample longer, which sets the fault.
 
 The program in double gets the same inputs. The difference of the two drives is the effect of the
 format's rounding.

@@ -57,8 +57,8 @@ def rounded_loop(
 
     `biquads`: linear controller with the biquads' coefficients and without anti-windup; it replaces
     the linear controller of `controller`. Raises NoSolutionError (exit 4) if the loop or the
-    rounded anti-windup is unstable, if the modulus margin is below the specified margin, or if the
-    norm is above the stored norm. The message states vertex and value.
+    anti-windup is unstable, the modulus margin is too small or the norm is above the stored norm.
+    The message states vertex and value.
     """
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer, coefficient_rounder(number))

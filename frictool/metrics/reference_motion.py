@@ -20,8 +20,8 @@ def changed_samples(reference: Vector) -> IntVector:
 def find_motions(reference: Vector) -> tuple[tuple[int, int], ...]:
     """Return the motions of `reference` (n,) in order of time.
 
-    Each motion is (start, stop): `start` is the last sample before the motion, `stop` the first
-    sample at which the reference is at rest again, or n - 1 if the record ends during the motion.
+    Each motion is (start, stop). `start` is the last sample before the motion. `stop` is the first
+    sample at which the reference is at rest again; n - 1 if the record ends during the motion.
     """
     changes = changed_samples(reference)
     if not changes.size:

@@ -30,9 +30,9 @@ def settling_after_profile(
     Returns
     -------
     float or str
-        Time from the end of a motion to the first sample from which the error stays within the band
-        until the reference changes again; infinite if the error is outside the band when the
-        reference changes again. A reason as text if no motion is followed by a rest of 20 samples.
+        Settling time: from the end of a motion to the last entry of the error into the band before
+        the next motion. It is infinite if the error is outside the band when the next motion
+        begins. If no motion is followed by a rest of 20 samples, the result is a reason as text.
     """
     changes = np.append(changed_samples(tracked), tracked.size - 1)
     band = max(settling_band, resolution) * (1.0 + 1e-9)

@@ -44,9 +44,9 @@ def _with_worst(verdict: Verdict) -> JudgedStreams:
 def select_streams(verdict: Verdict) -> JudgedStreams:
     """Return the streams that a page shows, at most forty, in the order of the evidence.
 
-    Of more than forty streams, the page shows the nominal ones, the worst one of each requirement,
-    failing ones, and then others at equal distances in the list. The worst stream is marked. The
-    verdict and `--json` always include all streams.
+    If there are more than forty, the page shows the nominal streams, the worst stream of each
+    requirement and failing streams first. Further streams are chosen at equal distances in the
+    list. The worst stream is marked. The verdict and `--json` always include all streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

@@ -34,9 +34,9 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
     A measured effort stays unchanged. Warnings about the log and about a changed constant are added
     to `log.warnings`.
 
-    Raises LogError if a unit belongs to the other kind of axis, if the position wraps, or if the
-    sample periods of log and bench differ by more than a factor of 30 (with `same_period`: by more
-    than 20 %).
+    Raises LogError if a unit belongs to the other kind of axis, or if the position wraps. Also
+    raises LogError if the sample periods of log and bench differ by more than a factor of 30; with
+    `same_period` by more than 20 %.
     """
     stream = log.main
     _check_units(log, stream, bench)

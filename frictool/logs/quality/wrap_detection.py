@@ -14,9 +14,9 @@ a whole number b. A wrap is certain in these cases:
                       three times; on a slow axis twice is enough, or once if all jumps lead from
                       one end of the range [-P/2, P/2] to the other
 
-Noise may hide the motion. A wrap is then certain under three conditions: the period is natural, the
-drive cannot move the axis by the jump in one sample, and at least three jumps connect the two ends
-of the range [0, P] or [-P/2, P/2].
+Noise may hide the motion. A wrap is then certain if three conditions are met. The period is
+natural. The drive cannot move the axis by the jump in one sample. At least three jumps connect the
+ends of the range [0, P] or [-P/2, P/2].
 
 An axis is slow if it moves by less than P/100 in the steps before and after the jump.
 """

@@ -5,10 +5,10 @@ it. Therefore one message is parsed field by field. All messages of the same siz
 lengths at the same offsets (`MessageLayout.guards`) have the same layout, and their numbers are
 extracted together.
 
-In CDR, the first 4 bytes give the byte order. The offset of a number, counted from the end of these
-4 bytes, is a multiple of the number's size (in version 2: of at most 4 bytes). The length of a
-text, with the closing NUL, precedes the text. The length of a sequence precedes the sequence. A
-fixed array is stored without its length.
+In CDR, the first 4 bytes give the byte order; offsets are counted from their end. The offset of a
+number is a multiple of the number's size, in version 2 of at most 4 bytes. The length of a text,
+with the closing NUL, precedes the text. The length of a sequence precedes the sequence. A fixed
+array is stored without its length.
 
 In ROS 1, numbers are little-endian and not aligned, and texts have no closing NUL.
 """
