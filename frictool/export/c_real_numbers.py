@@ -124,7 +124,7 @@ class RealNumbers:
     def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
         """Return `text`, the expression of `node`, as an operand of the expression of `within`.
 
-        The expression is in brackets if C or a reader could group it otherwise.
+        It is in brackets if C or a reader could group the operations differently.
         """
         if node.op in HELPERS or node.op == "sqrt" or within.op in HELPERS or within.op == "sqrt":
             return text

@@ -68,7 +68,7 @@ def _dots(axes: Axes, x: Vector, y: Vector, colour: str, size: float, opacity: f
     corners = np.repeat(np.stack([x, y], axis=1), 2, axis=0)
     codes = np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=Path.code_type), x.size)
     path = Path(corners, codes)
-    path.should_simplify = False  # otherwise segments without length are removed
+    path.should_simplify = False  # simplification removes segments without length
     axes.add_patch(
         PathPatch(
             path, fill=False, edgecolor=colour, linewidth=size, capstyle="round", alpha=opacity

@@ -47,7 +47,7 @@ class CountedBytes:
         return self._crc
 
     def begin_crc(self) -> None:
-        """Start the checksum anew at the current byte."""
+        """Start a new checksum at the next byte."""
         self._crc = 0
         self._counted = self._place
 

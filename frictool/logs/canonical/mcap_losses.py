@@ -38,9 +38,8 @@ class MissingSamples:
         last: time of the last sample before the section, in ns; None if there is none.
         size: size of the file in bytes.
         """
-        if (
-            self.lost and "CRC of the" in part.reason
-        ):  # the CRC covers a whole section, whose damage has been recorded already
+        # a wrong CRC of a section follows from damage that has been recorded already
+        if self.lost and "CRC of the" in part.reason:
             return
         reason = f"{part.reason}, at byte {part.at} of {size}"
         indexed = [(channel, times) for channel, times in part.indexed() if times.size]
@@ -51,7 +50,7 @@ class MissingSamples:
             ]
         elif part.empty:
             self.lost.append(CanonicalLoss(reason, samples=0))
-        elif self._endless is None:  # otherwise the interruption has been recorded already
+        elif self._endless is None:  # a loss that has not ended includes this section
             self._endless = len(self.lost)
             self.lost.append(CanonicalLoss(reason, first=last))
 

@@ -49,7 +49,7 @@ class Db3Recording:
         bag = sqlite3.connect(f"{self._path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         bag.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_MESSAGE)
         bag.execute("PRAGMA trusted_schema = OFF")
-        # otherwise SQLite refuses a truncated file before it reads a row; nothing is written
+        # lets SQLite read the rows of a truncated file; nothing is written
         bag.execute("PRAGMA writable_schema = ON")
         bag.text_factory = lambda data: data.decode("utf-8", "replace")
         return bag
@@ -59,7 +59,7 @@ class Db3Recording:
         with open_log(self._path) as stream:
             head = stream.read(100)
         page = int.from_bytes(head[16:18], "big")
-        # otherwise an old library wrote the file last, and the number of pages is invalid
+        # the numbers differ if an old library wrote the file last; the number of pages is then wrong
         known = head[24:28] == head[92:96]
         return (
             max(0, (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big") - self.size)
