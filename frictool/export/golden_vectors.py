@@ -304,9 +304,8 @@ def _settling_samples(controller: Controller) -> int:
     if controller.prefilter is None:
         return PHASE
     damping = controller.prefilter.damping
-    rate = controller.prefilter.natural_frequency_rad_s * min(
-        damping, 0.5 / damping
-    )  # of the slower pole, or less
+    # at most the rate of the slower pole
+    rate = controller.prefilter.natural_frequency_rad_s * min(damping, 0.5 / damping)
     return math.ceil(min(max(SETTLING / (rate * controller.sample_period_s), PHASE), LONGEST))
 
 

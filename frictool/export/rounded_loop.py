@@ -77,11 +77,8 @@ def rounded_loop(
         ]
         _brake(controller, number)
         norms = _norms(controller, linear)
-    except (
-        ValueError,
-        np.linalg.LinAlgError,
-        FloatingPointError,
-    ):  # a rounded pole lies exactly on the unit circle
+    # a rounded pole lies exactly on the unit circle
+    except (ValueError, np.linalg.LinAlgError, FloatingPointError):
         raise _refused(controller, number, "a pole of the loop lies on the unit circle") from None
     margin, at = smallest(value for value, _ in margins)
     worst, norm_at = largest(value for value, _ in norms) if norms else (None, 0)

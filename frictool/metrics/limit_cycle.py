@@ -51,9 +51,8 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
     `time` [s] and `position` [rad or m] have shape (n,); `resolution` is the sensor's step.
     """
     duration = float(np.sum(sample_durations(time)))
-    least = (
-        LEAST_HOLD - 0.5 * duration / time.size
-    )  # half a sample of tolerance for the rounding of the times
+    # half a sample of tolerance for the rounding of the times
+    least = LEAST_HOLD - 0.5 * duration / time.size
     first = int(np.searchsorted(time, time[0] + duration / 3.0))
     t, x = time[first:], position[first:]
     threshold = max(resolution * (1.0 + 1e-6), 2.0 * noise_floor(x))

@@ -212,9 +212,8 @@ def stream_evidence(
     if stream.units.get("command") not in (None, "", si_unit(spec.drive, spec.axis)):
         command = None
     fault = stream.signals.get("controller_fault")
-    if (
-        fault is not None and fault.any()
-    ):  # after a fault the drive is 0, so that later samples do not test the controller
+    # after a fault the drive is 0, so that later samples do not test the controller
+    if fault is not None and fault.any():
         begin = float(stream.time[int(np.argmax(fault != 0.0))])
         gaps["position"] = (
             f"the controller reports a fault at {begin:.6g} s, without a valid position; "

@@ -13,10 +13,7 @@ LIMIT = "#b3261e"
 # one colour per log, distinguishable with deficient colour vision and in grey
 LOG_COLOURS = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f", "#5c6b00", "#8c2f39")
 MARGINS = FigureMargins(left=0.8, right=0.12, bottom=0.5, top=0.18, label=0.12)
-WIDTH, HEIGHT = (
-    5.0,
-    2.7,
-)  # inches
+WIDTH, HEIGHT = 5.0, 2.7  # inches
 
 
 def new_plot(*y_labels: str, height: float = HEIGHT, x_label: str = "") -> Plot:

@@ -196,9 +196,8 @@ def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
         return Histogram(np.array([low - around, high + around]), np.array([near.size]))
     origin = limit if low - width < limit < high + width else low
     below, above = int(np.ceil((origin - low) / width)), int(np.ceil((high - origin) / width))
-    side: Literal["left", "right"] = (
-        "left" if metric.relation == "<=" else "right"
-    )  # bins (a, b] or [a, b)
+    # bins (a, b] for an upper limit, [a, b) for a lower limit
+    side: Literal["left", "right"] = "left" if metric.relation == "<=" else "right"
     below += side == "left" and origin - below * width >= low
     above += side == "right" and origin + above * width <= high
     edges: Vector = np.asarray(origin + width * np.arange(-below, above + 1.0), dtype=float)

@@ -30,11 +30,9 @@ from frictool.campaign.trials.trials import BROKEN, MET, Trials
 from frictool.presentation.tie_rule import largest
 from frictool.typing import BoolVector
 
-LEVEL = 0.05  # probability that a table names any factor without influence
-LEAST_DISTANCE, LEAST_SHARE = (
-    0.1,
-    0.01,
-)  # limits of a factor's influence if all vertices were simulated
+LEVEL = 0.05  # probability that a table names a factor without influence
+# least distance and least share of a significant factor if all vertices were simulated
+LEAST_DISTANCE, LEAST_SHARE = 0.1, 0.01
 FEWEST = 20  # smallest number of trials with a value for an estimate of influence
 # the variance share of the ranks is reported if it exceeds the variance share of the values by this
 # number

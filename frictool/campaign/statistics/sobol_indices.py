@@ -65,9 +65,8 @@ def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, 
     if k < 2 or (drawn and n <= k):
         return 0.0, 0.0
     largest = float(np.abs(values).max())
-    centred = (
-        values / largest if largest > 0.0 else values
-    )  # scaled, because squares of very large values overflow
+    # scaled, because squares of very large values overflow
+    centred = values / largest if largest > 0.0 else values
     centred = centred - centred.mean()
     total = float(centred @ centred)
     if not total > n * 1e-24:

@@ -102,9 +102,8 @@ class TrialStore:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if (
-            error is not None and not self.trials and not self.worst
-        ):  # an empty file is deleted, so that it does not block another campaign
+        # an empty file is deleted, so that it does not block another campaign
+        if error is not None and not self.trials and not self.worst:
             self.remove()
         self.close()
 

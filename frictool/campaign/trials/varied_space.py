@@ -27,9 +27,10 @@ def space_of_setting(setting: CampaignSetting) -> FactorSpace:
     reference, _ = StepTest(plant, setting.controller, setting.names).reference(
         nominal_of(scenario), setting.recorded
     )
+    # checks the blocks that the scenario names
     plant.check(
         setting.controller, replace(nominal_of(scenario), spread=scenario.spread), setting.names
-    )  # checks the blocks that the scenario names
+    )
     check_spread(
         plant,
         setting.controller,

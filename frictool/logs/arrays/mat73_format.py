@@ -79,9 +79,8 @@ def _inside(prefix: str, group: Any, depth: int) -> Iterator[tuple[str, Any]]:
     import h5py
 
     for key in group:
-        if not key.startswith("#") and isinstance(
-            group.get(key, getlink=True), h5py.HardLink
-        ):  # `#refs#` holds the targets of references
+        # `#refs#` contains the targets of references
+        if not key.startswith("#") and isinstance(group.get(key, getlink=True), h5py.HardLink):
             yield from _item(f"{prefix}.{key}" if prefix else key, group[key], depth)
 
 

@@ -90,9 +90,8 @@ def _open(path: Path) -> Sequence[LibraryTable]:
         for index, name in named
     ]
     if not any(table.names for table in opened):
-        if (
-            described_at(path) is not None
-        ):  # asammdf may read the zeros after the end as a file without channels
+        # asammdf may read the zeros after the end as a file without channels
+        if described_at(path) is not None:
             raise LogError(path, _unreadable(path))
         empty = [f"{name} ({what})" for table in opened for name, what in table.others.items()]
         raise LogError(

@@ -15,12 +15,8 @@ from typing import Any
 ORIGINAL_FILE, PLAIN = 0, 0
 VIRTUAL_END = 1 << 40  # bytes, size that the file pretends to have
 HEADER = 64  # offset of block HD of version 4, whose links lead to all other blocks
-DESCRIBING = (
-    b"##HD",
-    b"##DG",
-    b"##CG",
-    b"##CN",
-)  # blocks that describe the channels, from the file to the single channel
+# blocks that describe the channels, from the file to the single channel
+DESCRIBING = (b"##HD", b"##DG", b"##CG", b"##CN")
 MOST_BLOCKS = 100_000
 _BLOCK = struct.Struct("<4s4xQQ")  # kind, length, number of links; the links follow
 

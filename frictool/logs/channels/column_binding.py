@@ -122,9 +122,8 @@ def _time(table: RawTable, bench: Bench) -> ChannelColumns:
     name = table.find(column.column)
     if name is None and table.clock is None:
         pick(table.names, column.column, table.source)
-    if name is None or (
-        name == table.clock and column.unit == ISO_8601
-    ):  # the table dates its rows by this column
+    # the second condition is True if the table dates its rows by this column
+    if name is None or (name == table.clock and column.unit == ISO_8601):
         return {}
     return {TIME: (column, name)}
 
