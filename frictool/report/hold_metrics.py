@@ -69,7 +69,7 @@ def measure_holds(
 
 
 def stream_metrics(spec: Spec, evidence: StreamEvidence) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the values of STREAM_METRICS in SI units, and the reasons for missing ones, by name.
+    """Return (metric -> value in SI, metric -> reason why it has no value) for STREAM_METRICS.
 
     A stream with a smooth reference has no other metrics, because it has no holds.
     """

@@ -64,7 +64,8 @@ class MissingSamples:
         """Compute unknown numbers of lost samples from the file's statistics.
 
         The statistics may count samples that are neither read nor recorded as lost. If exactly one
-        loss has no number of samples, it gets these samples. Otherwise they become further losses.
+        loss has no number of samples, its number is that of these samples. Otherwise they become
+        further losses.
 
         counts: channel -> number of samples in the statistics.
         samples_read: channel -> number of samples read.

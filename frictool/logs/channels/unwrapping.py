@@ -39,8 +39,8 @@ class PeriodicSignal:
     def follow(self, shown: Vector) -> Vector:
         """Remove the wraps from the next samples `shown` (n,); return the unwrapped samples (n,).
 
-        Raises ValueError if a step exceeds half a period, as at a wrap, although the values cover
-        more than one period.
+        Raises ValueError if the values cover more than one period and a step exceeds half a period;
+        the period is then wrong.
         """
         if not shown.size:
             return shown
