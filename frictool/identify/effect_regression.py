@@ -207,47 +207,62 @@ class EffectRegression:
         ]
 
     def timing(
-        self, known: float, slopes: Mapping[str, float] = MappingProxyType({})
+        self,
+        known: float,
+        smoother: EffectRegression,
+        slopes: Mapping[str, float] = MappingProxyType({}),
     ) -> AcceptedEffects | None:
         """Return the shift of the parameters by an unknown delay between effort and position.
 
-        Before the fit, the delay is known to be within +-`known` [s]. The regression with a column
-        for the delay gives a second interval of the delay. Both are averaged with their inverse
-        variances as weights. If the fitted delay is longer than `known` and improves the prediction
-        of strokes outside the fit, only the fitted delay is used.
+        The delay is known to +-`known` [s] before the fit. The regression `smoother`, with longer
+        windows, also determines the delay. A servo feeds the encoder's noise back into the effort,
+        which looks like a delay; longer windows reduce this noise. The part of the change between
+        both windows that chance does not explain widens the interval of the delay. This interval
+        and the prior one are combined with their inverse variances as weights. A lag that the bench
+        does not state may be longer than `known`. If the regression's delay is longer than `known`
+        and differs significantly from 0, only the regression is used.
 
         The shift of a parameter is the delay times the parameter's change per second of delay. The
         regression gives these changes; `slopes` replaces some of them.
 
-        Return None if the model includes the delay, if the rows do not determine it, if noise of
-        the acceleration hides it, or if the delay does not improve the prediction although there
-        are at least FEWEST_STROKES strokes.
+        Return None in three cases: the model includes the delay; the rows do not determine the
+        delay; at least FEWEST_STROKES strokes show no significant delay.
         """
         late = next((one for one in self.free if one.term == DELAY), None)
         if late is None:
             return None
-        values = self._values([*self.used, late])
-        alone = self._values(self.used)
-        found = self.intervals([late]).get(DELAY)
-        if values is None or alone is None or found is None:
-            return None
-        better = self._improves(late)
-        few = np.unique(self.rows.stroke).size < FEWEST_STROKES
-        hidden = self.noisy and self.rows.probability(late, self.used) > 1.0 - self.confidence
-        if hidden or not (better or few):
-            return None
-        weight = known**2 / (known**2 + found.half_width**2)
-        if better and abs(found.value) > known:
-            weight = 1.0
-        delay = Interval.around(weight * found.value, float(np.sqrt(weight)) * found.half_width)
-        rates = {name: (values[name] - alone[name]) / found.value for name in self.names}
+        rates = self._rates(late)
         rates |= {name: one for name, one in slopes.items() if name in rates}
+        before = self.intervals([late]).get(DELAY)
+        found = smoother.intervals([late]).get(DELAY)
+        if not rates or before is None or found is None:
+            return None
+        half = float(np.hypot(found.half_width, unlikely_change(before, found)))
+        shown = smoother.rows.probability(late, smoother.used) < 1.0 - self.confidence
+        if not shown and np.unique(self.rows.stroke).size >= FEWEST_STROKES:
+            return None
+        weight = known**2 / (known**2 + half**2)
+        if shown and abs(found.value) > known:
+            weight = 1.0
+        delay = Interval.around(weight * found.value, float(np.sqrt(weight)) * half)
         return AcceptedEffects(
             (late.what,),
             1.0,
             {name: delay.value * one for name, one in rates.items()},
             scatter={name: delay.half_width * abs(one) for name, one in rates.items()},
         )
+
+    def _rates(self, effect: Hypothesis) -> dict[str, float]:
+        """Return the change of each free parameter per unit of the coefficient of an effect.
+
+        The effect has one column. The result is empty if the rows do not determine the effect.
+        """
+        alone = self._values(self.used)
+        values = self._values([*self.used, effect])
+        if alone is None or values is None:
+            return {}
+        (column,) = effect.names
+        return {name: (values[name] - alone[name]) / values[column] for name in self.names}
 
     def encoder_gain(self, known: float) -> AcceptedEffects | None:
         """Return the parameters' shift by an eccentric encoder with a local gain of 1 +- `known`.
@@ -387,6 +402,17 @@ def effect_regression(
         names = tuple(name for name in names if name != "inertia")
         return replace(regression, rows=rows, names=names)
     return regression
+
+
+def unlikely_change(one: Interval, other: Interval) -> float:
+    """Return the part of the change from `one` to `other` that chance does not explain.
+
+    If the model is true, `one` has the smaller variance, and the variance of the change is the
+    difference of the two variances (Hausman, 1978).
+    """
+    change = other.value - one.value
+    chance = max(other.half_width**2 - one.half_width**2, 0.0)
+    return float(np.copysign(np.sqrt(max(change**2 - chance, 0.0)), change))
 
 
 def other_inertia(fit: SlidingFit) -> bool:

@@ -12,9 +12,11 @@ therefore does not show the resulting error. Eight sources of this error are exa
 3. Smoothing windows of twice the length. Delay and resonance have first-order approximations in the
    fit; if the fit includes one of them, the change with the longest windows is a further shift.
 4. An exact delay and an exact lag in place of the approximation, if the fit includes the delay.
-5. An unknown delay, if the model has none, but a delay would improve the prediction of strokes
-   outside the fit. Without a fit, the delay is known to +- half a sample, because effort and
-   position of a row may have been read half a sample apart. A longer fitted delay is used as it is.
+5. An unknown delay, if the model has none, but a regression over windows of twice the length shows
+   one, or if the strokes are few. Without a fit, the delay is known to +- half a sample, because
+   effort and position of a row may have been read half a sample apart. A longer fitted delay is
+   used as it is. The longer windows reduce the encoder's noise, which a servo feeds back into the
+   effort, where it looks like a delay.
 6. The local gain of an eccentric encoder, which changes inertia and viscous friction, if an
    eccentricity would improve the prediction of strokes outside the fit.
 7. Less noise in windows of twice the length, if the encoder's noise hides the inertia.
@@ -52,6 +54,7 @@ from frictool.identify.effect_regression import (
     EffectRegression,
     effect_regression,
     other_inertia,
+    unlikely_change,
 )
 from frictool.identify.estimators.explanation_search import NOTICEABLE
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
@@ -115,12 +118,12 @@ def widened(
     fit = replace(fit, parameters=fit.parameters | regression.spread(fit.parameters))
     parameters = dict(fit.parameters)
     accepted = regression.accepted()
-    moved = _of_windows(fit, records, bench, confidence, regression)
+    smoother = effect_regression(fit, records, bench, confidence, SMOOTHER)
+    moved = _of_windows(fit, records, bench, confidence, regression, smoother)
     if regression.noisy and "inertia" not in regression.names and not other_inertia(fit):
         moved += _of_noise(fit, records, bench, confidence)
     moved += _of_delay(fit, records, bench, confidence, regression)
-    apart = READ_APART * max(record.period for record in records)
-    timing = regression.timing(apart, _rates(fit, records, bench, confidence, apart))
+    timing = _of_timing(fit, records, bench, confidence, (regression, smoother))
     gain = regression.encoder_gain(LOCAL_GAIN)
     further = further_orders(regression)
     moved += [one for one in (timing, gain, further) if one is not None]
@@ -148,16 +151,17 @@ def _of_windows(
     bench: Bench,
     confidence: float,
     plain: EffectRegression,
+    smoother: EffectRegression | None,
 ) -> list[AcceptedEffects]:
     """Return the changes of the parameters with longer windows that chance does not explain.
 
-    A delay and a resonance are approximated to first order in the fit, which is valid if the window
-    is longer than the delay or the period of the resonance. A fit with an approximation is also
-    compared with the regressions over the same windows and over the longest windows.
+    `smoother` is the regression over windows of twice the length. A delay and a resonance are
+    approximated to first order in the fit, which is valid if the window is longer than the delay or
+    the period of the resonance. A fit with an approximation is also compared with the regressions
+    over the same windows and over the longest windows.
     """
     before = plain.intervals()
     out = []
-    smoother = effect_regression(fit, records, bench, confidence, SMOOTHER)
     if smoother is not None:
         out.append(_beyond_chance(before, smoother))
     if any(name in fit.effects for name in SERIES):
@@ -179,25 +183,14 @@ def _of_noise(
     after = None if smoother is None else smoother.intervals().get("inertia")
     if fitted is None or after is None:
         return []
-    return [AcceptedEffects((), 1.0, {"inertia": _unlikely(fitted, after)})]
-
-
-def _unlikely(one: Interval, other: Interval) -> float:
-    """Return the part of the change from `one` to `other` that chance does not explain.
-
-    If the model is true, `one` has the smaller variance, and the variance of the change is the
-    difference of the two variances (Hausman, 1978).
-    """
-    change = other.value - one.value
-    chance = max(other.half_width**2 - one.half_width**2, 0.0)
-    return float(np.copysign(np.sqrt(max(change**2 - chance, 0.0)), change))
+    return [AcceptedEffects((), 1.0, {"inertia": unlikely_change(fitted, after)})]
 
 
 def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -> AcceptedEffects:
     """Return the changes from `before` to `smoother` that chance does not explain."""
     after = smoother.intervals()
     shift = {
-        name: _unlikely(before[name], after[name])
+        name: unlikely_change(before[name], after[name])
         for name in smoother.names
         if name in before and name in after
     }
@@ -236,6 +229,28 @@ def _of_delay(
         shift = {n: after[n].value - before[n].value for n in plain.names if n in after}
         out.append(AcceptedEffects((), 1.0, shift))
     return out
+
+
+def _of_timing(
+    fit: SlidingFit,
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    confidence: float,
+    regressions: tuple[EffectRegression, EffectRegression | None],
+) -> AcceptedEffects | None:
+    """Return the shift by an unknown delay that the model does not include.
+
+    `regressions` have the windows of the fit, and windows of twice the length. If noise hides the
+    inertia, both are repeated with a free inertia, since a delay changes the inertia, too.
+    """
+    plain, smoother = regressions
+    if plain.noisy:
+        free = effect_regression(fit, records, bench, confidence, hides=False)
+        plain = free or plain
+        smoother = effect_regression(fit, records, bench, confidence, SMOOTHER, hides=False)
+    apart = READ_APART * max(record.period for record in records)
+    rates = _rates(fit, records, bench, confidence, apart)
+    return plain.timing(apart, smoother or plain, rates)
 
 
 def _rates(

@@ -16,10 +16,14 @@ from frictool.identify.effect_regression import effect_regression
 from frictool.identify.estimators.auto import auto
 from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.fit_result import SLIDING, SlidingFit
-from frictool.identify.methods import METHODS, IdentificationSettings
+from frictool.identify.identification import identify_records
+from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, make_record
-from frictool.identify.unmodelled_effects import WidenedFit, widened
+from frictool.identify.unmodelled_effects import WidenedFit, delayed, widened
 from frictool.typing import Vector
+from studies.rigs.identification_rigs import record
+from studies.rigs.sample_logs import sines
+from tests.support.identification_statistics import experiment
 from tests.support.loaded_axis import rotary_bench
 
 INERTIA, VISCOUS, COULOMB, OFFSET = (1e-3, 0.01, 0.1, 0.02)
@@ -182,7 +186,7 @@ def test_a_delay_within_the_prior_is_weighted_by_both_variances(bench: Bench) ->
     fit = least_squares([record], bench, IdentificationSettings())
     regression = effect_regression(fit, [record], bench, 0.95)
     assert regression is not None
-    free, known = regression.timing(1.0), regression.timing(0.1 * PERIOD)
+    free, known = (regression.timing(one, regression) for one in (1.0, 0.1 * PERIOD))
     assert free is not None
     assert known is not None
     weight = known.shift["inertia"] / free.shift["inertia"]
@@ -198,13 +202,24 @@ def test_a_delay_longer_than_the_prior_counts_as_the_regression_finds_it(bench: 
     fit = least_squares([record], bench, IdentificationSettings())
     regression = effect_regression(fit, [record], bench, 0.95)
     assert regression is not None
-    timing = regression.timing(0.5 * PERIOD)
+    timing = regression.timing(0.5 * PERIOD, regression)
     assert timing is not None
     inertia = fit.parameters["inertia"].value
     assert inertia == pytest.approx(INERTIA, rel=0.05)
     error = inertia + timing.shift["inertia"] - INERTIA
     assert abs(error) < 0.25 * abs(timing.shift["inertia"])
     assert timing.scatter["inertia"] < 0.25 * abs(timing.shift["inertia"])
+
+
+def test_a_delay_of_half_a_sample_widens_the_inertia_of_the_weak_form() -> None:
+    """The coarse encoder hides the inertia from the regression, and the delay changes it."""
+    truth, bench = experiment(1)
+    log = record(sines(1, truth), truth)
+    late = replace(log, effort=delayed(log.effort, 0.5))
+    result = identify_records([late], [], bench, DEFAULT, IdentificationSettings())
+    inertia = result.identified["inertia"]
+    assert abs(inertia.value / truth.inertia - 1.0) > 0.01
+    assert inertia.low <= truth.inertia <= inertia.high
 
 
 def test_means_over_strokes_include_the_lag_of_the_current(bench: Bench) -> None:
