@@ -44,16 +44,6 @@ def pytest_configure() -> None:
 
 
 @pytest.fixture(scope="module")
-def few_rehearsals() -> Iterator[None]:
-    """Rehearse each test twice: enough for what is decided, not for a promise of precision."""
-    from frictool.plan import rehearsal
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rehearsal, "REHEARSALS", 2)
-        yield
-
-
-@pytest.fixture(scope="module")
 def no_rehearsals() -> Iterator[None]:
     """Take each test as it is designed, where its promise is not the subject."""
     from frictool.plan import rehearsed_test

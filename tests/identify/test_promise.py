@@ -23,12 +23,11 @@ from studies.command_line import run_checked
 from studies.promises.rigs import benches, truth
 
 # `make accept` tests how often promises are kept (tests/accept/check_promises.py)
-pytestmark = pytest.mark.usefixtures("few_rehearsals")
 WANTED = {"inertia": 0.02, "coulomb": 0.02}
 
 
 @pytest.fixture(scope="module")
-def files(few_rehearsals: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with bench.yaml, test.mcap and promise.yaml."""
     folder = tmp_path_factory.mktemp("belt")
     bench, test, promise = (folder / name for name in ("bench.yaml", "test.mcap", "promise.yaml"))
