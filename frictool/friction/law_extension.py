@@ -179,7 +179,7 @@ class FrictionExtension:
         if self.rise_time > 0.0 and (dynamic or "breakaway" not in names):
             reason = "never rests" if dynamic else "has no breakaway"
             raise ValueError(
-                f"{law.name} {reason}: it has no breakaway that rises with time at rest (dwell)"
+                f"{law.name} {reason}, so that no breakaway can rise with the time at rest (dwell)"
             )
         if stores and by_direction:
             raise ValueError(
@@ -190,7 +190,8 @@ class FrictionExtension:
             dynamic or law.approximation
         ):
             raise ValueError(
-                f"{law.name} takes no film; allowed: a hybrid law, or a static law that can stick"
+                f"{law.name} takes no film of lubricant; allowed: a hybrid law, or a static law "
+                "that can stick"
             )
 
 

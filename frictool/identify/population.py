@@ -90,7 +90,7 @@ class Population:
 
     @property
     def changing(self) -> list[str]:
-        """Return the units whose logs differ from each other."""
+        """Return the units whose models cannot have one true value."""
         return [unit for unit, test in self.alone.items() if test.p < self.limit / len(self.alone)]
 
     @property

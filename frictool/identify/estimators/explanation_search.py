@@ -190,7 +190,9 @@ class ExplanationSearch:
             parts.append(slipping_rows(record, bench, window, smoothed(record, window), every))
         samples = joined(parts)
         if samples.velocity.size == 0:
-            raise UnusableLogs("the axis never slips for a whole smoothing window")
+            raise UnusableLogs(
+                "the axis never slips for a whole smoothing window; record longer strokes"
+            )
         return samples
 
     def rows(self, waves: tuple[float, ...]) -> ReducedRows:
@@ -202,7 +204,9 @@ class ExplanationSearch:
         samples = self.samples(waves)
         names, refused = parameters_of(samples)
         if names[:3] != SLIDING[:3] or "coulomb" in refused:
-            raise UnusableLogs("the motion does not determine Coulomb friction and offset")
+            raise UnusableLogs(
+                "the motion does not determine Coulomb friction and offset; record both directions"
+            )
         return self.reduced_rows(samples, waves)
 
     def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:

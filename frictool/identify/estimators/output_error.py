@@ -129,7 +129,9 @@ def _closed_loop_deviation(
             columns, fitted.residual + columns @ values, np.ones(numbers.size), numbers
         )
     except SingularRegressors as error:
-        raise UnusableLogs(f"the closed loop does not determine its parameters: {error}") from None
+        raise UnusableLogs(
+            f"the simulation in closed loop does not determine the parameters: {error}"
+        ) from None
     return solution.deviation, solution.freedom
 
 

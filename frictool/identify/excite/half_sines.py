@@ -46,10 +46,10 @@ def spare_effort(limits: BenchLimits) -> float:
     """
     left = TOP_SHARE * limits.effort - limits.steady
     if left <= 0.0:
-        taking = "friction and load take" if limits.load else "friction takes"
+        needing = "friction and load need" if limits.load else "friction needs"
         raise NoSolutionError(
             f"effort: {100 * TOP_SHARE:g} % of the effort at the drive's limit is "
-            f"{TOP_SHARE * limits.effort:.3g}, and {taking} up to {limits.steady:.3g} of it: "
+            f"{TOP_SHARE * limits.effort:.3g}, but {needing} up to {limits.steady:.3g}: "
             "motion is not certain; raise actuator.limit or narrow mechanics.coulomb"
         )
     return left

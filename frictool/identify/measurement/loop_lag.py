@@ -75,7 +75,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     half = float(solution.half_width(confidence)[-1])
     if lag < 1.1 * SHORTEST * period or lag < SURE * float(solution.deviation[-1]):
         raise UnusableLogs(
-            f"the lag of the current loop is too short for samples of {period:g} s: "
+            f"the lag of the current loop is too short for a sample period of {period:g} s: "
             f"{lag:.3g} s, +-{half:.3g}"
         )
     return Interval.around(lag, half, 0.0)

@@ -158,14 +158,16 @@ def _delay(records: list[MotionRecord], gap: float, confidence: float, window: i
         delay -= float(solution.value[SLOPE])
         if abs(delay) > LARGEST_DELAY * window * records[0].period:
             raise UnusableLogs(
-                f"the estimated delay, {delay:.3g} s, is too long for windows of {window} samples"
+                f"the estimated delay, {delay:.3g} s, is too long for windows of {window} samples; "
+                "correct the time stamps"
             )
     statistical = float(solution.half_width(confidence)[SLOPE]) / float(
         scipy.special.ndtri(0.5 + 0.5 * confidence)
     )
     if not np.isfinite(statistical):
         raise UnusableLogs(
-            "the motion does not repeat often enough to determine the delay between the channels"
+            "the motion does not repeat often enough to determine the delay between the channels; "
+            "record more strokes"
         )
     between = max(_between(record) for record in records)
     half = half_width(confidence, statistical, [between])
@@ -197,7 +199,7 @@ def _backlash(
     half = float(_solved(rows, width).half_width(confidence)[-1])
     normal = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
     if not np.isfinite(half):
-        raise UnusableLogs("too few reversals for an interval of the backlash")
+        raise UnusableLogs("too few reversals for an interval of the backlash; record more strokes")
     reach = half_width(confidence, half / normal, ranges)
     return Interval.around(width, reach, 0.0)
 

@@ -106,5 +106,5 @@ def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
 
 
 def share_of(odds: float) -> float:
-    """Return z_ba/z_max from its odds."""
+    """Return z_ba/z_max from `odds` = z_ba/(z_max - z_ba)."""
     return odds / (1.0 + odds)

@@ -235,7 +235,9 @@ def slipping(
         windows.append(used)
     if sum(part.velocity.size for part in parts) == 0:
         backlash = " outside the backlash" if full_backlash(bench) else ""
-        raise UnusableLogs(f"the axis never slips{backlash} for a whole smoothing window")
+        raise UnusableLogs(
+            f"the axis never slips{backlash} for a whole smoothing window; record longer strokes"
+        )
     return joined(parts), max(windows)
 
 
