@@ -150,7 +150,7 @@ def test_paths_do_not_depend_on_how_finely_they_are_walked(
 
 def test_what_does_not_tell_presliding_is_refused() -> None:
     with pytest.raises(
-        UnusableLogs, match=r"longest branch .* \d encoder counts; .* a count of .* or less"
+        UnusableLogs, match=r"longest branch .* \d encoder counts; .* an encoder step of .* or less"
     ):
         find_loops([slow_loops("lugre", 1, 0.5 * Z_MAX)], KNOWN)
     with pytest.raises(UnusableLogs, match="reverses 2 times; needed: at least 5"):
