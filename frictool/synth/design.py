@@ -22,7 +22,6 @@ from frictool.runtime.object_view import ResultView
 from frictool.synth.acceptance import accept, resonant, unstable_earlier
 from frictool.synth.certificate_bounds import certified_weights, certify
 from frictool.synth.controller_schedule import verified_schedule
-from frictool.synth.cycle_search import find_cycle
 from frictool.synth.feasibility import check_feasible
 from frictool.synth.load_disturbance import disturbance
 from frictool.synth.lpv import bound
@@ -218,8 +217,13 @@ def _with_rest(
 ) -> Certificate:
     """Return the certificate with the proof of rest or, without a band, a simulated limit cycle."""
     at_rest = prove_rest(controller, certificate)
-    cycle = find_cycle(posed.model, controller) if at_rest is None else None
-    return msgspec.structs.replace(certificate, rest=at_rest, cycle=cycle)
+    if at_rest is not None:
+        return msgspec.structs.replace(certificate, rest=at_rest, cycle=None)
+    from frictool.synth.cycle_search import find_cycle  # loads the engine
+
+    return msgspec.structs.replace(
+        certificate, rest=None, cycle=find_cycle(posed.model, controller)
+    )
 
 
 def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
