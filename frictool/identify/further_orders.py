@@ -32,7 +32,7 @@ FURTHER_ORDERS = np.array([4, 5, 6])
 
 
 def further_orders(regression: EffectRegression) -> AcceptedEffects | None:
-    """Return the shift of the parameters due to the further orders, and its half widths.
+    """Return the shift of the parameters due to further orders of friction over position.
 
     Return None if the model has no friction over position.
     """

@@ -182,10 +182,11 @@ def interpolated(effort: Vector, hold: int, updates: NDArray[np.int64]) -> Vecto
 
 
 def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return a mask (size,) of the samples at which the effort was read.
+    """Return a mask (size,) of the samples at which the logger read the effort.
 
-    If a value stays for longer than `hold` samples, it was read again without a change. The sample
-    `hold` samples before the next change is treated as such a reading.
+    `updates` are the samples at which the value changes, and `hold` is the number of samples
+    between two readings. A value that stays for longer was read again without a change: the sample
+    `hold` samples before each change is treated as a reading.
     """
     out = np.zeros(size, dtype=np.bool_)
     out[[0, *updates.tolist()]] = True

@@ -241,7 +241,7 @@ def _of_timing(
     """Return the shift by an unknown delay that the model does not include.
 
     `regressions` have the windows of the fit, and windows of twice the length. If noise hides the
-    inertia, both are repeated with a free inertia, since a delay changes the inertia, too.
+    inertia, both are repeated with the inertia as a parameter, since a delay changes it.
     """
     plain, smoother = regressions
     if plain.noisy:

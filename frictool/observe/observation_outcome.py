@@ -138,7 +138,7 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
     constant = model.bench.actuator.constant
 
     def with_constant(one: EstimateRange, unit: str = "") -> str:
-        """Return an estimate as text; a second interval includes the error of the constant."""
+        """Return an estimate as text; a second interval includes the drive constant's error."""
         own = f"{_range(one)} {unit}".rstrip()
         if estimate.scale is None:
             return own

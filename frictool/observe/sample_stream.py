@@ -53,7 +53,7 @@ OPENING_SAMPLES = 1 << 16
 
 @dataclass
 class SampleStream:
-    """Stream of a log during reading; the fields are complete when `pieces` has ended.
+    """Stream of a log during reading; the fields are complete when the iterator `pieces` has ended.
 
     - period: sample period [s] of the bench, or of the log if the two differ by more than 1 %
     - truth: True if the velocity in the log is that of a simulation

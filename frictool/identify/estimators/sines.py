@@ -276,9 +276,10 @@ def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[Piecewi
 def _of_inertia(
     rows: StrokeRows, pieces: PiecewiseFriction, ends: tuple[float, float], confidence: float
 ) -> Vector:
-    """Return the half widths (p,) that the bench's range of inertia adds, with the knees fixed.
+    """Return the half widths (p,) that the bench's range of inertia adds.
 
-    The inertia is assumed to be uniformly distributed within its range.
+    The speeds of the knees are fixed. The inertia is assumed to be uniformly distributed within
+    its range.
     """
     means = rows.means
     rows_of = design(means, pieces.knees) * means.weight[:, None]

@@ -272,7 +272,8 @@ def _width(rows: list[ReversalRows], widest: float) -> float:
 def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:
     """Return the regressors (n, 5) for a width.
 
-    The columns are acceleration, speed and direction past the width, 1, and direction within it.
+    `width`: width of the backlash [rad | m]. The columns are the acceleration, the speed and the
+    direction outside the backlash, 1, and the direction inside the backlash.
     """
     inside = np.concatenate([one.inside(width) for one in rows])
     return np.column_stack(

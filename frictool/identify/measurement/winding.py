@@ -96,8 +96,8 @@ def winding(
 ) -> dict[str, Interval | UnusableLogs]:
     """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H].
 
-    A value that is not determined is replaced by an UnusableLogs with the reason. The voltage is
-    treated as held if it is the bench's drive and the drive has no lag.
+    A value that is not determined is replaced by an UnusableLogs with the reason. A logged
+    voltage is taken as constant until the next sample if it drives the axis and has no lag.
     """
     holds = bench.actuator.drive == "voltage" and bench.actuator.loop_time_constant_s == 0.0
     try:

@@ -68,7 +68,10 @@ def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
 
 
 def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, float]:
-    """Return r [1/K], q [1/K] and k [1/K^2]; all are 0 if nothing slips."""
+    """Return r [1/K], q [1/K] and k [1/K^2], the exponents of friction over temperature.
+
+    All are 0 if the axis never slips.
+    """
     alone = msgspec.structs.replace(bench, load=LoadTerms(("offset", TEMPERATURE)))
     try:
         samples, window = slipping(records, alone, SMALLEST_SHARE, None)
