@@ -36,7 +36,7 @@ NAMES = {
     "drift_zoom": "Drift test, last two seconds",
 }
 
-SIGNALS = {  # what a figure of a test shows, from above
+SIGNALS = {  # what a figure of a test shows, from top to bottom
     "stick_slip": "position, velocity and friction over time",
     "limit_cycle": "position, velocity and friction over time",
     "presliding": "one loop",

@@ -71,7 +71,10 @@ def _strokes(record: MotionRecord) -> Vector:
 
 
 def _representatives(strokes: Vector) -> tuple[PlannedStroke, ...]:
-    """Return at most MOST strokes in place of `strokes` (m, 2); their repetitions sum to m."""
+    """Return at most MOST strokes in place of the m rows of `strokes`, (duration, distance).
+
+    The repetitions, each in both directions, sum to m/2.
+    """
     order = strokes[np.argsort(strokes[:, 0], kind="stable")]
     count = min(MOST, order.shape[0])
     chosen = order[((np.arange(count) + 0.5) * order.shape[0] / count).astype(np.int64)]

@@ -60,7 +60,7 @@ DECLARED: dict[str, Term] = {
     **dict.fromkeys(RIPPLES, "ripple"),
 }
 POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward", "coulomb_backward")
-HALVES = ("coulomb_backward",)  # parameters that belong to no term
+HALVES = ("coulomb_backward",)  # parameters of one direction; they belong to no load term
 ONLY_OFFSET = LoadTerms(("offset",))  # declaration that no load acts except an offset
 TOO_FEW_REPETITIONS = "the motion does not repeat often enough to compute the uncertainty"
 SMALLEST = 1e-6  # least inertia in a search, relative to its start value

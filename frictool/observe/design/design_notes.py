@@ -59,7 +59,7 @@ def _encoder(observer: Observer, switched: Switched) -> str:
 
 
 def _constant(switched: Switched) -> str:
-    """Return a note if friction is constant; the error bound then assumes a model error."""
+    """Return a note if friction is constant over position, since its error is then assumed."""
     chosen = [
         mode
         for mode in switched.modes
