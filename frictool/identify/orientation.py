@@ -125,7 +125,10 @@ def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) ->
 def _negative_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> str | None:
-    """Return a text on the inertia or the friction, whichever needs more effort, if negative."""
+    """Return a text with the negative inertia or friction of a record, or None.
+
+    Only the one that takes more of the effort is tested.
+    """
     try:
         samples, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
         if "coulomb" in parameters_of(samples)[1]:
