@@ -68,6 +68,8 @@ class Chain:
         shutil.copytree(ROOT / "sample_logs", self._rig / "logs")
         (self._rig / "build").mkdir()
         self._environment = os.environ | {"NUMBA_CACHE_DIR": str(folder / "kernels")}
+        # modules are compiled to files by the first run, as for a user
+        self._environment.pop("PYTHONDONTWRITEBYTECODE", None)
         self.first = {name: self.cost(name) for name in COMMANDS}
 
     def cost(self, name: str) -> float:
