@@ -287,9 +287,9 @@ def place_among_unknowns(
 ) -> AffineConstraint:
     """Return the inequality of one switch as a constraint on all `count` unknowns.
 
-    `local` is the inequality in the unknowns of the mode before the switch, of the mode after it,
-    and gamma^2, in this order. `before` and `after` are (first index, number) of the unknowns of
-    these modes; gamma^2 is the last unknown.
+    `local` has three groups of unknowns: those of the mode before the switch, those of the mode
+    after it, and gamma^2, in this order. `before` and `after` are (first index, number) of the
+    unknowns of these modes; gamma^2 is the last unknown.
     """
     columns = np.zeros((len(local.columns), count))
     columns[:, before[0] : before[0] + before[1]] = local.columns[:, : before[1]]

@@ -1,4 +1,4 @@
-"""Test commands of the simulation check, the same for the mechanisms before and after each step.
+"""Test commands of the simulation check, which compares the mechanism before and after a reduction.
 
 A run starts at rest at one of five positions of the travel. Its first move goes forward or
 backward. The command of a run is:

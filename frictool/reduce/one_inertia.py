@@ -120,7 +120,7 @@ class OneInertia:
         return float(self.positions[0]), float(self.positions[-1])
 
     def scalars(self) -> dict[str, float]:
-        """Return name in model.yaml -> value, for each number that may have an interval."""
+        """Return the numbers that may have an interval, by their names in model.yaml."""
         low, high = self.ends
         width = high - low
 

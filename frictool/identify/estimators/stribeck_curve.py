@@ -9,8 +9,9 @@ drifts by at most a twentieth.
 
 Speed, acceleration and effort of a run are means with the weights (1 - w^2)^2, where w is the time
 from -1 at the start of the run to +1 at its end. These means satisfy the equation of motion without
-a derivative of the position. The effort of the bench's inertia is subtracted, because the speed
-still settles in short runs; the intervals include the effect of every inertia in the bench's range.
+a derivative of the position. In short runs the speed still settles. The effort that accelerates
+the inertia is therefore subtracted. The inertia is the value in bench.yaml; the intervals include
+the effect of every inertia in its range.
 If all runs have the same direction, the bench's offset is used, and its range widens the interval
 of Coulomb friction.
 

@@ -76,8 +76,8 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
     if rows.max() < FEWEST_ROWS:
         raise UnusableLogs(
             f"the longest branch between two reversals has {rows.max()} encoder counts; "
-            f"presliding needs at least {FEWEST_ROWS}, with an encoder step of "
-            f"{records[0].resolution * max(int(rows.max()), 1) / FEWEST_ROWS:.2g} or less"
+            f"presliding needs at least {FEWEST_ROWS}; use an encoder with a step of at most "
+            f"{records[0].resolution * max(int(rows.max()), 1) / FEWEST_ROWS:.2g}"
         )
     if above < FEWEST_BRANCHES:
         raise UnusableLogs(

@@ -1,11 +1,12 @@
-"""Fit of a presliding law to loops: its force along the path, with an offset and a damping.
+"""Fit of a presliding law, an offset and a damping to the force along measured loops.
 
     minimise sum (force - law(path; parameters) - offset - damping speed)^2
 
-A branch is the path between two reversals of the effort. The sum is over the rows whose samples are
-in one branch (`loops`). Parameters are positive; the search variables are their logarithms. The
-intervals come from a jackknife over branches (`regression`), and include the range of the breakaway
-and an error of half a count at the ends of the branches (`combined_interval`).
+A branch is the path between two reversals of the effort. The sum has one term for each row of
+`loops` whose samples all belong to one branch. Parameters are positive; the search variables are
+their logarithms. The intervals come from a jackknife over branches (`regression`), and include the
+range of the breakaway and an error of half a count at the ends of the branches
+(`combined_interval`).
 """
 
 from __future__ import annotations

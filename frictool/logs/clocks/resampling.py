@@ -105,7 +105,7 @@ def resampled(
 ) -> Iterator[SampleBlock]:
     """Yield the resampled stream in blocks.
 
-    Only the samples that later grid times need are kept in memory.
+    The memory holds only the samples that are needed for later grid times.
     """
     kept: list[SampleBlock | None] = [None] * len(streams)
     start: int | None = None

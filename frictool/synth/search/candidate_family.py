@@ -38,7 +38,7 @@ class CandidateFamily:
     parameters : tuple of SearchedParameter
         Parameters that the search varies.
     design : callable
-        `design(scales, values)` returns the design of parameter values by name.
+        `design(scales, values)` returns a design; `values` maps parameter names to numbers.
     candidates : int
         Largest number of candidates that the search simulates.
     """
