@@ -61,7 +61,7 @@ def test_a_load_that_takes_all_is_refused() -> None:
         limits_of(loaded(clutch(), "spring", most=0.6))
     with pytest.raises(
         NoSolutionError,
-        match=f"{100 * TOP_SHARE:g} % of the effort at the drive's limit .* friction and load take "
+        match=f"{100 * TOP_SHARE:g} % of the effort at the drive's limit .* friction and load need "
         "up to",
     ):
         excite("sine", loaded(clutch(), "spring", most=0.41), ExcitationSettings())
