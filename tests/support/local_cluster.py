@@ -41,11 +41,18 @@ class Loopback:
             "tls" if settings else "tcp",
         )
         self.scheduler = self._start("dask_scheduler", own)
-        until = time.monotonic() + PATIENCE_S
-        while not self._file.exists() and time.monotonic() < until:
-            time.sleep(0.02)
-        self.address = str(json.loads(self._file.read_text())["address"])
+        self.address = self._scheduler_address()
         self.workers = [self.add() for _ in range(workers)]
+
+    def _scheduler_address(self) -> str:
+        """Return the address from the scheduler's file, which is empty while it is written."""
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            try:
+                return str(json.loads(self._file.read_text())["address"])
+            except (FileNotFoundError, json.JSONDecodeError):
+                time.sleep(0.02)
+        raise TimeoutError(f"the scheduler wrote no address within {PATIENCE_S:g} s")
 
     def _start(self, module: str, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
         line = [
