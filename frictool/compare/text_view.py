@@ -25,8 +25,8 @@ ROWS = {
     "drift": "non-drift",
 }
 MEASURES = (  # explanations of the columns of the first table
-    "sticks: phases at rest in the stick-slip test; period, jump: mean time and distance between "
-    "them",
+    "sticks: phases at rest in the stick-slip test; period: mean time from one stick to the next; "
+    "jump: mean distance",
     "stuck: share of the time below the Stribeck velocity",
     "cycle: amplitude of the limit cycle in a position loop with integral action; then its period",
     "closure: gap of the inner presliding loop relative to the breakaway",

@@ -18,7 +18,7 @@ UNUSED = ("f2py", "testing")
 
 @functools.cache
 def import_array_functions() -> None:
-    """Import numba's functions of arrays, which compilation needs, without scipy.linalg.
+    """Import numba's array functions, which compilation needs, but do not import scipy.linalg.
 
     For numpy.cov, which no kernel uses, numba tries to import scipy's BLAS. This function hides the
     BLAS during that import. For other functions of linear algebra, numba imports the BLAS later.

@@ -95,7 +95,7 @@ class KernelStore(FunctionCache):
         return overload
 
     def _stored(self, signature: Any, context: Any) -> Any:
-        """Return the stored code; None, with the lock, if this process must compile it."""
+        """Return the stored code. If there is none, take the lock for compiling and return None."""
         if not self._place(signature):
             return None
         overload = self._load(signature, context)
