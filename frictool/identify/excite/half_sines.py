@@ -50,7 +50,7 @@ def spare_effort(limits: BenchLimits) -> float:
         raise NoSolutionError(
             f"effort: {100 * TOP_SHARE:g} % of the effort at the drive's limit is "
             f"{TOP_SHARE * limits.effort:.3g}, but {needing} up to {limits.steady:.3g}: "
-            "motion is not certain; raise actuator.limit or narrow the range of mechanics.coulomb"
+            "motion is not certain; raise actuator.limit or narrow mechanics.coulomb"
         )
     return left
 
