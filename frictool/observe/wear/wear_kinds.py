@@ -4,7 +4,7 @@
 
     none             dry_d,z = 1
     multiplicative   dry_d,z = w        alpha of thesis (6.13)
-    additive         level_d = d a      alpha of thesis (6.22)
+    additive         level_d = a        alpha of thesis (6.22)
     directional      dry_d,z = w_d
     zones            dry_d,z = w_z
 
