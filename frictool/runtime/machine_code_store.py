@@ -26,6 +26,7 @@ import numba.experimental.function_type  # noqa: F401  # lets kernels take kerne
 from numba.core import types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.dispatcher import Dispatcher
+from numba.core.environment import Environment
 from numba.core.runtime.nrt import rtsys
 
 from frictool.runtime import notifications
@@ -66,6 +67,25 @@ class _Form(CompileResultCacheImpl):
 
     def __init__(self, entry: _Entry, name: str, line: int) -> None:
         self._locator, self._filename_base, self._lineno = entry, name, line
+
+    def reduce(self, compiled: Any) -> tuple[Any, ...]:
+        """Return what is pickled of compiled code.
+
+        The environments of numba's functions refer to the package numba instead of their modules.
+        Otherwise, loading would import these modules, which have the sources of the functions. Code
+        without Python objects reads only the constants of an environment.
+        """
+        *parts, environments = super().reduce(compiled)  # type: ignore[no-untyped-call]  # numba has no types
+        return (*parts, tuple(map(_without_module, environments)))
+
+
+def _without_module(environment: Environment) -> Environment:
+    if not environment.globals["__name__"].startswith("numba."):
+        return environment
+    bare = Environment({"__name__": "numba"})
+    bare.consts[:] = environment.consts
+    bare.env_name = environment.env_name
+    return bare
 
 
 class KernelStore(FunctionCache):
