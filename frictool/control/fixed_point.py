@@ -20,15 +20,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.control.coefficient_words import BITS, FINEST, coefficient
 from frictool.control.compiled_program import FIXED, CompiledProgram, compile_program, ports
 from frictool.control.program import Program, ProgramNode
 
-BITS = {"q31": 31, "q15": 15}  # bits of a coefficient, without its sign
 WORD, LONG = 2**31, 2**63
 FILLED = (
     0.98  # fraction of a word's range that the real interval may fill; the rest is for rounding
 )
-WIDEST, FINEST = 31, 60  # largest left shift of a word; largest fraction
+WIDEST = 31  # largest left shift of a word
 Interval = tuple[float, float]
 Words = tuple[int, int]
 
@@ -57,25 +57,6 @@ class FixedProgram:
     constants: dict[int, int]
     words: dict[int, Words]
     longest: int
-
-
-def round_coefficient(value: float, bits: int) -> float:
-    """Return a coefficient as it is stored with `bits` bits (see `coefficient`)."""
-    word, fraction = coefficient(value, bits)
-    return math.ldexp(word, -fraction)
-
-
-def coefficient(value: float, bits: int) -> tuple[int, int]:
-    """Return (word, fraction) of a coefficient; an integer that fits has the fraction 0."""
-    if value == int(value) and abs(value) < 2**bits:
-        return int(value), 0
-    fraction = min(bits - math.frexp(value)[1], FINEST)
-    word = round(math.ldexp(value, fraction))
-    if word == 0:  # below the finest fraction
-        return 0, 0
-    if abs(word) >= 2**bits:  # rounded up to the next power of two
-        return round(math.ldexp(value, fraction - 1)), fraction - 1
-    return word, fraction
 
 
 def fixed_program(program: Program, bits: int = BITS["q31"]) -> FixedProgram:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.friction.position_polynomial import polynomial
+from frictool.friction.position_kernels import polynomial
 from frictool.friction.rising_breakaway import dwell_factor
 from frictool.plant import axis as ax
 from frictool.plant import axis_friction_laws as al

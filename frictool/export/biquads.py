@@ -24,8 +24,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.control.coefficient_words import BITS
 from frictool.control.difference_equation import impulse_sums
-from frictool.control.fixed_point import BITS
 from frictool.control.second_order_sections import chain_state_space
 from frictool.documents.controller import Number
 from frictool.errors import NoSolutionError

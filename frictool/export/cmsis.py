@@ -14,7 +14,8 @@ import msgspec
 
 from frictool import __version__
 from frictool.adapters.controller_composition import controller_program
-from frictool.control.fixed_point import BITS, fixed_program
+from frictool.control.coefficient_words import BITS
+from frictool.control.fixed_point import fixed_program
 from frictool.documents.controller import Controller, LinearController, Number
 from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError

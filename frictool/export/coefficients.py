@@ -12,7 +12,7 @@ import numpy as np
 
 from frictool import __version__
 from frictool.adapters.controller_composition import controller_program
-from frictool.control.fixed_point import BITS, coefficient
+from frictool.control.coefficient_words import BITS, coefficient
 from frictool.control.program import Program, ProgramNode
 from frictool.documents.controller import Controller, Number
 from frictool.documents.observer import Observer

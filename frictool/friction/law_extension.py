@@ -23,7 +23,7 @@ import numpy as np
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import Axis
 from frictool.friction.polynomial_minimum import minimum
-from frictool.friction.position_polynomial import position_factor
+from frictool.friction.position_kernels import position_factor
 from frictool.friction.rising_breakaway import dwell_factor
 from frictool.friction.speed_regimes import regimes_from
 from frictool.runtime.kernels import kernel

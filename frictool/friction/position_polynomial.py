@@ -16,26 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from frictool.friction.polynomial_minimum import minimum
-from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
-
-
-@kernel
-def polynomial(coefficients: Vector, x: float) -> float:
-    """Return sum_i coefficients[i] x^i, by Horner's rule."""
-    total = 0.0
-    for i in range(coefficients.shape[0] - 1, -1, -1):
-        total = total * x + coefficients[i]
-    return total
-
-
-@kernel
-def position_factor(coefficients: Vector, low: float, high: float, x: float) -> float:
-    """Return the factor >= 0 of Coulomb friction and breakaway at a position x [m | rad].
-
-    x is limited to [low, high].
-    """
-    return max(0.0, polynomial(coefficients, min(max(x, low), high)))
 
 
 def normalise(coefficients: Vector, low: float, high: float) -> tuple[Vector, float]:

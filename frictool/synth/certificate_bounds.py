@@ -26,8 +26,8 @@ from frictool.verify.certificate_loop import CertificateLoop, Quantity, quantity
 from frictool.verify.document_check import check_feedback
 from frictool.verify.feedback_loops import chain, speed_feedback
 from frictool.verify.loop_figures import weights_of
+from frictool.verify.proved_bound import ProvedBound
 from frictool.verify.speed_loop import performance
-from frictool.verify.zero_exclusion import MOST_CELLS, ProvedBound, prove_bounds
 
 SLACK = 0.001  # slack of the first proof
 LARGE_SLACK = 0.1  # largest slack if the proofs need too many cells
@@ -75,6 +75,8 @@ def certified_weights(weights: PlantWeights) -> CertifiedWeights:
 
 
 def _proved(loops: Sequence[CertificateLoop], box: Box, of: Quantity) -> ProvedBound | str:
+    from frictool.verify.zero_exclusion import MOST_CELLS, prove_bounds  # loads numba
+
     seen = _worst(loops, corners(_ends(box)))
     proved = None
     slack = SLACK

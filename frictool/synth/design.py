@@ -36,9 +36,9 @@ from frictool.verify.certificate_document import certified_loop
 from frictool.verify.certificate_loop import SENSITIVITY
 from frictool.verify.document_check import NOT_EVALUABLE
 from frictool.verify.feedback_loops import feedbacks_of
+from frictool.verify.proved_bound import ProvedBound
 from frictool.verify.recheck import needs_search
 from frictool.verify.rest_proof import prove_rest
-from frictool.verify.zero_exclusion import ProvedBound
 
 WHOLE = (
     "bounds and certificate apply to the speed loop; the proportional law around it is verified at "

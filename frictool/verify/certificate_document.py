@@ -7,7 +7,7 @@ from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
 from frictool.verify.certificate_loop import CertificateLoop, SpeedFeedback
 from frictool.verify.loop_wording import NOT_CERTIFIED
-from frictool.verify.zero_exclusion import ProvedBound, prove
+from frictool.verify.proved_bound import ProvedBound
 
 
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
@@ -59,6 +59,8 @@ def prove_document(controller: Controller, certificate: Certificate) -> tuple[Pr
             )
     if not certificate.bounds:
         return ()
+    from frictool.verify.zero_exclusion import prove  # loads numba
+
     try:
         return prove(certificate, certified_loop(controller, certificate.weights))
     except NoSolutionError as error:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import msgspec
 import numpy as np
 
-from frictool.control.fixed_point import BITS, round_coefficient
+from frictool.control.coefficient_words import BITS, round_coefficient
 from frictool.documents.controller import LinearController, Number, StateSpace
 
 Rows = tuple[tuple[float, ...], ...]

@@ -12,7 +12,6 @@ from frictool.plant.polytope import PlantPoint, corner_points
 from frictool.presentation.tie_rule import smallest
 from frictool.verify.certified_intervals import model_differences
 from frictool.verify.feedback_loops import feedbacks_of
-from frictool.verify.plant_margins import PlantMargins
 from frictool.verify.resonant_loop import ResonantCheck, resonant_check
 
 
@@ -68,7 +67,10 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
                 f"{name} is {other} in the model {model.name}, but {expected} in the controller "
                 f"{controller.name}; run frictool synth again"
             )
-    ranges, margins = intervals(model), PlantMargins(controller)
+    from frictool.verify.plant_margins import PlantMargins  # loads numba
+
+    ranges = intervals(model)
+    margins = PlantMargins(controller)
     points = corner_points(ranges)
     margin, index = smallest(margins.at(point) for point in points)
     specified = controller.verified.modulus_margin_specified

@@ -27,9 +27,9 @@ from frictool.verify.loop_figures import (
     tolerates_rounding,
 )
 from frictool.verify.model_check import ModelCheck, check_model
+from frictool.verify.proved_bound import ProvedBound
 from frictool.verify.rest_proof import prove_rest
 from frictool.verify.scheduled_loop import scheduled_figures
-from frictool.verify.zero_exclusion import ProvedBound
 
 # Relative differences that rounding on another processor may cause; figures without an entry here
 # agree within TOLERANCE.

@@ -10,9 +10,9 @@ import msgspec
 from frictool.documents.quantity import drive_dimension, si_unit
 from frictool.verify.loop_wording import delay_words, plant_words, rounded_down
 from frictool.verify.model_check import ModelCheck
+from frictool.verify.proved_bound import ProvedBound
 from frictool.verify.recheck import Verification
 from frictool.verify.rest_view import rest_lines
-from frictool.verify.zero_exclusion import ProvedBound
 
 NAMES = ("inertia", "viscous", "coulomb", "constant")
 MOST_LINES = 12  # differences that the text lists

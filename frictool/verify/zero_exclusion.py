@@ -26,17 +26,17 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
 
 import numpy as np
 
-from frictool.documents.certificate import Bound, Box, Certificate, Filter
+from frictool.documents.certificate import Box, Certificate, Filter
 from frictool.errors import NoSolutionError
 from frictool.typing import ComplexVector, Vector
 from frictool.verify.bilinear_polynomials import Polynomial, on_circle
 from frictool.verify.certificate_loop import CertificateLoop, quantity_loops
 from frictool.verify.exponential_enclosure import HoldPolynomials, check_range, hold_polynomials
 from frictool.verify.feedback_polynomials import feedback_polynomials
+from frictool.verify.proved_bound import ProvedBound
 from frictool.verify.zero_exclusion_kernel import (
     PROVED,
     VIOLATED,
@@ -49,24 +49,6 @@ from frictool.verify.zero_exclusion_kernel import (
 Interval = tuple[Fraction, Fraction]
 MOST_CELLS = 400_000  # cells for one bound: some seconds
 ROUNDING = Fraction(1, 1 << 53)
-
-
-@dataclass(frozen=True)
-class ProvedBound:
-    """Proved bound: for all constant plants of a certificate the loop is stable and `of` < `below`.
-
-    of: quantity, norm or sensitivity. cells: number of cells (intervals of frequency and plant) in
-    the proof.
-    """
-
-    of: Literal["norm", "sensitivity"]
-    below: float
-    cells: int
-
-    @property
-    def modulus_margin(self) -> float | None:
-        """Return the modulus margin that this bound proves; None if the bound is of a norm."""
-        return Bound(self.of, self.below).modulus_margin
 
 
 @dataclass(frozen=True)

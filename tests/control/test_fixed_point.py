@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.adapters.controller_composition import controller_program
+from frictool.control.coefficient_words import BITS, coefficient, round_coefficient
 from frictool.control.compiled_program import (
     PORTS,
     CompiledProgram,
@@ -21,14 +22,7 @@ from frictool.control.compiled_program import (
     copy_program,
     start_at,
 )
-from frictool.control.fixed_point import (
-    BITS,
-    FixedPointOverflow,
-    coefficient,
-    fixed_machine,
-    fixed_program,
-    round_coefficient,
-)
+from frictool.control.fixed_point import FixedPointOverflow, fixed_machine, fixed_program
 from frictool.control.program import Program, ProgramNode
 from frictool.documents.controller import Controller, LinearController, Velocity
 from studies.rigs.example_controllers import (

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.adapters.controller_composition import controller_program
+from frictool.control.coefficient_words import BITS
 from frictool.control.compiled_program import (
     CompiledProgram,
     compile_program,
@@ -21,7 +22,7 @@ from frictool.control.compiled_program import (
     read,
     start_at,
 )
-from frictool.control.fixed_point import BITS, fixed_program
+from frictool.control.fixed_point import fixed_program
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller

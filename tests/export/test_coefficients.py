@@ -13,7 +13,8 @@ import pytest
 import scipy.io
 
 from frictool.adapters.controller_composition import controller_program
-from frictool.control.fixed_point import BITS, fixed_program
+from frictool.control.coefficient_words import BITS
+from frictool.control.fixed_point import fixed_program
 from frictool.documents.controller import Number
 from frictool.export.coefficients import json_files, matlab_files
 from frictool.verify.coefficient_rounding import coefficient_rounder

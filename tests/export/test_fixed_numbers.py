@@ -15,8 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.adapters.controller_composition import controller_program
+from frictool.control.coefficient_words import BITS
 from frictool.control.compiled_program import compile_program, control_step, read, start_at
-from frictool.control.fixed_point import BITS, fixed_program
+from frictool.control.fixed_point import fixed_program
 from frictool.control.number_format import machine_in
 from frictool.documents.controller import Controller, ProgramNumber
 from frictool.export.golden_vectors import golden_vectors

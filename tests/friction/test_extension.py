@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from frictool.friction import lubricant_film
 from frictool.friction.law_extension import FrictionExtension, levels
 from frictool.friction.law_registry import LAWS
-from frictool.friction.position_polynomial import normalise, position_factor
+from frictool.friction.position_kernels import position_factor
+from frictool.friction.position_polynomial import normalise
 from frictool.friction.rising_breakaway import dwell_factor
 from frictool.friction.speed_regimes import knee_force, knee_slope, regimes_from
 from frictool.friction.stribeck import slip_force

@@ -14,8 +14,9 @@ import pytest
 from numpy.typing import NDArray
 
 from frictool.adapters.controller_composition import controller_program
+from frictool.control.coefficient_words import BITS
 from frictool.control.compiled_program import FIXED, FLOAT, CompiledProgram, control_step, start_at
-from frictool.control.fixed_point import BITS, FixedPointOverflow, fixed_program
+from frictool.control.fixed_point import FixedPointOverflow, fixed_program
 from frictool.control.fixed_point_kernel import INVALID, from_real
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program

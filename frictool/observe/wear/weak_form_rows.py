@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.friction.position_polynomial import polynomial
+from frictool.friction.position_kernels import polynomial
 from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
 from frictool.typing import Matrix, Vector

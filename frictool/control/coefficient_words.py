@@ -1,0 +1,27 @@
+"""Coefficients as integer words with separate binary points, in fixed point."""
+
+from __future__ import annotations
+
+import math
+
+BITS = {"q31": 31, "q15": 15}  # bits of a coefficient, without its sign
+FINEST = 60  # largest fraction
+
+
+def round_coefficient(value: float, bits: int) -> float:
+    """Return a coefficient as it is stored with `bits` bits (see `coefficient`)."""
+    word, fraction = coefficient(value, bits)
+    return math.ldexp(word, -fraction)
+
+
+def coefficient(value: float, bits: int) -> tuple[int, int]:
+    """Return (word, fraction) of a coefficient; an integer that fits has the fraction 0."""
+    if value == int(value) and abs(value) < 2**bits:
+        return int(value), 0
+    fraction = min(bits - math.frexp(value)[1], FINEST)
+    word = round(math.ldexp(value, fraction))
+    if word == 0:  # below the finest fraction
+        return 0, 0
+    if abs(word) >= 2**bits:  # rounded up to the next power of two
+        return round(math.ldexp(value, fraction - 1)), fraction - 1
+    return word, fraction
