@@ -31,7 +31,7 @@ import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
-from frictool.identify.breakaway.onset_friction import OnsetData, efforts, onset_data
+from frictool.identify.breakaway.onset_friction import OnsetData, onset_data
 from frictool.identify.breakaway.position_law import (
     PolynomialOrders,
     choose_structure,
@@ -148,7 +148,7 @@ def breakaway(
     if rising is not None:
         mean = _wider(rising.full, mean)
     start = data.rest(nominal, fit.shape)[0]
-    seen = efforts(data.onsets, nominal, data.resolution, start, fit.shape, fall.value)[0]
+    seen = data.table.efforts(nominal, fit.shape, start, fall.value)[0]
     forward, backward = (
         float(np.mean(seen[side])) if side.any() else np.nan
         for side in (positions.direction > 0.0, positions.direction < 0.0)

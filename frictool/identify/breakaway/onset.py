@@ -342,9 +342,9 @@ def onset_times(
     return found
 
 
-def search_span(resolution: float, rate: float, inertia: float, counts: float) -> float:
-    """Return the time [s] in which a ramp of effort moves the inertia by `counts` encoder steps.
+def search_span(resolution: float, rate: Vector, inertia: float, counts: float) -> Vector:
+    """Return the times (m,) [s] in which ramps of effort move the inertia by `counts` steps.
 
-    The ramp starts at 0 and grows by `rate` per s; no friction acts on the inertia.
+    Each ramp starts at 0 and grows by `rate` (m,) per s; no friction acts on the inertia.
     """
-    return float(np.cbrt(6.0 * counts * resolution * inertia / rate))
+    return np.asarray(np.cbrt(6.0 * counts * resolution * inertia / rate))

@@ -7,6 +7,8 @@ reversal are left out, because only the motor moves there.
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,10 +55,9 @@ class BreakawayOnset:
 
 def is_ramp(record: MotionRecord, bench: Bench) -> bool:
     """Return True if a log consists of breakaway ramps and has enough of them for `breakaway`."""
-    return (
-        are_ramps(_rests(record), record.position, record.effort)
-        and len(find_onsets(record, bench)) >= FEWEST_ONSETS
-    )
+    if not are_ramps(_rests(record), record.position, record.effort):
+        return False
+    return len(list(itertools.islice(_onsets(record, bench), FEWEST_ONSETS))) == FEWEST_ONSETS
 
 
 def _rests(record: MotionRecord) -> list[tuple[int, int]]:
@@ -68,12 +69,15 @@ def _rests(record: MotionRecord) -> list[tuple[int, int]]:
 
 def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
     """Return every breakaway under a growing effort, outside the backlash."""
+    return list(_onsets(record, bench))
+
+
+def _onsets(record: MotionRecord, bench: Bench) -> Iterator[BreakawayOnset]:
     width = bench.mechanics.backlash
     gap = 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
     strokes, rests = find_strokes(record), _rests(record)
     # a rest begins at the position at which the motion has ended
     following = [start + 1 for start, _ in rests[1:]] + [record.position.size]
-    onsets = []
     for (start, end), until, ramp in zip(
         rests, following, ramps_among(rests, record.position, record.effort), strict=False
     ):
@@ -87,8 +91,7 @@ def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
             continue
         onset = _onset(record, start, end, until, direction)
         if onset is not None:
-            onsets.append(onset)
-    return onsets
+            yield onset
 
 
 def _onset(

@@ -9,9 +9,10 @@ Therefore, the mean rest position of all onsets is used (`OnsetData.rest`).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -33,124 +34,149 @@ from frictool.identify.breakaway.stribeck_velocity import (
 )
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.motion_record import MotionRecord
-from frictool.typing import IntVector, Vector
+from frictool.typing import IntVector, Matrix, Vector
 
 PRIOR = 12.0  # 1/variance of a rest position that is uniform within its count, 1/count^2
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities
 ONSETS_COMPARED = 100
 SURELY = 1.0 + 1e-9  # factor on a limit, for the rounding of a sum in another order
-# largest number of results in the cache; one identification computes some 10 000
-MOST_KEPT = 20_000
 TOGETHER = 4  # number of onsets that one call of the kernel computes
-Sliding = tuple[float, float, float, float]  # inertia, viscous, Coulomb friction, offset
-SlidingOnset = tuple[BreakawayOnset, Sliding]
-OnsetKey = tuple[BreakawayOnset, Sliding, float, float, StribeckFall]
-Begin = tuple[float, float, float]
-_KEPT: dict[OnsetKey, Begin] = {}
 
 
-def efforts(
-    onsets: list[BreakawayOnset],
-    axis: Mapping[str, float],
-    resolution: float,
-    start: float,
-    shape: Vector | None = None,
-    fall: StribeckFall = IMMEDIATE,
-) -> tuple[Vector, Vector, Vector]:
-    """Return |effort| (n,), rest position (n,) and misfit (n,) of each onset.
+@dataclass(frozen=True)
+class _Sliding:
+    """Inertia and sliding friction in SI units; `shape` (n,) is a factor of `coulomb`."""
 
-    The rest position is a fraction of an encoder count, 0 to 1. The misfit is the sum of the
-    squared differences between computed and logged travel, divided by their variance due to
-    sampling.
+    inertia: float
+    viscous: float
+    coulomb: float
+    offset: float
+    shape: Vector | None = None
 
-    - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
-    - start: expected rest position, 0 to 1
-    - shape: factor of `coulomb` at each onset, (n,); None if friction is constant
-    - fall: fall of friction with the speed after the onset
+    @property
+    def key(self) -> tuple[float, float, float, float, bytes]:
+        """Return the values as a key of a dictionary."""
+        shape = b"" if self.shape is None else self.shape.tobytes()
+        return self.inertia, self.viscous, self.coulomb, self.offset, shape
+
+
+class OnsetTable:
+    """Onsets of ramps as arrays, and the results that were computed for them.
+
+    - times, seen: changes of the encoder's count of each onset (`BreakawayOnset`), (n, k)
+    - level, rate, direction, timing: values of each onset, (n,)
+    - resolution: encoder step, rad | m
     """
-    factors = [1.0] * len(onsets) if shape is None else shape.tolist()
-    slidings = [
-        (axis["inertia"], axis["viscous"], axis["coulomb"] * factor, axis["offset"])
-        for factor in factors
-    ]
-    found = _begins(list(zip(onsets, slidings, strict=True)), resolution, start, fall)
-    t0, place, left = np.array(found).reshape(-1, 3).T
-    level, rate, timing = np.array([(o.level, o.rate, o.timing) for o in onsets]).reshape(-1, 3).T
-    return level + rate * t0, place / resolution, 12.0 * left / (timing * resolution**2)
 
+    def __init__(self, onsets: Sequence[BreakawayOnset], resolution: float) -> None:
+        self.resolution = resolution
+        self.level = np.array([onset.level for onset in onsets])
+        self.rate = np.array([onset.rate for onset in onsets])
+        self.direction = np.array([onset.direction for onset in onsets])
+        self.timing = np.array([onset.timing for onset in onsets])
+        self._counts = np.array([onset.time.size for onset in onsets])
+        self._times, self._seen = np.zeros((2, len(onsets), int(self._counts.max())))
+        for k, onset in enumerate(onsets):
+            self._times[k, : onset.time.size] = onset.time
+            self._seen[k, : onset.seen.size] = onset.seen
+        self._results: dict[Any, Matrix] = {}
 
-def _begins(
-    onsets: list[SlidingOnset], resolution: float, start: float, fall: StribeckFall
-) -> list[Begin]:
-    """Return time [s], rest position [rad | m] and misfit of each onset; NaN if not determined."""
-    keys = [(*onset, resolution, start, fall) for onset in onsets]
-    known = {key: _KEPT[key] for key in keys if key in _KEPT}
-    new = [key for key in dict.fromkeys(keys) if key not in known]
-    for first in range(0, len(new), TOGETHER):
-        part = new[first : first + TOGETHER]
-        immediate = [math.nan] * len(part)
-        if fall != IMMEDIATE:
-            without = [(onset, sliding) for onset, sliding, *_ in part]
-            immediate = [t0 for t0, *_ in _begins(without, resolution, start, IMMEDIATE)]
-        known |= zip(part, _computed(part, immediate), strict=True)
-    if len(_KEPT) + len(new) > MOST_KEPT:
-        _KEPT.clear()
-    _KEPT.update((key, known[key]) for key in new)
-    return [known[key] for key in keys]
+    def efforts(
+        self,
+        axis: Mapping[str, float],
+        shape: Vector | None,
+        start: float,
+        fall: StribeckFall = IMMEDIATE,
+        which: IntVector | None = None,
+    ) -> tuple[Vector, Vector, Vector]:
+        """Return |effort| (m,), rest position (m,) and misfit (m,) of the onsets `which` (m,).
 
+        The rest position is a fraction of an encoder count, 0 to 1. The misfit is the sum of the
+        squared differences between computed and logged travel, divided by their variance due to
+        sampling. If `which` is None, all onsets are computed.
 
-def _computed(keys: list[OnsetKey], immediate: list[float]) -> list[Begin]:
-    """Return the results of `_begins` for keys that have the same fall of friction.
+        - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
+        - shape: factor of `coulomb` at each onset, (n,); None if friction is constant
+        - start: expected rest position, 0 to 1
+        - fall: fall of friction with the speed after the onset
+        """
+        sliding = _Sliding(axis["inertia"], axis["viscous"], axis["coulomb"], axis["offset"], shape)
+        which = np.arange(self.level.size) if which is None else which
+        t0, place, left = self._begins(sliding, start, fall, which).T
+        variance = self.timing[which] * self.resolution**2
+        return (
+            self.level[which] + self.rate[which] * t0,
+            place / self.resolution,
+            12.0 * left / variance,
+        )
 
-    `immediate`: onsets [s] that result from an immediate fall.
-    """
-    onsets = [onset for onset, *_ in keys]
-    resolution, start, fall = keys[0][2:]
-    times, seen = np.zeros((2, len(onsets), max(onset.time.size for onset in onsets)))
-    for k, onset in enumerate(onsets):
-        times[k, : onset.time.size] = onset.time
-        seen[k, : onset.seen.size] = onset.seen
-    slidings = [sliding for _, sliding, *_ in keys]
-    # only the effort without the offset acts against friction
-    ramps = [
-        (onset.level - onset.direction * offset, onset.rate)
-        for onset, (*_, offset) in zip(onsets, slidings, strict=True)
-    ]
-    spans = [
-        search_span(resolution, onset.rate, inertia, CHANGES_USED)
-        for onset, (inertia, *_) in zip(onsets, slidings, strict=True)
-    ]
-    found = onset_times(
-        times,
-        seen,
-        np.array([onset.time.size for onset in onsets]),
-        np.array(ramps),
-        np.array([sliding[:3] for sliding in slidings]),
-        resolution,
-        start * resolution,
-        np.array([onset.timing for onset in onsets]),
-        np.array(spans),
-        fall.velocity,
-        fall.exponent,
-        np.array(immediate),
-    )
-    return [(t0, place, left) for t0, place, left, _ in found.tolist()]
+    def _begins(
+        self, sliding: _Sliding, start: float, fall: StribeckFall, which: IntVector
+    ) -> Matrix:
+        """Return time [s], rest position [rad | m] and misfit (m, 3); NaN if not determined."""
+        known = self._results.setdefault(
+            (sliding.key, start, fall), np.full((self.level.size, 3), np.nan)
+        )
+        new = which[np.isnan(known[which, 0])]
+        for first in range(0, new.size, TOGETHER):
+            part = new[first : first + TOGETHER]
+            immediate = (
+                np.full(part.size, np.nan)
+                if fall == IMMEDIATE
+                else self._begins(sliding, start, IMMEDIATE, part)[:, 0]
+            )
+            known[part] = self._computed(part, sliding, start, fall, immediate)
+        return known[which]
+
+    def _computed(
+        self,
+        which: IntVector,
+        sliding: _Sliding,
+        start: float,
+        fall: StribeckFall,
+        immediate: Vector,
+    ) -> Matrix:
+        """Return the results of `_begins`; `immediate`: onsets (m,) of an immediate fall [s]."""
+        rate = self.rate[which]
+        axes = np.empty((which.size, 3))
+        axes[:, 0] = sliding.inertia
+        axes[:, 1] = sliding.viscous
+        axes[:, 2] = sliding.coulomb
+        if sliding.shape is not None:
+            axes[:, 2] *= sliding.shape[which]
+        # only the effort without the offset acts against friction
+        level = self.level[which] - self.direction[which] * sliding.offset
+        found = onset_times(
+            self._times[which],
+            self._seen[which],
+            self._counts[which],
+            np.column_stack((level, rate)),
+            axes,
+            self.resolution,
+            start * self.resolution,
+            self.timing[which],
+            search_span(self.resolution, rate, sliding.inertia, CHANGES_USED),
+            fall.velocity,
+            fall.exponent,
+            immediate,
+        )
+        return found[:, :3]
 
 
 @dataclass(frozen=True)
 class OnsetData:
     """Selected onsets of breakaway ramps.
 
+    - table: the onsets as arrays, with the encoder step
     - positions: positions and directions of the onsets
-    - resolution: encoder step, rad | m
     - offset: offset of the bench, N m | N; None if all onsets have one direction; the
       argument `axis` of the methods then contains the offset
     - fall: assumed fall of friction with the speed
     """
 
     onsets: list[BreakawayOnset]
+    table: OnsetTable
     positions: BreakawayPositions
-    resolution: float
     offset: float | None
     fall: StribeckFall = IMMEDIATE
 
@@ -167,26 +193,22 @@ class OnsetData:
         Return inf as soon as the sum shows that the mean exceeds `most`. The onsets are evaluated
         in the order `order`, those with the largest expected misfit first.
         """
-        onsets, factors = self._compared(shape)
-
-        squares: Vector = np.empty(len(onsets))
+        squares: Vector = np.empty(order.size)
         partial_sum = 0.0
-        for first in range(0, len(onsets), TOGETHER):
+        compared = self._compared()
+        for first in range(0, order.size, TOGETHER):
             part = order[first : first + TOGETHER]
-            some = [onsets[k] for k in part.tolist()]
-            squares[part] = efforts(some, axis, self.resolution, 0.5, factors[part], fall)[2]
+            squares[part] = self.table.efforts(axis, shape, 0.5, fall, compared[part])[2]
             for square in squares[part].tolist():
                 partial_sum += square
-                if partial_sum > most * len(onsets) * SURELY:
+                if partial_sum > most * order.size * SURELY:
                     return math.inf
         total = sum(squares.tolist())
-        return math.inf if total > most * len(onsets) else total / len(onsets)
+        return math.inf if total > most * order.size else total / order.size
 
-    def _compared(self, shape: Vector | None) -> tuple[list[BreakawayOnset], Vector]:
-        """Return at most ONSETS_COMPARED onsets, evenly spaced, and their entries of `shape`."""
-        every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
-        onsets = self.onsets[every]
-        return onsets, np.ones(len(onsets)) if shape is None else shape[every]
+    def _compared(self) -> IntVector:
+        """Return the indices of at most ONSETS_COMPARED onsets, evenly spaced."""
+        return np.arange(0, len(self.onsets), math.ceil(len(self.onsets) / ONSETS_COMPARED))
 
     def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
@@ -201,10 +223,9 @@ class OnsetData:
         ]
         ends = [end for end in ends if end["inertia"] > 0.0]
         rate = float(np.mean([onset.rate for onset in self.onsets]))
-        scale = float(np.cbrt(self.resolution**2 * rate / nominal["inertia"]))
+        scale = float(np.cbrt(self.table.resolution**2 * rate / nominal["inertia"]))
         # the onsets that contradict a slow fall most come first
-        onsets, factors = self._compared(shape)
-        slow = efforts(onsets, nominal, self.resolution, 0.5, factors, NO_FALL)[2]
+        slow = self.table.efforts(nominal, shape, 0.5, NO_FALL, self._compared())[2]
         misfits = [
             partial(self.misfit, parameters, shape, np.argsort(-slow))
             for parameters in (nominal, *ends)
@@ -220,8 +241,7 @@ class OnsetData:
         (uniform distribution), with weights 1/variance.
         """
         low, high = (
-            efforts(self.onsets, axis, self.resolution, expected, shape, self.fall)[1]
-            for expected in (0.0, 1.0)
+            self.table.efforts(axis, shape, expected, self.fall)[1] for expected in (0.0, 1.0)
         )
         intercept = float(np.mean(low))
         gain = max(1.0 - float(np.mean(high - low)), 1e-6)
@@ -245,8 +265,7 @@ class OnsetData:
         mean, deviation = self.rest(axis, shape)
         start = mean + deviations * deviation
         return (
-            efforts(self.onsets, axis, self.resolution, start, shape, self.fall)[0]
-            - offset * self.positions.direction
+            self.table.efforts(axis, shape, start, self.fall)[0] - offset * self.positions.direction
         )
 
     def shape(self, structure: PolynomialOrders, value: Vector) -> Vector:
@@ -281,7 +300,7 @@ def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
     one_way = abs(float(np.sum(direction))) == direction.size
     return OnsetData(
         used,
+        OnsetTable(used, records[0].resolution),
         positions,
-        records[0].resolution,
         None if one_way else 0.0 if known is None else known.value,
     )
