@@ -25,7 +25,7 @@ from frictool.documents.example_values import examples_words
 from frictool.errors import EXIT_INPUT, FrictoolError
 from frictool.runtime import notifications
 
-GARBAGE = 50_000  # new objects after which garbage is collected
+GARBAGE = 200_000  # new objects after which garbage is collected
 # command -> (module, one line for --help), in the order of the pipeline
 COMMANDS: dict[str, tuple[str, str]] = {
     "init": ("frictool.cli.init", "Write commented documents for a new rig."),

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -66,12 +67,16 @@ class StrokeMeans:
 
     def mean(self, values: Vector) -> Vector:
         """Return the mean (m,) of values (n,) over each part."""
-        lengths = np.diff(np.append(self.starts, self.speed.size))
-        return np.asarray(np.add.reduceat(values, self.starts) / lengths)
+        return np.asarray(np.add.reduceat(values, self.starts) / self._lengths)
+
+    @cached_property
+    def _lengths(self) -> NDArray[np.int64]:
+        return np.diff(np.append(self.starts, self.speed.size))
 
     def piece(self, low: float, high: float) -> Vector:
         """Return the regressor (m,) of viscous friction between the speeds `low` and `high`."""
-        return self.sign * self.mean(np.clip(self.speed, low, high) - low)
+        within = np.minimum(np.maximum(self.speed, low), high)
+        return self.sign * self.mean(within - low)
 
     def share_beyond(self, knee: float) -> Vector:
         """Return the share (m,) of samples faster than `knee`, with the sign of the direction."""
