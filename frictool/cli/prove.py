@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.common_options import existing, json_option, output_option
+from frictool.cli.common_options import FiniteRange, existing, json_option, output_option
 from frictool.cli.console_output import print_json, say
 from frictool.cli.output_files import check_targets, command_line, save_text
 from frictool.cli.progress import progress
@@ -33,6 +33,10 @@ undecided. Modulus margin and drive peak are proved for every plant with paramet
 limits, by the certificate and by the drive limit. All other requirements are proved for the plants
 of the scenario only; `frictool campaign` draws other plants.
 
+--box-minutes searches for cells of the parameter box, for which response time, overshoot, static
+error and rest are proved for every plant. The proof then lists the cells; the requirements state
+their share of the volume of the box.
+
 The proof contains its documents. `frictool verify` proves it again from the file alone.
 
 Exit codes: 0 every requirement is proved; 1 a requirement is refuted or undecided; 4 the model, the
@@ -56,6 +60,13 @@ controller or the scenario contains something that the proof does not cover.
     show_default=True,
     help="Number format of the controller.",
 )
+@click.option(
+    "--box-minutes",
+    type=FiniteRange(0.0),
+    default=0.0,
+    show_default=True,
+    help="Time of the search for proved cells of the parameter box; 0: no search.",
+)
 @output_option(required=False, help="Proof to write (proof.yaml).")
 @cores_option
 @json_option
@@ -67,6 +78,7 @@ def command(
     scenario: Path,
     spec: Path,
     number: ProgramNumber,
+    box_minutes: float,
     output: Path | None,
     cores: int | None,
     as_json: bool,
@@ -82,7 +94,7 @@ def command(
     from frictool.documents.writing import to_yaml
     from frictool.errors import EXIT_NO
     from frictool.prove.proof_view import json_view, lines, verdict_of
-    from frictool.prove.step_proof import ProofRequest, prove_step
+    from frictool.prove.step_proof import ProofRequest, prove_box, prove_step
     from frictool.simulate.document_agreement import DocumentNames
 
     test = ProofRequest(
@@ -100,11 +112,15 @@ def command(
             "--scenario": scenario,
             "--spec": spec,
             "--number": None if number == "double" else number,
+            "--box-minutes": box_minutes or None,
         },
     )
     names = DocumentNames(str(model), str(controller), str(scenario))
     with progress("plants") as show:
         proof = prove_step(test, provenance_of_command(words, inputs), names, show, cores)
+    if box_minutes > 0.0:
+        with progress("time for cells") as show:
+            proof = prove_box(proof, 60.0 * box_minutes, show, cores)
     if output is not None:
         save_text(output, to_yaml(proof), inputs)
     if as_json:

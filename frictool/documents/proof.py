@@ -30,6 +30,8 @@ class ProvedRequirement(
     - `value`: Worst value of all plants and starts.
     - `box`: Bound of the value for every plant with parameters between their limits. If the bound
       is absent, the outcome concerns the proof's plants only.
+    - `share`: Share of the volume of the parameter box in the proof's cells, 0 to 1. The
+      requirement is proved for every plant in these cells.
     - `plant`: Plant for which the requirement is refuted or undecided.
     - `start`: Position at rest [rad | m] from which the requirement is violated.
     - `reason`: Reason for an undecided requirement.
@@ -43,6 +45,7 @@ class ProvedRequirement(
     start: float | None = None
     reason: str = ""
     box: float | None = None
+    share: float | None = None
 
 
 class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -57,6 +60,8 @@ class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
       the same encoder readings.
     - `open_share`: Largest share of a plant's starts for which the proof claims nothing.
     - `requirements`: Requirements in the order of the specification.
+    - `cells`: Proved cells of the parameter box, as paths of halvings: c, f, v for the lower half
+      of constant, Coulomb friction and viscous friction over inertia; C, F, V for the upper half.
     - `model`, `controller`, `scenario`, `spec`: Documents of the step test.
     - `digest`: SHA-256 of the other keys.
     """
@@ -75,6 +80,7 @@ class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     scenario: Scenario
     spec: Spec
     provenance: Provenance
+    cells: tuple[str, ...] = ()
     digest: str = ""
 
 

@@ -31,6 +31,7 @@ def json_view(proof: Proof, differing: tuple[str, ...] | None) -> dict[str, Any]
         "starts": list(proof.starts),
         "runs": proof.runs,
         "open_share": proof.open_share,
+        "cells": len(proof.cells),
         "requirements": [
             {
                 "key": one.key,
@@ -41,6 +42,7 @@ def json_view(proof: Proof, differing: tuple[str, ...] | None) -> dict[str, Any]
                 "start": one.start,
                 "reason": one.reason,
                 "box": one.box,
+                "share": one.share,
             }
             for one in proof.requirements
         ],
@@ -103,6 +105,8 @@ def _requirement(one: ProvedRequirement, unit: str) -> str:
         value += f"; for every plant of the box at most {one.box:.4g}"
     elif one.box is not None:
         value += " for every plant of the box"
+    if one.share is not None:
+        value += f"; limit proved for {100.0 * one.share:.3g} % of the box"
     text = f"  {STATES[one.state]:<10} {requirement_title(metric.requirement_name)}{value}"
     text += f" (limit {one.limit:.4g})"
     if one.start is not None:

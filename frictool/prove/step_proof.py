@@ -44,6 +44,14 @@ from frictool.metrics.static_error import static_error
 from frictool.plant.axis import rest
 from frictool.plant.position_load import PositionLoad
 from frictool.prove.axis_enclosure import plant_box
+from frictool.prove.box_proof import (
+    BOX_KEYS,
+    BoxTest,
+    box_test,
+    prove_cells,
+    search,
+    total_share,
+)
 from frictool.prove.command_bound import command_bound
 from frictool.prove.encoder_phases import LoopOfPlant, PhaseRun, phase_runs
 from frictool.simulate.axis_variants import AxisVariant, variants_of
@@ -152,16 +160,66 @@ def differences(proof: Proof, again: Proof) -> tuple[str, ...]:
     The list also contains blocks of the controller that were changed after its verification.
     """
     stored, computed = (msgspec.to_builtins(one) for one in (proof, again))
-    keys = [key for key in computed if stored.get(key) != computed[key] and key != "digest"]
+    keys = [
+        key
+        for key in {**computed, **stored}
+        if stored.get(key) != computed.get(key) and key != "digest"
+    ]
     if proof.digest != proof_digest(proof):
         keys.append("digest")
     return (*keys, *(f"controller.{name}" for name in changed_blocks(proof.controller)))
 
 
 def prove_again(proof: Proof, progress: Callable[[float], None] = lambda _: None) -> Proof:
-    """Repeat a proof from the documents that it contains."""
+    """Repeat a proof from the documents that it contains, with the cells that it lists."""
     test = ProofRequest(proof.model, proof.controller, proof.scenario, proof.spec, proof.number)
-    return prove_step(test, proof.provenance, progress=progress)
+    again = prove_step(test, proof.provenance, progress=progress)
+    if not proof.cells:
+        return again
+    box = _box_test(test)
+    return _with_cells(again, box, prove_cells(box, proof.cells, progress))
+
+
+def prove_box(
+    proof: Proof,
+    seconds: float,
+    progress: Callable[[float], None] = lambda _: None,
+    cores: int | None = None,
+) -> Proof:
+    """Return a proof with the cells of the parameter box that a search of `seconds` proves.
+
+    Raises
+    ------
+    NoSolutionError
+        If the enclosure of a cell does not support the controller, the model or the scenario.
+    """
+    test = ProofRequest(proof.model, proof.controller, proof.scenario, proof.spec, proof.number)
+    box = _box_test(test)
+    return _with_cells(proof, box, search(box, seconds, progress, cores))
+
+
+def _box_test(test: ProofRequest) -> BoxTest:
+    _refuse_uncovered(test)
+    reason = "the controller runs in another number format than double"
+    box = (
+        box_test(test.model, test.controller, test.scenario, test.spec)
+        if test.number == "double"
+        else reason
+    )
+    if isinstance(box, str):
+        raise NoSolutionError(f"no cell of the box is proved: {box}")
+    return box
+
+
+def _with_cells(proof: Proof, box: BoxTest, cells: tuple[str, ...]) -> Proof:
+    """Return a proof with proved cells and their share of the box."""
+    share = total_share(box, cells)
+    requirements = tuple(
+        msgspec.structs.replace(one, share=share) if one.key in BOX_KEYS else one
+        for one in proof.requirements
+    )
+    proof = msgspec.structs.replace(proof, requirements=requirements, cells=cells)
+    return msgspec.structs.replace(proof, digest=proof_digest(proof))
 
 
 def loop_of(test: ProofRequest, plant: AxisVariant) -> LoopOfPlant:

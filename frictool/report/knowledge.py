@@ -57,5 +57,8 @@ def _proved(requirement: Requirement, proof: Proof) -> list[str]:
     if any(one.box is not None and one.box <= requirement.limit for one in claims):
         return [BOX_PROVED]
     if any(one.value is not None and one.value <= requirement.limit for one in claims):
-        return [PROVED.format(", ".join(proof.plants))]
+        shares = [one.share or 0.0 for one in claims if one.limit <= requirement.limit]
+        share = max(shares, default=0.0)
+        box = f", and for {100.0 * share:.3g} % of the box" if share else ""
+        return [PROVED.format(", ".join(proof.plants)) + box]
     return []

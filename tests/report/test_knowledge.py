@@ -96,6 +96,17 @@ def test_a_bound_for_the_box_counts_within_the_limit_of_the_report_only() -> Non
         assert (HELD in known) != counts  # beyond the limit, the single plants still count
 
 
+def test_a_share_of_the_box_counts_within_the_limit_of_the_proof_only() -> None:
+    for limit, counts in ((5.0, True), (5.1, False)):
+        proof = _proof("proved", 1.0)
+        claim = msgspec.structs.replace(proof.requirements[0], share=0.125, limit=limit)
+        boxed = msgspec.structs.replace(proof, requirements=(claim,))
+        request = ReportRequest(clutch_spec(), (RECORDED,), certified("speed"), proof=boxed)
+        known = _known(verdict_of(request))["overshoot_percent"]
+        assert ("12.5 % of the box" in known) == counts
+        assert HELD in known
+
+
 @pytest.mark.parametrize("fault", ["digest", "controller"])
 def test_an_edited_or_foreign_proof_is_refused(tmp_path: Path, fault: str) -> None:
     proof, own = _proof("proved", 1.0), certified("speed")

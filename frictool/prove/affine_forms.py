@@ -1,0 +1,255 @@
+"""Affine forms: sets of values as a centre plus generators, with errors rounded outwards.
+
+A form is the set of all
+
+    center + sum over j of gen[j] e_j + error e,     |e_j| <= 1, |e| <= 1
+
+The e_j are common to all forms, so that forms keep their linear dependence on parameters, initial
+position and past encoder errors (Stolfi and de Figueiredo 1997). A form may have additional bounds
+`low` and `high`. Each operation adds ROUND times the sum of the magnitudes of its terms to the
+error. This is more than the rounding errors of the operation in double arithmetic, of which each
+is at most 2^-53 times the magnitude of a term.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool.runtime.kernels import bare_kernel, part_kernel
+from frictool.typing import IntVector, Matrix, Vector
+
+ROUND = 1e-14
+GROWTH = 1.0 + 1e-12  # factor on a radius: more than the rounding errors of a sum of 4000 terms
+
+
+class Forms(NamedTuple):
+    """Forms, one per row.
+
+    center (n,), gen (n, generators), error (n,). extent (n,): the generators of a row from this
+    column on are 0. low, high (n,): bounds that hold in addition. size (1,): number of generators.
+    """
+
+    center: Vector
+    gen: Matrix
+    error: Vector
+    extent: IntVector
+    low: Vector
+    high: Vector
+    size: IntVector
+
+
+def empty_forms(rows: int, generators: int) -> Forms:
+    """Return `rows` forms of the value 0, with memory for a number of generators."""
+    return Forms(
+        np.zeros(rows),
+        np.zeros((rows, generators)),
+        np.zeros(rows),
+        np.zeros(rows, dtype=np.int64),
+        np.full(rows, -np.inf),
+        np.full(rows, np.inf),
+        np.zeros(1, dtype=np.int64),
+    )
+
+
+def copy_forms(f: Forms) -> Forms:
+    """Return a copy of forms."""
+    return Forms(
+        f.center.copy(),
+        f.gen.copy(),
+        f.error.copy(),
+        f.extent.copy(),
+        f.low.copy(),
+        f.high.copy(),
+        f.size.copy(),
+    )
+
+
+@bare_kernel
+def radius(f: Forms, a: int) -> float:
+    """Return an upper bound of |value - center| of row a."""
+    total = float(f.error[a])
+    for j in range(f.extent[a]):
+        total += abs(f.gen[a, j])
+    return total * GROWTH
+
+
+@bare_kernel
+def lowest(f: Forms, a: int) -> float:
+    """Return a lower bound of row a."""
+    r = radius(f, a)
+    center = float(f.center[a])
+    low: float = center if r == 0.0 else center - r - ROUND * (abs(center) + r)
+    return max(low, float(f.low[a]))
+
+
+@bare_kernel
+def highest(f: Forms, a: int) -> float:
+    """Return an upper bound of row a."""
+    r = radius(f, a)
+    center = float(f.center[a])
+    high = center if r == 0.0 else float(center + r + ROUND * (abs(center) + r))
+    return min(high, float(f.high[a]))
+
+
+@bare_kernel
+def is_number(f: Forms, a: int) -> bool:
+    """Return True if row a is one number."""
+    return bool(f.extent[a] == 0 and f.error[a] == 0.0)
+
+
+@bare_kernel
+def assign(f: Forms, d: int, value: float) -> None:
+    """Set row d to a number."""
+    f.center[d] = value
+    f.error[d] = 0.0
+    f.extent[d] = 0
+    f.low[d] = -np.inf
+    f.high[d] = np.inf
+
+
+@part_kernel
+def copy_row(f: Forms, d: int, a: int) -> None:
+    """Set row d to row a."""
+    f.center[d] = f.center[a]
+    f.error[d] = f.error[a]
+    f.extent[d] = f.extent[a]
+    f.low[d] = f.low[a]
+    f.high[d] = f.high[a]
+    for j in range(f.extent[a]):
+        f.gen[d, j] = f.gen[a, j]
+
+
+@part_kernel
+def combine(
+    f: Forms, d: int, ka: float, a: int, kb: float, b: int, offset: float, error: float
+) -> None:
+    """Set row d to ka a + kb b + offset, with an additional error; d may be a or b."""
+    ea, eb = f.extent[a], f.extent[b]
+    extent = max(ea, eb)
+    size = abs(ka * f.center[a]) + abs(kb * f.center[b]) + abs(offset)
+    exact = extent == 0 and f.error[a] == 0.0 and f.error[b] == 0.0 and error == 0.0
+    f.center[d] = ka * f.center[a] + kb * f.center[b] + offset
+    width = abs(ka) * f.error[a] + abs(kb) * f.error[b] + error
+    for j in range(extent):
+        x = ka * f.gen[a, j] if j < ea else 0.0
+        y = kb * f.gen[b, j] if j < eb else 0.0
+        f.gen[d, j] = x + y
+        size += abs(x) + abs(y)
+    f.extent[d] = extent
+    # numbers are computed as the controller computes them
+    f.error[d] = 0.0 if exact else width * GROWTH + ROUND * size
+    f.low[d] = -np.inf
+    f.high[d] = np.inf
+
+
+@part_kernel
+def multiply(f: Forms, d: int, a: int, b: int) -> None:
+    """Set row d to the product of rows a and b; d may be a or b."""
+    ra, rb = radius(f, a), radius(f, b)
+    ca, cb = f.center[a], f.center[b]
+    ea, eb = f.extent[a], f.extent[b]
+    extent = max(ea, eb)
+    width = abs(cb) * f.error[a] + abs(ca) * f.error[b] + ra * rb
+    size = abs(ca * cb)
+    for j in range(extent):
+        x = cb * f.gen[a, j] if j < ea else 0.0
+        y = ca * f.gen[b, j] if j < eb else 0.0
+        f.gen[d, j] = x + y
+        size += abs(x) + abs(y)
+    f.center[d] = ca * cb
+    f.extent[d] = extent
+    f.error[d] = 0.0 if ra == 0.0 and rb == 0.0 else width * GROWTH + ROUND * size
+    f.low[d] = -np.inf
+    f.high[d] = np.inf
+
+
+@bare_kernel
+def release(f: Forms, a: int, share: float) -> None:
+    """Make the error of row a a new generator, if it is more than a share of the row's radius."""
+    column = f.size[0]
+    if f.error[a] <= share * radius(f, a) or column >= f.gen.shape[1]:
+        return
+    for j in range(f.extent[a], column):
+        f.gen[a, j] = 0.0
+    f.gen[a, column] = f.error[a]
+    f.error[a] = 0.0
+    f.extent[a] = column + 1
+    f.size[0] = column + 1
+
+
+@part_kernel
+def add_generator(f: Forms, a: int, half: float) -> None:
+    """Add an independent error of +-half to row a, as a new generator."""
+    f.error[a] += half
+    release(f, a, 0.0)
+
+
+@part_kernel
+def reduce_forms(f: Forms, rows: IntVector, fixed: int, keep: int, score: Vector) -> None:
+    """Keep the `keep` largest generators of the given rows; the others become errors.
+
+    The first `fixed` generators are kept. `score` (generators,) is scratch memory.
+    """
+    size = f.size[0]
+    if size <= keep:
+        return
+    for j in range(size):
+        score[j] = 0.0
+    for t in range(rows.shape[0]):
+        a = rows[t]
+        r = radius(f, a)
+        if r > 0.0:
+            for j in range(f.extent[a]):
+                score[j] = max(score[j], abs(f.gen[a, j]) / r)
+    low, high = 0.0, 1.0
+    for _ in range(30):  # bisection for the threshold
+        middle = 0.5 * (low + high)
+        count = fixed
+        for j in range(fixed, size):
+            count += score[j] > middle
+        if count > keep:
+            low = middle
+        else:
+            high = middle
+    target = fixed
+    for j in range(fixed, size):
+        kept = score[j] > high
+        for t in range(rows.shape[0]):
+            a = rows[t]
+            if j >= f.extent[a]:
+                continue
+            if kept:
+                f.gen[a, target] = f.gen[a, j]
+            else:
+                f.error[a] += abs(f.gen[a, j]) * GROWTH
+        if kept:
+            score[target] = j
+            target += 1
+    for t in range(rows.shape[0]):
+        a = rows[t]
+        if f.extent[a] > fixed:
+            extent = fixed
+            for c in range(fixed, target):
+                if score[c] < f.extent[a]:
+                    extent = c + 1
+            f.extent[a] = extent
+    f.size[0] = target
+
+
+@part_kernel
+def clip_row(f: Forms, a: int, low: float, high: float) -> None:
+    """Replace row a by the interval [low, high], as one new generator."""
+    assign(f, a, 0.5 * (low + high))
+    add_generator(f, a, 0.5 * (high - low) * GROWTH + ROUND * max(abs(low), abs(high)))
+
+
+@part_kernel
+def root_bounds(low: float, high: float) -> tuple[float, float, float]:
+    """Return slope, lower and upper intercept of lines around the square root on [low, high]."""
+    slope = 1.0 / (math.sqrt(low) + math.sqrt(high))
+    below = math.sqrt(low) - slope * low
+    above = 0.25 / slope  # tangent with this slope
+    return slope, below, above

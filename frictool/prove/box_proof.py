@@ -1,0 +1,471 @@
+"""Proof of a step test for cells of the parameter box, and the share of the box that is proved.
+
+The axis depends on inertia J, viscous friction sigma, Coulomb friction F and constant K through the
+ratios K/J, F/J and sigma/J (axis_forms.py); the load over the inertia is in one interval for all
+plants. A cell is a box of these three ratios. The search halves cells that the tube does not
+decide. A cell is written as its path from the box of all ratios: one letter for each halving,
+c (constant), f (Coulomb friction) or v (viscous friction) for the lower half, C, F or V for the
+upper one. K/J and F/J are halved at their geometric mean, sigma/J at its arithmetic mean.
+
+A cell is proved if every hold of the scenario is: from every position at which the hold before may
+end, the position stays within the overshoot, stays near its final value from the required response
+time on, ends within the static error and inside the band, and the drive then stays 0.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from frictool.adapters.axis_model import axis_of
+from frictool.adapters.controller_composition import controller_program
+from frictool.adapters.parameter_intervals import ranges
+from frictool.control.compiled_program import (
+    compile_program,
+    control_step,
+    copy_program,
+    start_at,
+)
+from frictool.documents.controller import Controller
+from frictool.documents.model import Model
+from frictool.documents.scenario import Scenario
+from frictool.documents.spec import Spec
+from frictool.metrics.reference_holds import constant_runs
+from frictool.metrics.response_time import ZONE
+from frictool.prove import axis_forms as ax
+from frictool.prove.box_tube import (
+    COAST,
+    RESIDUE,
+    AxisFixed,
+    CellRatios,
+    OpenCell,
+    StepBounds,
+    StepPlan,
+    StepStart,
+    TubeLoop,
+    step_bounds,
+)
+from frictool.simulate.reference import parts_of
+from frictool.typing import Vector
+from frictool.workers.job_sharing import share
+
+BOX_KEYS = ("response_time_95_s", "overshoot_percent", "static_error", "rest")
+LETTERS = "cfv"
+TAIL = 0.1001  # share of a hold, at its end, in which the axis has to rest
+FIRST_SIZE = (0.026, 0.042, 4.4)  # of the first cells: relative, relative, 1/s
+SMALLEST_PART = 2.0  # encoder counts: intervals of starts are not divided further
+WIDEST_PART = 1.5  # rad | m: longest interval of starts of one tube
+FIRST_PAUSE = (
+    20  # samples: earlier times at which the prefilter leaves the settled range are no pause
+)
+SLACK = 1e-7  # rad | m
+Ends = tuple[float, float]
+Box = dict[str, Ends]
+
+
+@dataclass(frozen=True)
+class HoldGoal:
+    """Plan of a hold and its limits.
+
+    origin, target: reference before and during the hold. overshoot, static, response: limits
+    [rad | m]; infinite without a requirement. still: latest time of rest, from the beginning of the
+    hold [s].
+    """
+
+    plan: StepPlan
+    values: Vector
+    origin: float
+    target: float
+    overshoot: float
+    static: float
+    response: float
+    still: float
+
+
+@dataclass(frozen=True)
+class BoxTest:
+    """Step test of the box: loop, holds, start, box of the parameters and the constant load."""
+
+    loop: TubeLoop
+    goals: tuple[HoldGoal, ...]
+    start: StepStart
+    box: Box
+    load: float
+    travel: Ends
+
+
+def box_test(model: Model, controller: Controller, scenario: Scenario, spec: Spec) -> BoxTest | str:
+    """Return the test of the box, or the reason for which the tube does not treat it."""
+    law = controller.position_law
+    if (
+        controller.structure != "speed_cascade"
+        or law is None
+        or law.action != "cut"
+        or law.kind != "square_root"
+        or controller.prefilter is None
+        or controller.linear.input != "eta"
+        or controller.linear.form == "sos"
+        or controller.feedforward is not None
+        or controller.friction_compensation is not None
+    ):
+        return "the tube treats a speed cascade with prefilter and band (action cut) only"
+    axis = axis_of(model)
+    if min(axis.coulomb, axis.backlash, axis.lag) <= 0.0 or scenario.start is None:
+        return "the tube treats an axis with dry friction, backlash and a lag of the drive only"
+    if controller.delay_samples > 1 or controller.drive_limit > axis.drive_limit:
+        return "the tube treats a delay of at most one sample, and the drive limit of the axis"
+    program = controller_program(controller)
+    fixed = AxisFixed(
+        controller.sample_period_s,
+        axis.lag,
+        axis.backlash_coulomb / axis.coulomb,
+        axis.breakaway / axis.coulomb,
+        axis.backlash_breakaway / axis.backlash_coulomb,
+        axis.backlash,
+    )
+    loop = TubeLoop(
+        program,
+        compile_program(program),
+        fixed,
+        axis.encoder_step,
+        controller.delay_samples,
+        controller.drive_limit,
+        law.band,
+    )
+    reference = np.concatenate(parts_of(scenario, controller.sample_period_s))
+    goals = _goals(loop, reference, scenario.start.value, spec)
+    if isinstance(goals, str):
+        return goals
+    step = axis.encoder_step
+    count = math.floor(scenario.start.value / step)
+    half = 0.5 * axis.backlash
+    start = StepStart((count * step, (count + 1) * step), goals[0].values, ax.GAP, (half, half))
+    travel = model.bench.mechanics.travel
+    stops = (-math.inf, math.inf) if travel is None else (travel.low, travel.high)
+    return BoxTest(loop, goals, start, dict(ranges(model)), axis.offset, stops)
+
+
+def _goals(
+    loop: TubeLoop, reference: Vector, start: float, spec: Spec
+) -> tuple[HoldGoal, ...] | str:
+    """Return plan and limits of each hold, or the reason for which there are none."""
+    runs = constant_runs(reference)
+    if not runs or runs[0][0] != 0 or any(a[1] != b[0] for a, b in itertools.pairwise(runs)):
+        return "the tube treats holds of a constant reference only"
+    machine = copy_program(loop.compiled)
+    count = math.floor(start / loop.step)
+    start_at(machine, count * loop.step)
+    origin = count * loop.step
+    goals = []
+    for first, last, target in runs:
+        values = machine.real.copy()
+        tracked = np.empty(last - first)
+        settled = np.empty(last - first, dtype=bool)
+        resting = machine.real[loop.names["settled_speed"]]
+        for k in range(last - first):
+            control_step(machine, target, target, 0.0)
+            tracked[k] = machine.real[loop.names["filtered"]]
+            settled[k] = abs(machine.real[loop.names["filtered_speed"]]) < resting
+        moving = np.flatnonzero(~settled)
+        length = (last - first) * loop.axis.period
+        if moving.size == 0 or moving[-1] + 1 + COAST[-1] >= last - first:
+            return "the prefilter does not settle within a hold"
+        decay = loop.limit * math.exp(-TAIL * length / loop.axis.lag)
+        if decay > RESIDUE or last - first < 100:
+            return "a hold is too short for the drive to become 0"
+        rest = int(moving[-1]) + 1
+        limit = spec.response_time_95_s
+        response = rest
+        if limit is not None:
+            response = math.floor(limit / loop.axis.period * (1.0 - 1e-12))
+            response = min(response, rest)
+        leaves = [k for k in range(FIRST_PAUSE, rest) if settled[k - 1] and not settled[k]]
+        pause = leaves[-1] if leaves and leaves[-1] <= response else 0
+        amplitude = abs(target - origin)
+        static = spec.static_error
+        goals.append(
+            HoldGoal(
+                StepPlan(
+                    np.full(rest + COAST[-1], target),
+                    response,
+                    pause,
+                    rest,
+                    (float(tracked[rest:].min()), float(tracked[rest:].max())),
+                ),
+                values,
+                origin,
+                target,
+                math.inf
+                if spec.overshoot_percent is None
+                else 0.01 * spec.overshoot_percent * amplitude,
+                math.inf if static is None else static.value,
+                math.inf if limit is None else ZONE * amplitude,
+                _latest_rest(spec, length),
+            )
+        )
+        origin = target
+    return tuple(goals)
+
+
+def _latest_rest(spec: Spec, length: float) -> float:
+    """Return the time in a hold [s] from which the axis has to rest for final value and rest."""
+    latest = (1.0 - TAIL) * length
+    if spec.rest is None or length < spec.rest.after_s:
+        return latest
+    return min(latest, float(spec.rest.after_s))
+
+
+def prove_cell(test: BoxTest, ratios: CellRatios) -> None:
+    """Prove all holds for a cell; raise OpenCell with the reason if this fails."""
+    start = test.start
+    for index, goal in enumerate(test.goals):
+        parts = [start]
+        ends: list[StepBounds] = []
+        while parts:
+            part = parts.pop()
+            try:
+                found = _hold(test, ratios, part, goal)
+            except OpenCell:
+                smaller = _divided(part, test.loop.step)
+                if not smaller:
+                    raise
+                parts += smaller
+            else:
+                ends += found
+        if index + 1 < len(test.goals):
+            start = _next_start(test, test.goals[index + 1], goal, ends)
+
+
+def _hold(test: BoxTest, ratios: CellRatios, start: StepStart, goal: HoldGoal) -> list[StepBounds]:
+    """Return the bounds of a hold from a set of starts; raise OpenCell if they do not prove it."""
+    if start.position[1] - start.position[0] > WIDEST_PART:
+        raise OpenCell("the starts are too far apart")
+    found = step_bounds(test.loop, ratios, start, goal.plan)
+    for one in found:
+        _check(test, goal, one)
+    return found
+
+
+def _divided(start: StepStart, step: float) -> list[StepStart]:
+    """Return the halves of an interval of starts, or an empty list if it is small enough."""
+    low, high = start.position
+    if high - low <= SMALLEST_PART * step * (1.0 + 1e-9):
+        return []
+    middle = 0.5 * (low + high)
+    return [replace(start, position=part) for part in ((low, middle), (middle, high))]
+
+
+def _next_start(
+    test: BoxTest, following: HoldGoal, goal: HoldGoal, ends: list[StepBounds]
+) -> StepStart:
+    """Return the start of the next hold: all final positions, and the contact if it is known."""
+    low = min(one.final[0] for one in ends)
+    high = max(one.final[1] for one in ends)
+    forward = goal.target > goal.origin
+    known = (ax.FORWARD, ax.IN_FRONT) if forward else (ax.BACKWARD, ax.BEHIND)
+    reach = (0.0, test.loop.axis.backlash)
+    if not all(one.contact in known for one in ends):
+        return StepStart((low, high), following.values, ax.ANY, reach)
+    fars = [one.far for one in ends if one.contact == known[1]]
+    far = max([*fars, high]) if forward else min([*fars, low])
+    return StepStart((low, high), following.values, known[1], reach, far)
+
+
+def _check(test: BoxTest, goal: HoldGoal, bounds: StepBounds) -> None:
+    """Raise OpenCell if the bounds of a step do not prove the requirements.
+
+    A reading is at most the position, and above the position minus one encoder step.
+    """
+    step, plan = test.loop.step, goal.plan
+    low, high = bounds.passed[0] - step - SLACK, bounds.passed[1] + SLACK
+    over = high - goal.target if goal.target > goal.origin else goal.target - low
+    first, last = _count(bounds.final[0], step), bounds.final[1] + SLACK
+    late = _count(bounds.late[0], step), bounds.late[1] + SLACK
+    band = test.loop.band - SLACK
+    stops = test.travel
+    for name, is_met in (
+        ("end stop", stops[0] < bounds.reached[0] and bounds.reached[1] < stops[1]),
+        ("rest", bounds.still + SLACK <= goal.still),
+        ("overshoot", over <= goal.overshoot),
+        ("static error", max(last - goal.target, goal.target - first) <= goal.static),
+        ("band", plan.tracked[1] - band <= late[0] and late[1] <= plan.tracked[0] + band),
+        ("response time", bounds.error + step + SLACK <= goal.response),
+    ):
+        if not is_met:
+            raise OpenCell(name)
+
+
+def _count(position: float, step: float) -> float:
+    """Return a lower bound of the reading at a position."""
+    return math.floor((position - SLACK) / step) * step - SLACK
+
+
+def first_cells(test: BoxTest) -> list[str]:
+    """Return the cells at which the search begins, from the middle of the range of F/J outwards."""
+    friction = root(test)[1]
+    middle = math.sqrt(friction[0] * friction[1])
+    queue, cells = [""], []
+    while queue:
+        path = queue.pop()
+        if max(sizes(test, path)) > 1.0:
+            queue += halves(test, path)
+        elif share_of(test, path) > 0.0:
+            low, high = intervals_of(test, path)[1]
+            cells.append((abs(math.log(math.sqrt(low * high) / middle)), path))
+    return [path for _, path in sorted(cells)]
+
+
+def is_proved(test: BoxTest, path: str) -> bool:
+    """Return True if the tube proves a cell."""
+    try:
+        prove_cell(test, ratios_of(test, path))
+    except OpenCell:
+        return False
+    return True
+
+
+def is_partition(test: BoxTest, cells: Sequence[str]) -> bool:
+    """Return True if all paths are paths of the search, and no cell contains another."""
+    for path in cells:
+        for k in range(len(path)):
+            if path[: k + 1] not in halves(test, path[:k]):
+                return False
+    ordered = sorted(cells)
+    return not any(b.startswith(a) for a, b in itertools.pairwise(ordered))
+
+
+def search(
+    test: BoxTest,
+    seconds: float,
+    progress: Callable[[float], None] = lambda _: None,
+    cores: int | None = None,
+) -> tuple[str, ...]:
+    """Return the paths of the cells that are proved within a time.
+
+    The search begins with `first_cells`; the halves of undecided cells follow. `cores` processes
+    share the cells.
+    """
+    begin = time.monotonic()
+    cells = first_cells(test)
+    proved: list[str] = []
+    while cells and time.monotonic() - begin < seconds:
+        undecided: list[str] = []
+        for index, is_met in share(partial(is_proved, test), cells, cores=cores, batch=4):
+            (proved if is_met else undecided).append(cells[index])
+            spent = time.monotonic() - begin
+            progress(min(1.0, spent / seconds))
+            if spent >= seconds:
+                break
+        cells = [half for path in undecided for half in halves(test, path)]
+        cells = [path for path in cells if share_of(test, path) > 0.0]
+    progress(1.0)
+    return tuple(sorted(proved))
+
+
+def prove_cells(
+    test: BoxTest,
+    cells: Sequence[str],
+    progress: Callable[[float], None] = lambda _: None,
+    cores: int | None = None,
+) -> tuple[str, ...]:
+    """Prove cells again; return the proved ones, or none if they are no cells of a search."""
+    if not is_partition(test, cells):
+        return ()
+    proved = []
+    for done, (index, is_met) in enumerate(
+        share(partial(is_proved, test), cells, cores=cores, batch=4), start=1
+    ):
+        progress(done / len(cells))
+        if is_met:
+            proved.append(cells[index])
+    return tuple(sorted(proved))
+
+
+def total_share(test: BoxTest, cells: Iterable[str]) -> float:
+    """Return the share of the box's volume in cells, of which none contains another."""
+    return math.fsum(share_of(test, path) for path in cells)
+
+
+def root(test: BoxTest) -> tuple[Ends, Ends, Ends]:
+    """Return the intervals of K/J, F/J and sigma/J of the whole box."""
+    low, high = test.box["inertia"]
+    constant, coulomb, viscous = (test.box[name] for name in ("constant", "coulomb", "viscous"))
+    return (
+        (constant[0] / high, constant[1] / low),
+        (coulomb[0] / high, coulomb[1] / low),
+        (viscous[0] / high, viscous[1] / low),
+    )
+
+
+def intervals_of(test: BoxTest, path: str) -> tuple[Ends, Ends, Ends]:
+    """Return the intervals of the ratios of a cell."""
+    sides = list(root(test))
+    for letter in path:
+        index = LETTERS.index(letter.lower())
+        low, high = sides[index]
+        middle = 0.5 * (low + high) if index == 2 else math.sqrt(low * high)
+        sides[index] = (middle, high) if letter.isupper() else (low, middle)
+    return sides[0], sides[1], sides[2]
+
+
+def ratios_of(test: BoxTest, path: str) -> CellRatios:
+    """Return the ratios of a cell, widened by the rounding of their computation."""
+    low, high = test.box["inertia"]
+    loads = sorted((test.load / low, test.load / high))
+    wide = [(a * (1.0 - 1e-12), b * (1.0 + 1e-12)) for a, b in intervals_of(test, path)]
+    margin = 1e-12 * max(map(abs, loads))
+    ratio, friction, viscous = wide
+    return CellRatios(ratio, friction, viscous, (loads[0] - margin, loads[1] + margin))
+
+
+def halves(test: BoxTest, path: str) -> Iterator[str]:
+    """Yield the halves of a cell, divided in the direction in which it is largest."""
+    relative = sizes(test, path)
+    letter = LETTERS[relative.index(max(relative))]
+    yield path + letter
+    yield path + letter.upper()
+
+
+def sizes(test: BoxTest, path: str) -> tuple[float, float, float]:
+    """Return the sizes of a cell, relative to those with which the search begins."""
+    ratio, friction, viscous = intervals_of(test, path)
+    return (
+        math.log(ratio[1] / ratio[0]) / FIRST_SIZE[0],
+        math.log(friction[1] / friction[0]) / FIRST_SIZE[1],
+        (viscous[1] - viscous[0]) / FIRST_SIZE[2],
+    )
+
+
+def share_of(test: BoxTest, path: str) -> float:
+    """Return the share of the box's volume (J, sigma, F, K) in a cell.
+
+    For a fixed J, the cell is a box, whose sides are piecewise linear in J; the integral over J is
+    exact with Gauss's rule between the points where a side changes.
+    """
+    ratio, friction, viscous = intervals_of(test, path)
+    low, high = test.box["inertia"]
+    sides = [
+        (test.box["constant"], ratio),
+        (test.box["coulomb"], friction),
+        (test.box["viscous"], viscous),
+    ]
+    kinks = {low, high}
+    for ends, cell in sides:
+        kinks |= {end / value for end in ends for value in cell if value > 0.0}
+    points = sorted(point for point in kinks if low <= point <= high)
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    total = 0.0
+    for left, right in itertools.pairwise(points):
+        j = 0.5 * (left + right) + 0.5 * (right - left) * nodes
+        product = np.ones_like(j)
+        for ends, cell in sides:
+            covered = np.minimum(ends[1], cell[1] * j) - np.maximum(ends[0], cell[0] * j)
+            product *= np.maximum(covered, 0.0) / (ends[1] - ends[0])
+        total += 0.5 * (right - left) * float(weights @ product)
+    return total / (high - low)
