@@ -28,8 +28,9 @@ EXIT_INTERRUPTED = 130  # the exit code of a shell after Ctrl-C
 class FrictoolError(Exception):
     """Root of every error that a user is meant to read.
 
-    exit_code: exit code of the process. document_key: kind of a document, such as "design", and its
-    wrong key; None if the error concerns no key. The command adds file and line.
+    `exit_code`: exit code of the process.
+    `document_key`: kind of the document, such as "design", and the key that is wrong; None if the
+        error concerns no key. The command adds file and line to the message.
     """
 
     exit_code = EXIT_INPUT
@@ -96,4 +97,4 @@ class WorkerLost(FrictoolError):
 
 
 class ClusterError(FrictoolError):
-    """A cluster cannot be reached, is gone, or has workers with another installation."""
+    """A cluster cannot be reached, is gone, or has workers with another version of frictool."""

@@ -1,4 +1,4 @@
-"""Campaigns: simulation of a controller with many plants, drawn or vertices; worst-case search."""
+"""Campaigns: simulate a controller with many plants (drawn or vertices), and find worst cases."""
 
 from typing import TYPE_CHECKING
 

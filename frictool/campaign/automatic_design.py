@@ -2,10 +2,10 @@
 
     DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
 
-A family is a set of candidate controllers with one structure. The families are searched in the
-order of simplicity, until a candidate meets the specification. If the best candidate of a family
-violates the specification only slightly, the family is searched again for a longer response time.
-From the resulting design, a last search looks for the specified response time.
+A family is a set of candidate controllers with the same structure. The simplest family is searched
+first; the search ends when a candidate meets the specification. If no family has such a candidate,
+but the best one violates the specification only slightly, its family is searched again for a longer
+response time. A last search starts from that design and requires the specified response time.
 """
 
 from __future__ import annotations
@@ -66,7 +66,10 @@ EXTREMES: tuple[PlantValues, ...] = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AutomaticDesign(ResultView):
-    """Outcomes of the families in the order of the search; only the last one may have a design."""
+    """Outcome of each searched family of controllers, in the order of the search.
+
+    Only the last outcome can contain a design that meets the specification.
+    """
 
     outcomes: tuple[FamilyOutcome, ...]
 
@@ -77,7 +80,7 @@ class AutomaticDesign(ResultView):
 
     @property
     def design(self) -> Design:
-        """Return the design that passed."""
+        """Return the design that meets every requirement; `passed` must be True."""
         best = self.outcomes[-1].best
         assert best is not None
         return best.design
@@ -153,7 +156,7 @@ class _Search:
         )
 
     def eased(self, easing: float) -> _Search:
-        """Return the search for `easing` times the specified response time."""
+        """Return the same search for `easing` times the specified response time."""
         spec = self.test.spec
         assert spec.response_time_95_s is not None
         response = easing * spec.response_time_95_s
@@ -162,10 +165,11 @@ class _Search:
         return replace(self, test=test, tests=_tests(test), scales=scales)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
-        """Return [outcome of the search for the specified response time].
+        """Search a family again, first for a longer response time, then for shorter ones.
 
-        The first search is for a longer response time. Each search starts from the design of the
-        search before. The list is empty if a search for a longer response time fails.
+        Each search starts from the design of the previous search. Return the outcome of the last
+        search, for the specified response time, in a list. The list is empty if a search for a
+        longer response time fails.
         """
         for number in range(len(EASINGS)):
             first = self.eased(EASINGS[number])
@@ -186,10 +190,10 @@ class _Search:
 
 
 def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
-    """Return the name and the blocks that every candidate has, by key of a design.
+    """Return the keys of a design that have the same value in every candidate, with these values.
 
-    Name and blocks are those of `wishes`. If the specification limits the tracking error, a profile
-    and its feedforward are added.
+    The values come from `wishes`. If the specification limits the tracking error, a profile and a
+    feedforward are added.
     """
     kept: dict[str, object] = {}
     if wishes is not None:

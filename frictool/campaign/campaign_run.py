@@ -64,7 +64,7 @@ class CampaignResult(ResultView):
 
 @dataclass(frozen=True)
 class CampaignRequest:
-    """Request for a campaign.
+    """Options of a campaign.
 
     Attributes
     ----------
@@ -215,9 +215,9 @@ def conduct(
 
     Trials in `store` are not repeated.
 
-    `shared`: function that returns, for the expected duration of the work [s], a function that
-        distributes jobs to processes.
-    `commands`: function that returns the commands that repeat the scenario of a worst case.
+    `shared`: function of the expected duration of the work [s]; it returns a function that runs
+        jobs in one or several processes.
+    `commands`: function of the name of a scenario file; it returns the commands that simulate it.
 
     Raises NoSolutionError if the nominal run decides no requirement.
     """
@@ -236,10 +236,10 @@ def conduct(
 
 
 def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobSharing]:
-    """Return a function of the expected duration of the work [s].
+    """Return a function that chooses between one and several processes.
 
-    Its result is a function that distributes jobs to processes. If `cores` is None, it uses several
-    processes only if this saves time.
+    This function takes the expected duration of the work [s] and returns a JobSharing. If `cores`
+    is None, several processes are used only if they save time.
     """
 
     def of(seconds: float) -> JobSharing:

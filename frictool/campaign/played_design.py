@@ -67,10 +67,10 @@ class DesignTest:
         return self.judge_of(self.scenario, self.spec)
 
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return judges with plants and positions that the test does not contain.
+        """Return judges with new random plants and shifted positions, one for each entry of MOVED.
 
-        There is one judge for each entry of MOVED, which shifts start positions and targets. A
-        judge simulates the nominal plant, the vertices and OTHERS new random plants.
+        An entry of MOVED shifts the start positions and the targets by fractions of an encoder
+        count. Each judge simulates the nominal plant, the vertices and OTHERS new random plants.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -106,7 +106,7 @@ class DesignTest:
     def worst_at_places(
         self, judges: Sequence[ControllerJudge], controller: Controller, found: JudgedRuns
     ) -> list[PlayedVerdict]:
-        """Return the results of each of `judges` for the worst plants of a controller.
+        """Simulate the worst plants of a controller with each of `judges`; return the verdicts.
 
         `found`: results of the controller on all plants. For each requirement, the WORST plants
         with the smallest reserve in `found` are simulated.
@@ -226,9 +226,9 @@ def _starts(model: Model, scenario: Scenario, places: Sequence[float]) -> list[f
 
 
 def _moved_inwards(model: Model, start: float, places: Sequence[float]) -> list[float]:
-    """Return `start`, moved by each of `places` [encoder counts] to the middle of the travel.
+    """Return `start`, shifted by each of `places` [encoder counts] towards mid-travel.
 
-    Without a travel, the start is moved in the positive direction.
+    On a bench without a travel, the shift is in the positive direction.
     """
     travel = model.bench.mechanics.travel
     inwards = -1.0 if travel is not None and start > 0.5 * (travel.low + travel.high) else 1.0

@@ -1,8 +1,8 @@
 """Default scenario that tests a controller: four steps, from the bench and the specification.
 
 The axis starts at 8 % of the travel and steps to 88, 8, 56 and 24 %, as in thesis 5.4.1 (5, 55, 5,
-35 and 15 rad of 63 rad). Each step lasts 5 response times. The last step lasts longer, by
-`rest.after_s` or, if `limit_cycle` is specified, by 30 s.
+35 and 15 rad of 63 rad). Each step lasts 5 response times. The last step is longer: by
+`rest.after_s` if `rest` is specified, and by at least 30 s if `limit_cycle` is specified.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def longest_step(model: Model) -> float:
 
 
 def response_time(model: Model, spec: Spec) -> float:
-    """Return the specified response time [s], or WITHOUT_RESPONSE samples if there is none."""
+    """Return the specified response time [s]; by default WITHOUT_RESPONSE sample periods."""
     specified: float | None = spec.response_time_95_s
     return specified or WITHOUT_RESPONSE * model.bench.sample_period_s
 

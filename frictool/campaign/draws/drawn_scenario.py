@@ -1,4 +1,4 @@
-"""Scenario of one draw, which repeats the simulation of this draw bit for bit."""
+"""Scenario of one draw; its simulation repeats the trial of this draw bit for bit."""
 
 from __future__ import annotations
 

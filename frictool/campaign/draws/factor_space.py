@@ -1,4 +1,4 @@
-"""Space of the factors of a campaign; a draw is a point u in the unit cube of this space.
+"""Space of the factors (varied quantities) of a campaign; a draw is a point u of the unit cube.
 
 u in [0, 1]^d ──FactorSpace.values──▶ factor values ──drawn_scenario.py──▶ scenario
 """
@@ -29,8 +29,8 @@ class Factor:
     `nominal`: value if the quantity does not vary.
     `kind`: `plant` for a parameter of the plant, else the kind of a key of `spread`.
     `whole`: True if the values are whole numbers, all equally likely.
-    `least`: (name of a second factor, scale). The factor is drawn from the part of its range above
-        scale times the second factor. None if there is no such lower limit.
+    `least`: (name of another factor, scale). The factor is drawn only from values of at least scale
+        times the other factor. None if there is no such condition.
     """
 
     name: str
@@ -56,7 +56,7 @@ class FactorSpace:
         return len(self.factors)
 
     def values(self, units: Vector) -> Vector:
-        """Return the factor values (n, d) in SI of points `units` (n, d) in the unit cube."""
+        """Convert points `units` (n, d) of the unit cube to factor values (n, d) in SI."""
         low, high, whole = self._ends
         values = np.minimum(np.maximum(low + units * (high - low), low), high)
         if whole.size:
@@ -88,11 +88,11 @@ def plant_factors(
     instead: Mapping[str, Span],
     fixed: Mapping[str, Quantity],
 ) -> Iterator[Factor]:
-    """Yield the factors of a plant's parameters.
+    """Yield the factors of a plant's parameters, including those with low equal to high.
 
     `ranges`: parameter -> range in the plant document.
     `instead`: parameter -> range that replaces the range of the document.
-    `fixed`: parameter -> value that replaces a range, in any suitable unit.
+    `fixed`: parameter -> value of a parameter without a range, in any suitable unit.
     """
     ends = {
         name: _ends(entry, instead.get(name), fixed.get(name)) for name, entry in ranges.items()
@@ -120,5 +120,5 @@ def _ends(
 
 
 def space_of(factors: Iterable[Factor]) -> FactorSpace:
-    """Return the space of the factors with low < high."""
+    """Return the space of those factors that vary (low < high)."""
     return FactorSpace(tuple(factor for factor in factors if factor.low < factor.high))

@@ -1,6 +1,6 @@
 """Draws: points (n, d) in the unit cube; the same seed gives the same draws.
 
-- random: independent and uniform; draw i of a seed does not depend on the number of draws
+- random: independent and uniform; the first draws do not change when more are drawn
 - latin: Latin hypercube (McKay, Beckman and Conover 1979); the range of each factor is divided
   into n equal intervals, and each interval contains one draw at a random position
 - vertices: all vertices, or a random subset of them
@@ -34,9 +34,10 @@ class UnitDraws(NamedTuple):
 
 
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
-    """Return `count` draws of the factors.
+    """Draw `count` points in the unit cube of `factors` factors.
 
-    For the method `vertices`, None means all vertices, or MOST_VERTICES of them if there are more.
+    Without `count`, the method `vertices` returns all vertices, but at most MOST_VERTICES. The
+    other methods need a number.
     """
     if method == "vertices":
         corners = 2**factors

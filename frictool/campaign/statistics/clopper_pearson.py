@@ -49,10 +49,11 @@ def interval(
 def draws_to_show(
     required: float, share: float, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> int | None:
-    """Return the least number of draws whose lower bound of the pass rate is `required` or more.
+    """Return the smallest number of draws that shows the pass rate `required`.
 
-    The share `share` of the draws is assumed to pass. Return None if `share` is not above
-    `required`, or if more than 2^40 draws would be needed.
+    A number of draws shows this rate if the lower bound is at least `required` when the share
+    `share` of the draws passes. Return None if `share` is not above `required`, or if more than
+    2^40 draws would be needed.
     """
     if not share > required:
         return None

@@ -132,10 +132,10 @@ def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
 
 
 def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
-    """Return the smallest r for which the r-th smallest value is an upper bound.
+    """Return the rank r of the value that bounds the share `level` of all plants from above.
 
-    The bound is valid for the share `level` of all plants, with `confidence`. Returns None if there
-    are too few draws.
+    r is the smallest number for which the r-th smallest value is such a bound with `confidence`.
+    Return None if there are too few draws.
     """
     if draws == 0 or lower(draws, draws, confidence, method) < level:
         return None
@@ -182,8 +182,8 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
 def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
     """Return a histogram with equal bins.
 
-    The limit is an edge unless it is far outside. A value equal to the limit is in the bin on the
-    side of the edge that meets the requirement.
+    The limit is an edge between two bins unless it is far from the values. A value equal to the
+    limit belongs to the bin whose values meet the requirement.
     """
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))

@@ -114,8 +114,9 @@ def find(
     confidence: float = CONFIDENCE,
     remarks: tuple[str, ...] = (),
 ) -> Findings:
-    """Return the statistics of the trials; `method` chose their draws.
+    """Compute the statistics of the trials.
 
+    `method`: method that chose the draws.
     `at_least`: required pass rate, 0 to 1; None if every trial must pass.
     `remarks`: warnings for the user.
 

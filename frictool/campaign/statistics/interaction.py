@@ -5,8 +5,8 @@
 S_ij is the second-order Sobol index of the metric Y and the factors X_i, X_j (Sobol 1993). The
 range of each factor is divided into slices; a cell is the intersection of a slice of X_i with a
 slice of X_j. First, the mean in each slice is subtracted from Y, so that no first-order effect
-remains. S_ij is the variance of the means of the residual in the cells, without the part that is
-due to chance. The standard deviation of S_ij is that of two factors without interaction.
+remains. The variance of the cell means of this residual, minus the variance that is expected by
+chance, gives S_ij. The standard deviation of S_ij is computed for factors without an interaction.
 """
 
 from __future__ import annotations

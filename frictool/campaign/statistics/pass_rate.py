@@ -68,7 +68,8 @@ class PassRate:
 def pass_rate(trials: Trials, method: Method, confidence: float = CONFIDENCE) -> PassRate:
     """Return the pass rate of the trials.
 
-    With the method `vertices` and d factors, fewer than 2^d trials are a random subset.
+    For the method `vertices` with d factors, the rate has an interval only if fewer than 2^d
+    vertices were simulated.
     """
     n = trials.count
     passed, failed, undecided = (

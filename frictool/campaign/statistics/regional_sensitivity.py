@@ -49,7 +49,7 @@ class FailureRegion:
 
     @property
     def direction(self) -> str:
-        """Return the part of the factor's range in which the failures lie, such as "high"."""
+        """Return the part of the factor's range in which most failures lie, such as "high"."""
         least = 2.0 * self.noise
         if abs(self.leans) > least and abs(self.leans) >= 0.5 * abs(self.spread):
             return "high" if self.leans > 0.0 else "low"
@@ -63,8 +63,8 @@ def region(
 ) -> FailureRegion:
     """Compare failing and passing trials along a factor.
 
-    `units` (n,): factor in the draws, 0 to 1.
-    `values` (n,): factor in the draws, in SI.
+    `units` (n,): value of the factor in each draw, scaled to 0 to 1.
+    `values` (n,): value of the factor in each draw, in SI.
     `failing` (n,): mask of failing trials.
 
     Raises ValueError if no trial fails, or if all fail.

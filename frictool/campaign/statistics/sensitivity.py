@@ -44,8 +44,8 @@ FINEST = 12  # largest number of slices per factor of a plane
 class FailureComparison:
     """Comparison of failing with passing trials, factor by factor.
 
-    `name`: requirement that the failing trials do not meet; "" for any requirement, "not simulated"
-        for trials that could not be simulated.
+    `name`: requirement that decides between failing and passing; "" for all requirements together,
+        "not simulated" if trials that could not be simulated are compared with the others.
     `failing`, `passing`: numbers of trials.
     `regions` (d,): comparison for each factor; the p-values are corrected for all comparisons.
     """
@@ -134,7 +134,8 @@ class FactorPair:
     """The two factors that together explain the failures best.
 
     `first`, `second`: indices of the factors.
-    `joint`: share of the variance of pass or fail that the factors explain, alone or together.
+    `joint`: share of the variance of the outcome (0 pass, 1 fail) that the two factors explain,
+        alone or together.
     `beyond`: share of this variance that they explain only together.
     `error`: standard deviation of `beyond` for factors without an interaction.
     """
@@ -150,7 +151,7 @@ class FactorPair:
 class Sensitivity:
     """Sensitivity of failures and metrics.
 
-    `questions`: comparison for any failure, then for each requirement.
+    `questions`: comparisons of failing with passing trials, in the order of `masks`.
     `influences` (m,): influence of the factors on each metric.
     `pair`: pair of factors that explains the failures best; None if nothing fails or if there is
         only one factor.
@@ -177,7 +178,7 @@ def masks(trials: Trials) -> list[tuple[str, BoolVector, BoolVector]]:
 
     The first comparison is for all requirements together and has the name "". Then follow the
     requirements, and "not simulated" for the trials that could not be simulated. A comparison is
-    left out if no trial fails or no trial passes, or if an earlier one has the same masks.
+    left out if no trial fails, if no trial passes, or if an earlier comparison has the same masks.
     """
     questions = [("", trials.passed == BROKEN, trials.passed == MET)]
     questions += [

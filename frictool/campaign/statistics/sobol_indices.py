@@ -38,7 +38,7 @@ class VarianceShare:
     """Share of one factor in the variance of a metric.
 
     `share`, `error`: first-order Sobol index S_i of the factor, and the standard deviation of S_i.
-    `of_ranks`, `error_of_ranks`: index and standard deviation for the ranks of the values.
+    `of_ranks`, `error_of_ranks`: the same, computed with the ranks of the metric's values.
     `chance`: p-value of the rank test; None if the trials are not random.
     `rises`: rank correlation of metric and factor, -1 to 1.
     """
@@ -57,7 +57,7 @@ class VarianceShare:
 
 
 def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, float]:
-    """Return S_i of the finite `values` (n,), and the standard deviation of S_i.
+    """Return the first-order Sobol index S_i for finite `values` (n,), and its standard deviation.
 
     If all vertices were simulated (`drawn` is False), S_i is exact and its standard deviation 0.
     """

@@ -28,9 +28,9 @@ Interval = tuple[float, float]
 
 
 def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
-    """Return the warnings.
+    """Return the warnings about plants, controller, model and scenario.
 
-    There are warnings for
+    There is a warning for
 
     - plants outside the intervals for which the controller was verified,
     - a controller with blocks that were changed after its verification,

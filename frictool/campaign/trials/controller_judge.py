@@ -258,7 +258,8 @@ def plants_of_model(model: Model, scenario: Scenario, random: int = 0) -> list[d
     scenario : Scenario
         Scenario with the seed of the random plants.
     random : int
-        Number of random plants. For one seed, plant i is the same for any number of plants.
+        Number of random plants. The first plants do not change when more are drawn with the same
+        seed.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Simulation of the trial of a draw, and its judgement by the specification."""
+"""Simulation of one draw of a campaign (a trial), and judgement of the run by the specification."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from frictool.typing import Vector
 
 
 class CampaignSetting(NamedTuple):
-    """Data that all trials share; every worker process receives these once.
+    """Data that all trials share; every worker process receives this data once.
 
     `recorded`: log that the scenario replays; None if the scenario replays no log.
     """
@@ -67,12 +67,12 @@ class ScenarioJudge:
         return RunJudge(self.setting.spec, self.setting.controller, records)
 
     def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
-        """Return the judged requirements of a scenario, in the order of the specification."""
+        """Simulate a scenario; return the judged requirements in the order of the specification."""
         (run,) = self.test.runs(scenario, self.setting.recorded)
         return self._judge(scenario.name, self.test.stream(run), run.plant)
 
     def trial(self, index: int, scenario: Scenario) -> TrialResult:
-        """Return the result of a scenario as the trial of draw `index`."""
+        """Simulate a scenario; return the result with `index` as the index of the draw."""
         (run,) = self.test.runs(scenario, self.setting.recorded)
         sensors = run.prepared.sensors
         outcomes = None
@@ -119,7 +119,10 @@ class TrialPlayer(ScenarioJudge):
         return self.played(np.array(unit), draw)
 
     def scenario(self, unit: Vector, noise: int) -> Scenario:
-        """Return the scenario at the point `unit` (d,), with the noise of draw `noise`."""
+        """Return the scenario at the point `unit` (d,) of the unit cube; `noise`: index of a draw.
+
+        The noise of this draw is used.
+        """
         values = self.space.values(unit[None, :])[0]
         return scenario_of(
             self.setting.scenario,
@@ -130,9 +133,9 @@ class TrialPlayer(ScenarioJudge):
         )
 
     def played(self, unit: Vector, draw: int) -> TrialResult:
-        """Return the result for the factors `unit` (d,), each 0 to 1.
+        """Simulate the plant at the point `unit` (d,) of the unit cube; return the result.
 
-        If an error occurs, its text is in `failed`, so that the error does not stop other trials.
+        An error does not stop the campaign; its message is stored in `failed` of the result.
         """
         try:
             return self.trial(draw, self.scenario(unit, draw))
@@ -142,7 +145,7 @@ class TrialPlayer(ScenarioJudge):
             return TrialResult(draw, (), (), f"{type(error).__name__}: {error}")
 
     def nominal(self) -> tuple[Requirement, ...]:
-        """Return the requirements of the nominal run.
+        """Simulate the nominal run; return its judged requirements.
 
         Raises FrictoolError if the run cannot be simulated or the documents do not fit together.
         """
@@ -169,7 +172,7 @@ def metrics_of(requirements: tuple[Requirement, ...]) -> tuple[MetricLimit, ...]
 
 
 def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> TrialResult:
-    """Return the result of the trial of a draw from the judged requirements."""
+    """Convert judged requirements to the result of the trial of a draw."""
     met = tuple(_mark(one.met) for one in requirements)
     return TrialResult(draw, tuple(_value(one) for one in requirements), met)
 
@@ -195,7 +198,7 @@ def _value(one: Requirement) -> float:
 def check_nominal(
     requirements: tuple[Requirement, ...], names: DocumentNames
 ) -> tuple[Requirement, ...]:
-    """Return the requirements of the nominal run; raise NoSolutionError if all are undecided."""
+    """Return `requirements` of the nominal run; raise NoSolutionError if all are undecided."""
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")
         raise NoSolutionError(

@@ -63,7 +63,7 @@ def run_trials(
     tell: ProgressCallback = lambda part: None,
     each_s: float = 0.0,
 ) -> Trials:
-    """Run each trial of the draws `units` (n, d) that is not in `store`; return all trials.
+    """Run the trials that are not in `store`; return the trials of all draws `units` (n, d).
 
     `tell`: function that is called with the completed fraction, 0 to 1.
     `each_s`: expected duration of a trial [s].

@@ -61,13 +61,13 @@ class TrialStore:
             raise
 
     def add(self, trials: Sequence[TrialResult]) -> None:
-        """Append completed trials."""
+        """Append completed trials to the file."""
         for trial in trials:
             self.trials[trial.draw] = trial
         self._write(*(_row(trial) for trial in trials))
 
     def add_worst(self, key: SearchKey, worst: SearchResult) -> None:
-        """Append the result of a search."""
+        """Append the result of a worst-case search to the file."""
         self.worst[key] = worst
         self._write(
             {
@@ -123,10 +123,6 @@ class TrialStore:
             ) from None
 
     def _read(self, path: Path, header: Header) -> None:
-        """Read the stored trials.
-
-        An incomplete last line is dropped. A new file gets the header.
-        """
         assert self._file is not None
         data = path.read_bytes()
         lines = data.split(b"\n")[:-1]

@@ -18,7 +18,12 @@ MET, BROKEN, UNDECIDED = 1, 0, -1
 
 @dataclass(frozen=True)
 class MetricLimit:
-    """Requirement of the specification: its name in `report`, its key, and its limit in SI."""
+    """Metric of a requirement, and its limit in SI.
+
+    `name`: name of the requirement in `report`.
+    `key`: key of the requirement in the specification.
+    `relation`: "<=" if the limit is the largest allowed value, ">=" if it is the smallest.
+    """
 
     name: str
     key: str

@@ -1,4 +1,4 @@
-"""Varied factors of a campaign, checked against plant, scenario and specification."""
+"""Factors that vary in a campaign, checked against plant, scenario and specification."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from frictool.simulate.spread_checks import check_spread
 
 
 def space_of_setting(setting: CampaignSetting) -> FactorSpace:
-    """Return the space of varied factors.
+    """Return the space of the factors that vary in a campaign.
 
     Raises DocumentError if `spread` does not fit the plant or the scenario, or if nothing varies.
     """

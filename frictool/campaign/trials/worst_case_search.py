@@ -45,18 +45,18 @@ class SearchTask(NamedTuple):
 
     @property
     def key(self) -> SearchKey:
-        """Return the key of the search in the file of the campaign."""
+        """Return the key of the search in `TrialStore.worst`."""
         return self.name, self.evaluations, self.draws
 
 
 class WorstSearch:
-    """Function that runs a SearchTask in a worker."""
+    """Callable that runs a SearchTask in a worker process."""
 
     def __init__(self, trial: TrialPlayer) -> None:
         self.trial = trial
 
     def __call__(self, task: SearchTask) -> SearchResult:
-        """Return the result of the search; every plant has the noise of the worst draw."""
+        """Run the search; every plant has the noise of the worst draw."""
         sign = 1.0 if task.relation == "<=" else -1.0
         unplayed = 0
 

@@ -12,7 +12,7 @@ from frictool.documents.metric_table import requirement_title
 
 
 def number(value: float | None) -> str:
-    """Return the number with four digits; "never" for infinity, a dash for None."""
+    """Return the number with four digits; "never" for infinity, a dash for None or NaN."""
     if value is None or math.isnan(value):
         return "–"
     return "never" if math.isinf(value) else f"{value + 0.0:.4g}"
