@@ -39,11 +39,11 @@ Row = tuple[float, ...]
 class Biquads:
     """Biquad stages, with the scales of input and output.
 
-    `stages`: b0 b1 b2 a1 a2 of each stage in the convention of CMSIS, as integers in fixed point.
-    `post_shift`: exponent that all stages share; a stored coefficient is the coefficient times
-    2^-post_shift. `input_scale`, `output_scale`: input and output at full range, in their units.
-    `noise`: bound of the output's error due to rounding of the signals. In float the scales are 1,
-    and `noise` is NaN.
+    `stages`: b0 b1 b2 a1 a2 of each stage in the convention of CMSIS; integers in fixed point.
+    `post_shift`: exponent that all stages share; each coefficient is stored multiplied by
+        2^-post_shift.
+    `input_scale`, `output_scale`: input and output at full range, in their units; 1 in float.
+    `noise`: bound of the output's error due to rounding of the signals; NaN in float.
     """
 
     stages: tuple[tuple[float, ...] | tuple[int, ...], ...]

@@ -62,11 +62,14 @@ def c_sources(
     loop: RoundedLoop,
     origin: ExportOrigin,
 ) -> dict[str, str]:
-    """Return file name -> text of each C file.
+    """Return the C files (name -> text) of a controller.
 
-    `program`: the controller's program. `vectors`: golden vectors of the number format. `loop`:
-    verified properties with rounded coefficients. Raises NoSolutionError if a coefficient is beyond
-    the range of the format, and FixedPointOverflow if fixed point cannot be scaled.
+    `program`: program of the controller.
+    `vectors`: golden vectors in the number format.
+    `loop`: verified properties with rounded coefficients.
+
+    Raises NoSolutionError if a coefficient is beyond the range of the number format, and
+    FixedPointOverflow if the program cannot be scaled to fixed point.
     """
     numbers = FixedNumbers(fixed_program(program)) if number == "q31" else RealNumbers(number)
     names = CNames(program)
@@ -250,7 +253,7 @@ def _field(
 def _starts(names: CNames, numbers: NumberWriter) -> list[str]:
     """Return the C statements that initialise the state for an axis at rest.
 
-    If the position is invalid, the state begins with the fault.
+    If the position is invalid, the controller starts in the fault state.
     """
     program = names.program
     assert program.guard is not None

@@ -27,8 +27,10 @@ EDGE = 2**31
 class FixedNumbers:
     """Writer of C expressions and numbers in q31, for the program `scaled` in fixed point.
 
-    `kind`: C type of values. `constant_kind`: C type of coefficients. `printed`, `cast`: conversion
-    specifier and cast of a value in printf. `words`: note on the values in the golden vectors.
+    `kind`: C type of values.
+    `constant_kind`: C type of coefficients.
+    `printed`, `cast`: conversion specifier and cast of a value in printf.
+    `words`: note on the values in the golden vectors.
     """
 
     printed, cast = "%ld", "(long)"
@@ -45,7 +47,10 @@ class FixedNumbers:
         return repr(value)
 
     def exact(self, value: float, node: ProgramNode) -> str:
-        """Return the word of a value in SI; NaN, an invalid input, gives INT32_MIN."""
+        """Return the fixed-point integer (word) of a value in SI.
+
+        NaN, an invalid input, gives INT32_MIN.
+        """
         if math.isnan(value):
             return "INT32_MIN"
         return str(int(math.ldexp(value, self.scaled.fractions[node.index])))
@@ -59,11 +64,11 @@ class FixedNumbers:
         return _integer(self.scaled.constants[node.index])
 
     def parameter(self, name: str) -> str:
-        """Return the C name of an input as a parameter of the step function, not yet bounded."""
+        """Return the name of the C parameter for an input that is not yet bounded."""
         return f"{name}_word"
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:
-        """Return a C declaration: the input, bounded to the range of its words."""
+        """Return the C declaration of an input, bounded to the allowed range of its word."""
         return [
             f"const int32_t {name} = {self._bounded(node, self.parameter(name))};{self.note(node)}"
         ]
@@ -73,7 +78,10 @@ class FixedNumbers:
         return f"{text} != INT32_MIN"
 
     def started(self, state: ProgramNode, source: ProgramNode | None) -> str:
-        """Return the C text of a state's initial value: a number, or the caller's position."""
+        """Return the C text of a state's initial value.
+
+        The value is a number, or the position at the start if `source` is the node of the position.
+        """
         fractions = self.scaled.fractions
         if source is None:
             return str(round(math.ldexp(state.value, fractions[state.index])))
@@ -88,7 +96,7 @@ class FixedNumbers:
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
         """Return a C expression that converts the value `text` to the state's number format.
 
-        source: node of the value; None if the value has the number format of the state.
+        `source`: node of the value; None if the value already has the number format of the state.
         """
         shift = self.scaled.write_shift[state.index] if source is not None else 0
         if (
@@ -157,7 +165,10 @@ class FixedNumbers:
         return (_word if word and shift else _moved)(text, shift)
 
     def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
-        """Return `text`, the expression of `node`, as an operand of the expression of `within`."""
+        """Return `text`, the C expression of `node`, as an operand, in brackets if necessary.
+
+        `within`: node whose expression contains the operand.
+        """
         if node.op in CALLS or (node.op in ("lt", "le", "valid") and within.op in ("and", "or")):
             return text
         return f"({text})"

@@ -35,7 +35,7 @@ TAKEN = frozenset(re.findall(r"\w+", RESERVED))
 
 @dataclass(frozen=True)
 class NamedArray:
-    """Constant or state: its C name, its shape (() for a scalar), and its nodes by index."""
+    """C variable of a constant or a state: name, shape (() for a scalar), node of each element."""
 
     name: str
     shape: Index
@@ -54,8 +54,8 @@ class NamedArray:
 class CNames:
     """C names of the values that a program uses.
 
-    `text`: number of a node -> name of a constant, an input or a state. `results`: number of a
-    node -> name of the result of an operation.
+    `text`: number of a node -> name of a constant, an input or a state.
+    `results`: number of a node -> name of the result of an operation.
     """
 
     def __init__(self, program: Program) -> None:
@@ -95,9 +95,10 @@ class CNames:
         self._name_results()
 
     def _name_results(self) -> None:
-        """Give a C name to operations that need a variable.
+        """Give a C name to each operation whose result needs a variable.
 
-        These have a name in the program, are used more than once, or become a state.
+        A result needs a variable if it has a name in the program, is used more than once, or
+        becomes a state.
         """
         program = self.program
         becomes = {

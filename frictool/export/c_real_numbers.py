@@ -80,19 +80,22 @@ class RealNumbers:
         return name
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:
-        """Return no declaration, because an input needs no bound."""
+        """Return an empty list, because a real input needs no declaration with a bound."""
         return []
 
     def valid(self, text: str) -> str:
-        """Return the condition that an input is a finite number."""
+        """Return the C condition that an input is a finite number."""
         return f"is_valid({text})"
 
     def started(self, state: ProgramNode, source: ProgramNode | None) -> str:
-        """Return the C text of a state's initial value: a number, or the caller's position."""
+        """Return the C text of a state's initial value.
+
+        The value is a number, or the position at the start if `source` is the node of the position.
+        """
         return "position" if source is not None else self.literal(state.value)
 
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
-        """Return `text`, because a state has the number format of all values."""
+        """Return `text`, because states and values have the same number format."""
         return text
 
     def fractions(self, table: NamedArray) -> str:
@@ -122,9 +125,10 @@ class RealNumbers:
                 return f"{of[0]} {INFIX[node.op]} {of[1]}"
 
     def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
-        """Return `text`, the expression of `node`, as an operand of the expression of `within`.
+        """Return `text`, the C expression of `node`, as an operand.
 
-        It is in brackets if C or a reader could group the operations differently.
+        `within`: node whose expression contains the operand. The operand is in brackets if C or a
+        reader could group the operations differently.
         """
         if node.op in HELPERS or node.op == "sqrt" or within.op in HELPERS or within.op == "sqrt":
             return text

@@ -26,7 +26,7 @@ def c_statements(names: CNames, numbers: NumberWriter) -> list[str]:
 
 
 def operand(names: CNames, numbers: NumberWriter, node: ProgramNode) -> str:
-    """Return the name of a constant, an input, a state or a result, or an unnamed number."""
+    """Return the C name of a node's value, or the number itself if the node has no name."""
     if node.index in names.results:
         return names.results[node.index]
     if node.index in names.text:

@@ -88,7 +88,7 @@ def _signal(controller: Controller) -> str:
 def cmsis_header(
     controller: Controller, number: Number, arrays: CmsisArrays, margin: float, origin: ExportOrigin
 ) -> dict[str, str]:
-    """Return file name -> text of the header."""
+    """Return the header (file name -> text)."""
     name = c_identifier(controller.name)
     biquads = arrays.biquads
     values = RealNumbers("float").literal if number == "float" else str

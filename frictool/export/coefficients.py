@@ -62,7 +62,7 @@ BLOCKS = (
 def json_files(
     controller: Controller, number: Number, loop: RoundedLoop, origin: ExportOrigin
 ) -> dict[str, str]:
-    """Return file name -> JSON text; docs/formats.md defines every key."""
+    """Return the JSON file (name -> text); docs/formats.md defines every key."""
     content = {
         "format": FORMAT,
         "name": controller.name,
@@ -104,7 +104,7 @@ def json_files(
 
 
 def _whole(block: Any) -> Any:
-    """Return a block of the document with the default values that the document omits."""
+    """Return a block of the document, completed with default values."""
     if isinstance(block, Observer):
         return _observer(block)
     if isinstance(block, msgspec.Struct):
@@ -197,10 +197,7 @@ def _nested(table: NamedArray, value: Callable[[ProgramNode], float], nothing: f
 def matlab_files(
     controller: Controller, number: Number, loop: RoundedLoop, origin: ExportOrigin
 ) -> dict[str, bytes]:
-    """Return file name -> bytes of a MATLAB file of version 5.
-
-    docs/formats.md lists the variables.
-    """
+    """Return the MATLAB file, version 5 (name -> bytes); docs/formats.md lists the variables."""
     linear = rounded_linear(controller.linear, number)
     space = linear.discrete
     n = linear.order

@@ -39,9 +39,11 @@ COEFFICIENTS_ONLY = (
 class ExportResult(ResultView):
     """Files of an export with the verified properties.
 
-    `files`: name -> content. `vectors`: None if the language has none. `more`: further lines for
-    the text output. `target`: size and instructions of the code on the bench's target, if they were
-    requested or the bench has a `target`.
+    `files`: name -> content.
+    `vectors`: golden vectors; None if the language has none.
+    `more`: further lines for the text output.
+    `target`: size and number of instructions of the code on the bench's target, if they were
+        requested or the bench has a `target`.
     """
 
     controller: Controller
@@ -84,7 +86,7 @@ class ExportResult(ResultView):
 
     @property
     def is_budget_unchecked(self) -> bool:
-        """Return True if the bench has a budget that was not compared with the code."""
+        """Return True if the bench limits a property of the code that was not measured."""
         budget = self.controller.bench.target
         return self.target is not None and budget is not None and self.target.is_unchecked(budget)
 
@@ -114,7 +116,7 @@ def export(
     origin: ExportOrigin | None = None,
     report: bool = False,
 ) -> ExportResult:
-    """Export a controller.
+    """Export a controller as code or coefficients.
 
     Parameters
     ----------
@@ -127,7 +129,7 @@ def export(
     origin : ExportOrigin, optional
         Origin of the document; by default the digest of its YAML text.
     report : bool, optional
-        Measure C code on the bench's target, even if the bench has no budget.
+        True to measure C code on the bench's target, even if the bench sets no limit for the code.
 
     Returns
     -------
@@ -140,7 +142,7 @@ def export(
         If the language or the number format does not exist.
     NoSolutionError
         If the rounded loop cannot be verified, the format cannot represent the controller, or the
-        C code is above the budget of the bench's `target`.
+        C code exceeds a limit of the bench's `target`.
     """
     for what, choice, allowed in (
         ("language", language, CONTROLLER_LANGUAGES),
@@ -166,9 +168,9 @@ def export_controller(
     origin: ExportOrigin,
     report: bool = False,
 ) -> ExportResult:
-    """Export a controller that was read from the document `origin`, as `export` does.
+    """Export a controller of the document `origin`; `export` describes the parameters.
 
-    Also raises NoSolutionError if the document is inconsistent.
+    Raises the errors of `export`, and NoSolutionError if the document is inconsistent.
     """
     recheck(controller)
     try:
@@ -184,9 +186,9 @@ def export_controller(
 
 
 def _measured(result: ExportResult) -> ExportResult:
-    """Return the result with size and instructions of its C code on the bench's target.
+    """Return the result with size and number of instructions of its C code on the bench's target.
 
-    Raises NoSolutionError if the code exceeds the budget of the target.
+    Raises NoSolutionError if the code exceeds a limit of the target.
     """
     controller = result.controller
     target = controller.bench.target or Target()

@@ -27,7 +27,7 @@ def controller_fmu(
     sources: Mapping[str, str],
     origin: ExportOrigin,
 ) -> dict[str, bytes]:
-    """Return file name -> content of the unit.
+    """Return the Functional Mock-up Unit of a controller (file name -> content).
 
     Parameters
     ----------

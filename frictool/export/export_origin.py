@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ExportOrigin:
-    """Digest of the controller document, and the command line for the provenance."""
+    """SHA-256 digest of the exported document, and command line that exported it."""
 
     sha256: str
     command: str

@@ -177,7 +177,7 @@ class FmiUnit:
     enumerations: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
 
     def files(self) -> dict[str, bytes]:
-        """Return file name -> content of the unit."""
+        """Return the unit (file name -> content)."""
         name = c_identifier(self.name)
         sources = {**self.sources, f"fmi3_{name}.c": self.functions}
         files = {

@@ -1,11 +1,11 @@
-"""Friction of a model as tables: against speed with a band, against position, and for drives.
+"""Friction of a model as tables: against speed, against position, and for drives.
 
     F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)         (thesis 2.33 and 2.34)
 
 F_c is the Coulomb friction, F_s the breakaway, v_s the Stribeck velocity and delta an exponent.
-viscous(v) is linear between the knees, at which its slope changes (figure 4.10 of the thesis). The
-band contains F(v) for all combinations of the parameters within their intervals, and is therefore
-wider than a confidence band of the curve.
+viscous(v) is piecewise linear (figure 4.10 of the thesis). The table against speed also contains
+the lowest and the highest F(v) for all combinations of the parameters within their intervals. This
+interval is wider than a confidence band of the curve.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ WHOLE = 1e-9  # largest relative deviation of a number that is treated as whole
 def table_files(
     model: Model, origin: ExportOrigin, without: Collection[str]
 ) -> tuple[Mapping[str, str | bytes], list[str]]:
-    """Return file name -> content of the tables of a model, and notes.
+    """Return the tables of a model (file name -> content), and notes.
 
     Raises NoSolutionError if the model has a feature that a table cannot represent, or no top
     speed.
@@ -99,7 +99,7 @@ def _speed_table(model: Model, sides: list[SlipCurve], top: float, head: str) ->
 
 
 def _speeds(sides: list[SlipCurve], top: float, number: int) -> Vector:
-    """Return increasing speeds from 0 to `top`: evenly spaced, and at the knees of viscous(v)."""
+    """Return rising speeds: equally spaced from 0 to `top`, and where viscous(v) bends."""
     inside = [speed for side in sides for speed in bend_speeds(side) if speed < top]
     return np.unique(np.concatenate((np.linspace(0.0, top, number), inside)))
 
@@ -138,7 +138,7 @@ def _position_table(model: Model, head: str) -> str | None:
 
 
 def _drive_table(model: Model, sides: list[SlipCurve], top: float, head: str) -> tuple[str, str]:
-    """Return currents at up to 20 speeds, and a note with the error between the rows.
+    """Return a CSV table of friction currents at up to 20 speeds, and a note on its error.
 
     The drive uses one table for both directions; the table contains the mean of their friction.
     Rows are added where the straight line between two rows is farthest from the friction.

@@ -7,8 +7,8 @@ phase that waits for rest, release or the drive's limit ends after a bounded num
 the end inputs become invalid, several times for as long as the controller holds the last valid
 input. Then inputs become invalid for one sample longer, which sets the fault.
 
-The program in double gets the same inputs. The difference of the two drives is the effect of the
-format's rounding.
+The program in double precision runs with the same inputs. The difference between its drive and the
+drive in the number format shows the effect of rounding.
 """
 
 from __future__ import annotations
@@ -57,17 +57,18 @@ class GoldenVectors:
     """Rows of inputs and outputs of a controller.
 
     `columns`: reference, position [rad | m], velocity if used, scheduled parameters, and drive [A |
-    V]. `rows`: values of the columns in SI, as the format represents them; an invalid input is NaN
-    or infinite. `visits`: number of samples in each mode and at each limit.
-
-    `away`: largest difference between the drive in the format and the drive in double, at samples
-    at which both programs are in the same mode. `rms`: rms of this difference. `apart`: number of
-    samples in different modes.
-
-    `fault_from`: first row with the fault. `restart`: row before which the controller is started
-    again at the position of this row. `commands`: for each command of control/supervision.py, the
-    row before which the command is first given. Before the row of the command `fault`, `disable`
-    and `enable` follow as well; they do not end the fault.
+        V].
+    `rows`: values of the columns in SI, as the number format represents them; an invalid input is
+        NaN or infinite.
+    `visits`: number of samples in each mode and at each limit.
+    `away`, `rms`: largest and rms difference between the drive in the number format and the drive
+        in double, over the samples at which both programs are in the same mode.
+    `apart`: number of samples at which the two programs are in different modes.
+    `fault_from`: first row with the fault.
+    `restart`: row before which the controller is started again, at the position of this row.
+    `commands`: for each command of control/supervision.py, the row before which the command is
+        first given. `disable` and `enable` are also given just after `fault`, because they must not
+        end the fault.
     """
 
     columns: tuple[str, ...]
@@ -153,13 +154,13 @@ class _VectorSequence:
         return self.low + fraction * (self.high - self.low)
 
     def now(self, name: str, otherwise: float) -> float:
-        """Return a named value at the last sample, or `otherwise` if the program has none."""
+        """Return the value `name` after the last sample; `otherwise` if it does not exist."""
         return read(self.machine, self.indices[name]) if name in self.indices else otherwise
 
     def sample(
         self, reference: float, jitter: int = 0, lost: Mapping[str, float] | None = None
     ) -> None:
-        """Run one sample; `lost`: name of an input -> invalid value."""
+        """Run one sample; `lost`: input -> invalid value that replaces the valid one."""
         position = self.counted(self.position) + self.step * self.random.randint(-jitter, jitter)
         velocity = (position - self.before) / self.period
         self.before = position
@@ -232,9 +233,10 @@ class _VectorSequence:
             self.moved(reference)
 
     def push(self, bands: float) -> None:
-        """Push the axis out of the band, and return it when the measured speed has decayed.
+        """Push the axis out of the controller's rest band, then move it back.
 
-        The return is faster than the rest speed of the position law.
+        The return begins when the measured speed has decayed. It is faster than the rest speed of
+        the position law.
         """
         reference = self.rows[-1][0]
         start = self.position
@@ -280,7 +282,7 @@ class _VectorSequence:
 
 
 def _speeds(controller: Controller, band: float) -> tuple[float, float]:
-    """Return the speeds below which (prefilter, axis) are treated as settled [rad/s | m/s]."""
+    """Return the speeds below which prefilter and axis count as settled [rad/s | m/s]."""
     law, limiter = controller.position_law, controller.limiter
     stated = (
         law.settled_speed

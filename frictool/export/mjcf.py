@@ -58,7 +58,8 @@ class MjcfAttribute:
     element, attribute : str
         Element of the file and its attribute.
     field : str
-        Array of mjModel and, after a dot, the index in its row.
+        Array of mjModel; for an array with several columns, also the column, as in
+        "actuator_gear.0".
     value : Quantity
         Value with its interval, SI.
     """
@@ -81,7 +82,7 @@ def time_step(model: Model) -> float:
 
 
 def exported_model(model: Model, without: Collection[str]) -> tuple[Model, list[str]]:
-    """Return the model without the features that MJCF leaves out, and notes.
+    """Return the model without the features that are left out in MJCF, and a note on each of them.
 
     Raises NoSolutionError if the model has a feature that MJCF cannot represent and that is not in
     `without`.
@@ -104,7 +105,7 @@ def exported_model(model: Model, without: Collection[str]) -> tuple[Model, list[
 def mjcf_files(
     model: Model, origin: ExportOrigin, without: Collection[str]
 ) -> tuple[Mapping[str, str | bytes], list[str]]:
-    """Return file name -> content of the MJCF file and of the attributes' ranges, and notes.
+    """Return the MJCF file and the file with the attributes' ranges (name -> content), and notes.
 
     Raises NoSolutionError if the model has a feature that MJCF cannot represent and that is not in
     `without`.
@@ -142,7 +143,7 @@ def mjcf_files(
 
 
 def mjcf_attributes(model: Model) -> list[MjcfAttribute]:
-    """Return the attributes of a model that `exported_model` returned."""
+    """Return the MJCF attributes of a model without unsupported features (`exported_model`)."""
     today, contact = model.parameters, _contact(model)
     load = model.laws.load if model.laws and model.laws.load else Load()
     out = [
@@ -172,7 +173,7 @@ def mjcf_attributes(model: Model) -> list[MjcfAttribute]:
 
 
 def mjcf_text(model: Model, attributes: list[MjcfAttribute], origin: ExportOrigin) -> str:
-    """Return the text of the MJCF file of a model that `exported_model` returned."""
+    """Return the MJCF text of a model without unsupported features (`exported_model`)."""
     values = {(one.element, one.attribute): one.value.value for one in attributes}
     gear = values["general", "gear"]
     step, inertia = time_step(model), values["joint", "armature"]
@@ -248,7 +249,7 @@ LUGRE = tuple(f"lugre {index}" for index in range(5))
 
 
 def _amplitude(ripple: Ripple) -> Quantity:
-    """Return the amplitude; its interval covers the intervals of sine and cosine."""
+    """Return the amplitude of the ripple; its interval covers the intervals of sine and cosine."""
     sine, cosine = ripple.sine, ripple.cosine
 
     def least(one: Quantity) -> float:

@@ -44,7 +44,7 @@ class MjcfCheck:
     rms, largest : float
         Position of MuJoCo minus position of the model, rad | m.
     measured_rms : dict of str to float
-        Position of MuJoCo and of the model minus the measured position, rms, rad | m.
+        Rms difference between simulated and measured position, rad | m, for MuJoCo and frictool.
     rest_s : float
         Time that the model is at rest [s].
     creep : float
@@ -155,7 +155,7 @@ def _mujoco() -> ModuleType:
 
 
 def _record(log: Log) -> tuple[Vector, Vector, float]:
-    """Return (position, effort, sample period [s]) before the log's first gap; signals (n,)."""
+    """Return position (n,) and effort (n,) before the log's first gap, and the sample period."""
     stream = log.main
     position, effort = log.require(stream, "position", "effort")
     steps = np.diff(stream.time)

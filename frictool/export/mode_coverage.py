@@ -26,7 +26,7 @@ class VisitCondition:
     where: int | None = None
 
     def made(self, machine: CompiledProgram) -> bool:
-        """Return True if the condition holds at the program's last sample."""
+        """Return True if the condition holds after the program's last sample."""
         if self.where is not None and read(machine, self.where) == 0.0:
             return False
         return bool((read(machine, self.index) == self.value) != self.differs)

@@ -20,7 +20,7 @@ from frictool.logs.log import Log
 
 @dataclass(frozen=True)
 class ModelExportSettings:
-    """Choices of an export of a model.
+    """Options of the export of a model.
 
     Attributes
     ----------
@@ -29,9 +29,9 @@ class ModelExportSettings:
     into : Path or None
         Robot description in which the joint's values are written.
     joint : str or None
-        Joint of `into`; without it, the only joint of the model's kind.
+        Name of the joint in `into`; None if the file has only one joint of the type of the axis.
     check : Log or None
-        Log whose effort drives a simulation of the exported MJCF file and one of the model.
+        Log whose effort drives the comparison of the exported MJCF file with the model.
     """
 
     without: frozenset[str] = frozenset()
@@ -42,7 +42,7 @@ class ModelExportSettings:
 
 @dataclass(frozen=True)
 class ModelExport:
-    """Files of an exported model (name -> content), and lines of text on these files."""
+    """Files of an exported model (name -> content), and notes on these files."""
 
     language: str
     origin: ExportOrigin
@@ -69,16 +69,16 @@ class ModelExport:
 def export_model(
     model: Model, language: str, settings: ModelExportSettings, origin: ExportOrigin
 ) -> ModelExport:
-    """Export a model.
+    """Export a model to a simulator or a drive.
 
     Parameters
     ----------
     model : Model
         Model to export.
     language : str
-        Name of a language that takes a model (`languages.py`).
+        Name of a language for models (`languages.py`).
     settings : ModelExportSettings
-        Choices of the export.
+        Options of the export.
     origin : ExportOrigin
         Origin of the model's document.
 
@@ -90,7 +90,7 @@ def export_model(
     Raises
     ------
     NoSolutionError
-        If the target cannot represent a feature of the model that is not left out.
+        If the language cannot represent a feature of the model and the feature is not left out.
     InputFileError
         If a file of the settings does not fit the model.
     """

@@ -137,9 +137,9 @@ def without_features(
 
 
 def left_out_levels(model: Model, *names: str) -> list[str]:
-    """Return a line for each named parameter (breakaway, offset) that the target does not have.
+    """Return a line for each of the parameters `names` (breakaway, offset) that the export loses.
 
-    A breakaway equal to the Coulomb friction and an offset of 0 have no line.
+    A breakaway equal to the Coulomb friction and an offset of 0 are no loss.
     """
     today, unit = model.parameters, si_unit("effort", model.axis)
     lines = []

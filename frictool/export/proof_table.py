@@ -41,7 +41,10 @@ def proof_lines(names: CNames, scaled: FixedProgram) -> list[str]:
 
 
 def field_note(table: NamedArray, scaled: FixedProgram) -> str:
-    """Return resolution and range [SI] of each element of a state as text; equal ones once."""
+    """Return resolution and range [SI] of each element of a state as text.
+
+    If they are the same for all elements, the text states them once.
+    """
     notes = []
     for node in table.nodes.values():
         low, high = (
@@ -56,11 +59,12 @@ def conversion_macros(
 ) -> list[str]:
     """Return lines of C macros that convert inputs and drive to and from fixed-point words.
 
-    Every input and the drive get macros for the number of fraction bits and for the lowest and the
-    highest word. An input also gets a macro that converts a constant in SI. Two further macros
+    For every input and the drive, macros state the number of fraction bits, the lowest and the
+    highest word. For every input, a macro also converts a constant in SI. Two further macros
     convert encoder counts to the position's word, and the drive's word to thousandths of an A or V.
 
-    `prefix` begins each macro's name. `step` [rad | m] is the position per encoder count.
+    `prefix`: begin of each macro's name.
+    `step`: position per encoder count [rad | m].
     """
     lines: list[str] = []
     program = scaled.program
@@ -101,10 +105,12 @@ def conversion_macros(
 
 
 def multiplier(step: float, fraction: int) -> tuple[int, int]:
-    """Return integers (m, n) such that encoder counts times m 2^-n is the position's word.
+    """Return integers (m, n): encoder counts times m 2^-n give the position in fixed point.
 
-    `step` [rad | m] is the position per count, `fraction` the word's number of fraction bits. m has
-    MULTIPLIER_BITS bits if n > 0.
+    `step`: position per encoder count [rad | m].
+    `fraction`: number of fraction bits of the position.
+
+    m has MULTIPLIER_BITS bits if n > 0.
     """
     n = max(MULTIPLIER_BITS - math.frexp(step)[1] - fraction, 0)
     return round(math.ldexp(step, fraction + n)), n

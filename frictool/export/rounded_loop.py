@@ -55,10 +55,11 @@ def rounded_loop(
 ) -> RoundedLoop:
     """Verify a controller with rounded coefficients.
 
-    `biquads`: linear controller with the biquads' coefficients and without anti-windup; it replaces
-    the linear controller of `controller`. Raises NoSolutionError (exit 4) if the loop or the
-    anti-windup is unstable, the modulus margin is too small or the norm is above the stored norm.
-    The message states vertex and value.
+    `biquads`: linear controller with the coefficients of the biquads and without anti-windup; it
+        replaces the linear controller of `controller`.
+
+    Raises NoSolutionError, with vertex and value in the message, if the loop or the anti-windup is
+    unstable, the modulus margin is too small, or the norm is above the stored norm.
     """
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer, coefficient_rounder(number))

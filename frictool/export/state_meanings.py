@@ -40,5 +40,8 @@ MEANINGS = {
 
 
 def state_meaning(state: str, constant: bool) -> str:
-    """Return the description of a state; constant: True if the program never changes the state."""
+    """Return the description of a state.
+
+    `constant`: True if the program never changes the state.
+    """
     return "scheduled parameter, set by the caller" if constant else MEANINGS.get(state, "")

@@ -64,7 +64,7 @@ class TargetFigures:
     missing: str = ""
 
     def over_budget(self, target: Target) -> list[str]:
-        """Return a text for each number that exceeds the budget of the target."""
+        """Return a text for each number that exceeds its limit in the bench's `target`."""
         return [
             f"{value} {words}, allowed: {limit} (target.{key})"
             for key, words, value, limit in self._budget(target)
@@ -72,7 +72,7 @@ class TargetFigures:
         ]
 
     def is_unchecked(self, target: Target) -> bool:
-        """Return True if the target has a budget for a number that was not measured."""
+        """Return True if the bench's `target` limits a number that was not measured."""
         return any(value is None for _, _, value, _ in self._budget(target))
 
     def _budget(self, target: Target) -> list[tuple[str, str, int | None, int]]:
@@ -115,7 +115,7 @@ class TargetFigures:
 def target_figures(
     name: str, files: Mapping[str, str], program: Program, kind: str, target: Target
 ) -> TargetFigures:
-    """Return size and instructions of the exported C on the bench's target.
+    """Return size and number of instructions of the exported C on the bench's target.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def target_figures(
     program : Program
         Program of the controller.
     kind : str
-        C type of its values.
+        C type of the values in the program.
     target : Target
         Target of the bench.
 
