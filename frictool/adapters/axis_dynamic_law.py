@@ -1,8 +1,8 @@
 """Dynamic friction law of a model.yaml with the key `presliding`.
 
-Its parameters are computed as in `compare` (`LawParameter.comparison_value`). If the Coulomb
-friction of a plant is c times the Coulomb friction of the model, the stiffness and the damping of
-the contact are multiplied by c, too. The deflections then do not change.
+The parameters of the law are computed as in `compare` (`LawParameter.comparison_value`). If the
+Coulomb friction of a plant is c times the Coulomb friction of the model, the stiffness and the
+damping of the contact are multiplied by c, too. The deflections then do not change.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ BANKS = ("leuven", "maxwell_slip")
 
 
 def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
-    """Return the dynamic law of `axis`, a plant of the model; None without `presliding`.
+    """Return the dynamic law of a plant `axis` of the model; None without `presliding`.
 
     Raises ValueError if the law does not support the axis or its parameters.
     """
@@ -82,7 +82,7 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
 
 
 def assumed_fall(model: Model) -> str:
-    """Return a remark on an assumed fall from breakaway to Coulomb friction; else an empty text."""
+    """Return a remark if the fall from breakaway to Coulomb friction is an assumption, else ""."""
     document, today = model.presliding, model.parameters
     if (
         document is None
@@ -101,10 +101,11 @@ def assumed_fall(model: Model) -> str:
 
 
 def _bank(fitted: MaxwellSlip, breakaway: float, limit: float) -> tuple[float, Vector]:
-    """Return the limit [rad | m] and the elements (2 n,) of a bank with the fitted virgin curve.
+    """Return the limit [rad | m] and the elements (2 n,) of a fitted Maxwell-slip law.
 
-    The curve ends at the breakaway. If the fitted curve ends below the breakaway, a straight line
-    extends it to the breakaway at `limit`.
+    The elements represent the friction over the displacement during the first loading. The curve
+    ends at the breakaway. If the fitted curve ends below the breakaway, a straight line extends it
+    to the breakaway at `limit`.
     """
     displacement, force = np.array(fitted.displacement), np.array(fitted.force)
     below = force < breakaway

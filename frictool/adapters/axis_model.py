@@ -26,11 +26,12 @@ from frictool.plant.position_load import LoadHarmonic, PositionLoad
 def axis_of(model: Model, **overrides: float) -> AxisParameters:
     """Return the model's axis in SI, with end stops at the bench's travel.
 
-    `overrides` replaces fields of AxisParameters. An overridden Coulomb or viscous friction scales
-    the model's friction (adapters/friction_levels.py); an overridden breakaway does not. The
-    default of the friction inside the backlash (motor and brushes, thesis 4.4.4) is the smaller of
-    the Coulomb frictions of the two directions. Raises ValueError with the name of a parameter that
-    is out of range.
+    `overrides`: values of fields of AxisParameters. An overridden Coulomb or viscous friction
+        scales the model's friction (adapters/friction_levels.py); an overridden breakaway does not.
+
+    If the bench does not contain the friction inside the backlash (motor and brushes, thesis
+    4.4.4), the smaller Coulomb friction of the two directions is used. Raises ValueError with the
+    name of a parameter that is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {

@@ -6,12 +6,12 @@
                     ─▶ drive stages, with limiter and virtual friction (thesis, (5.7), (5.41))
     drive stages    ─▶ feedforward, friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
 
-y is the measured position, omega_c the speed reference. Near the target, the band
-(control/target_band.py) sets the drive to 0, and the limiter (control/limit_cycle_limiter.py) sets
-it to 0 or to the virtual friction. A profile replaces the prefilter. With a feedforward, the
-filtered reference in e is delayed by the number of samples after which the drive acts. A cascade
-then adds the speed of this delayed reference to omega_c. A linear controller with the input
-`speed_error` takes omega_c minus the measured speed instead of eta.
+y is the measured position, omega_c the speed reference. If |e| is inside the rest band of the
+position law, the drive is set to 0 (control/target_band.py). The limiter sets it to 0 or to the
+virtual friction (control/limit_cycle_limiter.py). A profile replaces the prefilter. With a
+feedforward, the filtered reference in e is delayed by the number of samples after which the drive
+acts. A cascade then adds the speed of this delayed reference to omega_c. A linear controller with
+the input `speed_error` takes omega_c minus the measured speed instead of eta.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ class _Composition:
         self._observe()
 
     def _feedforward(self, filtered: ProgramNode) -> tuple[ProgramNode | None, ProgramNode]:
-        """Return the drive of the feedforward, and the reference that the loop then tracks.
+        """Return the drive of the feedforward, and the reference that the position loop tracks.
 
         Without a feedforward, return None and the filtered reference.
         """
@@ -193,7 +193,10 @@ class _Composition:
             )
 
     def _motion(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """Return the position's change since the last sample, and the speed; None if not used."""
+        """Return the change of the position since the last sample, and the speed.
+
+        A value that no block uses is None.
+        """
         settings = self.document.velocity
         program = self.program
         measured = None
@@ -305,7 +308,10 @@ class _Composition:
         self._linear(self.error, self.high - self.low, None, released, braking)
 
     def _compensation(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """Return the added drive and the observer's estimate of friction; None if not used."""
+        """Return the drive that compensates friction, and the friction that the observer estimates.
+
+        A value that the controller does not use is None.
+        """
         settings = self.document.friction_compensation
         program = self.program
         if settings is None:

@@ -1,4 +1,4 @@
-"""Shortest step response that a bench's drive allows, for the best and the worst plant."""
+"""Shortest step response that a bench's drive allows, for the fastest and the slowest plant."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from frictool.plant.time_optimal import DrivenAxis, step_zone, time_optimal_resp
 
 
 class DriveBound(NamedTuple):
-    """Shortest response times [s] to 95 % of a step that the drive alone allows.
+    """Shortest times [s] to 95 % of a step that the drive allows, whatever the controller.
 
-    `length`: length of the step [rad | m]. `best` and `worst`: times of the fastest and of the
-    slowest plant; a time is infinite if the drive does not overcome the friction.
+    `length`: length of the step [rad | m].
+    `best`, `worst`: times of the fastest and of the slowest plant; infinite if the drive cannot
+        overcome the friction.
     """
 
     length: float
@@ -35,7 +36,7 @@ class DriveBound(NamedTuple):
 
 
 def driven_axis(bench: Bench, plant: PlantPoint) -> DrivenAxis:
-    """Return a plant driven by the bench's drive at the drive's limit, without backlash."""
+    """Return a plant with the bench's drive, which acts at its limit; backlash is left out."""
     actuator = bench.actuator
     return DrivenAxis(
         plant.inertia,
@@ -63,14 +64,13 @@ def drive_bound(
     length
         Length of the step, rad | m, above 0.
     overshoot
-        Largest overshoot relative to the length; None if only the zone of 5 % of the length around
-        the target limits it.
+        Largest overshoot relative to the length; None to allow 5 %, as the response time does.
 
     Returns
     -------
     DriveBound
-        The times of the fastest and of the slowest plant (plant/time_optimal.py). At the start of
-        the step, the backlash is closed.
+        The times of the fastest and of the slowest plant (plant/time_optimal.py). The backlash is
+        assumed to be closed when the step begins.
     """
     zone = step_zone(length, bench.encoder.resolution, overshoot)
     times = [

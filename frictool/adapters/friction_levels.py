@@ -1,16 +1,16 @@
 """Scalar friction levels of a model whose friction depends on direction, speed or position.
 
-A vertex or a randomly drawn plant has one number for Coulomb friction and one for viscous friction:
+A plant (a vertex, or a randomly drawn plant) has one number for Coulomb friction and one for
+viscous friction. For the model, these two levels are
 
-    coulomb   for the model: mean of F_c over the bench's travel and both directions. A plant with c
-              times this number has c times all dry friction: F_c and breakaway of both directions,
-              their maps over position, and the friction inside the backlash
-    viscous   for the model: steepest slope over the speed regimes, mean of both directions. A plant
-              with c times this number has c times every slope, and the same knees. If the model has
-              no viscous friction, the number of a plant is its slope at every speed
+    coulomb   mean of F_c over the bench's travel and both directions
+    viscous   steepest slope over the speed regimes, mean of both directions
 
-A knee is a speed at which the slope changes. The friction map keeps its shape. If both numbers
-equal those of the model, the plant equals the model.
+If the Coulomb level of a plant is c times that of the model, all dry friction is multiplied by c:
+F_c and breakaway of both directions at every position, and the friction inside the backlash. If the
+viscous level is c times that of the model, every slope is multiplied by c; the speeds at which the
+slope changes remain. If the model has no viscous friction, the level of a plant is its slope at
+every speed. A plant with the levels of the model equals the model.
 """
 
 from __future__ import annotations
@@ -26,7 +26,10 @@ Ends = tuple[float, float]
 
 
 def coulomb_level(model: Model) -> Ends:
-    """Return (low, high) of the Coulomb level [N m | N]; low = high without an interval."""
+    """Return the interval (low, high) of the Coulomb level [N m | N].
+
+    Without an interval in the model, low equals high.
+    """
     forward, backward = _mean_factors(model)
     coulomb = model.parameters.coulomb
     opposite = _opposite(model, "coulomb")
@@ -38,7 +41,7 @@ def coulomb_level(model: Model) -> Ends:
 
 
 def coulomb_factor(model: Model, wanted: float) -> float:
-    """Return the factor of all dry friction that gives the level `wanted` [N m | N].
+    """Return the factor on all dry friction that gives the Coulomb level `wanted` [N m | N].
 
     Raises ValueError if the model has no dry friction.
     """
@@ -52,7 +55,10 @@ def coulomb_factor(model: Model, wanted: float) -> float:
 
 
 def viscous_level(model: Model) -> Ends:
-    """Return (low, high) of the viscous level [N m s/rad | N s/m]; low = high without interval."""
+    """Return the interval (low, high) of the viscous level [N m s/rad | N s/m].
+
+    Without an interval in the model, low equals high.
+    """
     steepest = [max(slopes, key=lambda slope: slope.value) for slopes in _slopes(model)]
     low, high = (
         0.5 * sum(ends) for ends in zip(*(slope.interval for slope in steepest), strict=True)
@@ -61,7 +67,10 @@ def viscous_level(model: Model) -> Ends:
 
 
 def viscous_factor(model: Model, wanted: float) -> float | None:
-    """Return the factor of all slopes that gives the level `wanted`; None if all slopes are 0."""
+    """Return the factor on all slopes that gives the viscous level `wanted`.
+
+    Return None if all slopes are 0.
+    """
     level = 0.5 * sum(max(slope.value for slope in slopes) for slopes in _slopes(model))
     return wanted / level if level > 0.0 else None
 
@@ -102,7 +111,7 @@ def _mean_factors(model: Model) -> Ends:
 def _mean_factor(
     powers: tuple[float, ...], low: float, high: float, first: float, last: float
 ) -> float:
-    """Return the mean of the normalised friction polynomial over positions first to last.
+    """Return the mean of the normalised friction polynomial from position `first` to `last`.
 
     The mean is cached, because all plants drawn from one model share it.
     """

@@ -1,4 +1,7 @@
-"""Polytope of a model's plants, also with an uncertainty channel (plant/uncertainty_channel.py)."""
+"""Polytope of a model's plants, with and without an uncertainty channel.
+
+plant/uncertainty_channel.py defines the channel.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +18,9 @@ from frictool.plant.uncertainty_channel import UncertainPlant, with_channel
 def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polytope:
     """Return the polytope of plants over the intervals of the `scheduled` parameters.
 
-    `intervals(model)` gives the intervals; the other parameters have their central values. Raises
-    FrictoolError if regimes are scheduled and the model has none. Raises ValueError if `scheduled`
-    is empty or contains a parameter twice.
+    `intervals(model)` defines the intervals. The other parameters have the centres of their
+    intervals. Raises FrictoolError if `scheduled` contains `regime` and the model has no regimes.
+    Raises ValueError if `scheduled` is empty or contains a parameter twice.
     """
     box = intervals(model)
     levels = regime_levels(model, box["coulomb"]) if "regime" in scheduled else None
@@ -25,10 +28,11 @@ def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polyt
 
 
 def regime_levels(model: Model, coulomb: tuple[float, float]) -> RegimeLevels:
-    """Return the model's intervals of the friction in each speed regime.
+    """Return the intervals of the friction in each speed regime of the model.
 
-    `coulomb` is the interval of the Coulomb friction at low speed. Raises FrictoolError if the
-    model has no regimes.
+    `coulomb`: interval of the Coulomb friction at low speed.
+
+    Raises FrictoolError if the model has no regimes.
     """
     if model.laws is None or not model.laws.regimes:
         raise FrictoolError(
@@ -58,11 +62,11 @@ def half_widths(model: Model) -> dict[Parameter, float]:
 
 
 def default_unit(model: Model) -> float:
-    """Return the effort [N m | N] for which the uncertainty channel's signal is 1.
+    """Return the effort [N m | N] that corresponds to 1 in the uncertainty channel.
 
     The effort is the half-width of the Coulomb friction's interval. If this half-width is 0, it is
-    the effort error at the drive's limit due to the half-widths of constant and inertia; if this
-    error is 0, too, the effort is 1.
+    the effort error at the drive's limit due to the half-widths of constant and inertia. If this
+    error is also 0, the effort is 1.
     """
     widths = half_widths(model)
     if widths["coulomb"] > 0.0:
@@ -86,8 +90,8 @@ def uncertain_polytope(
     """Return the polytope, and each of its vertices with an uncertainty channel.
 
     The polytope spans the scheduled parameters; the channel contains the other parameters (thesis
-    annex, (28)-(29)). If `regime` is scheduled, the channel contains no friction, because the
-    regimes determine it. Raises FrictoolError and ValueError as `polytope` does.
+    annex, (28)-(29)). If `regime` is scheduled, the regimes determine the friction, and the channel
+    contains no friction. Raises FrictoolError and ValueError as `polytope` does.
     """
     box = polytope(model, scheduled)
     left = unscheduled_half_widths(model, scheduled)

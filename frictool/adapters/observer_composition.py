@@ -1,9 +1,10 @@
-"""Observer document as a block of a program, which runs alone along a log or inside a controller.
+"""Observer document as a block of a program.
 
     position, effort ──▶ block of the document's kind ──▶ position, velocity, friction, wear
 
-The estimates at a sample use the position up to that sample and the effort before that sample.
-Therefore a controller can use them at the same sample.
+The program contains only the observer (for a log) or also a controller. The estimates at a sample
+use the position up to this sample and the effort before it, so that a controller can use them at
+the same sample.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ class ObserverProgram(NamedTuple):
 
 
 def observer_program(observer: Observer) -> ObserverProgram:
-    """Return a program with the observer only; the output is the estimated velocity."""
+    """Return a program that contains only the observer; its output is the estimated velocity."""
     program = Program()
     most = _most_effort(observer.bench)
     position = program.input("position", *reach(observer.bench))
@@ -52,10 +53,10 @@ def observer_program(observer: Observer) -> ObserverProgram:
 def observer_block(
     program: Program, position: ProgramNode, observer: Observer
 ) -> tuple[ObserverNodes, Callable[[ProgramNode], None]]:
-    """Return the estimates for a measured position [rad | m], and a function for the update.
+    """Return the estimates for a measured position [rad | m], and a function `move(effort)`.
 
-    The function takes the effort [N m | N] that acts until the next sample, and writes the update
-    of the states.
+    `move` writes the update of the states; its argument is the effort [N m | N] that acts until the
+    next sample.
     """
     if observer.tracking is not None:
         parameters = tracking_facts(observer, observer.tracking)
@@ -71,9 +72,9 @@ def observer_block(
 
 
 def switched_facts(observer: Observer) -> SwitchedParameters:
-    """Return the parameters of the switched block.
+    """Return the parameters of the switched observer.
 
-    Raises ValueError if the document lacks a mode.
+    Raises ValueError if the document lacks the stuck mode or the modes of a direction.
     """
     switched, friction = observer.switched, observer.friction
     assert switched is not None
@@ -108,7 +109,7 @@ def switched_facts(observer: Observer) -> SwitchedParameters:
 
 
 def tracking_facts(observer: Observer, tracking: Tracking) -> TrackingParameters:
-    """Return the parameters of the tracking block."""
+    """Return the parameters of the tracking observer."""
     friction, bench, gap = observer.friction, observer.bench, tracking.backlash
     return TrackingParameters(
         period=observer.sample_period_s,
@@ -153,7 +154,7 @@ def _cells(modes: list[Mode]) -> tuple[SlipMode, ...]:
 
 
 def reach(bench: Bench) -> tuple[float, float]:
-    """Return the range of references and measured positions [rad | m]."""
+    """Return the range of references and positions [rad | m]: the travel plus a margin."""
     travel = bench.mechanics.travel
     if travel is None:
         return -math.inf, math.inf
@@ -162,7 +163,7 @@ def reach(bench: Bench) -> tuple[float, float]:
 
 
 def top_speed(bench: Bench) -> float:
-    """Return the largest magnitude of a measured or estimated speed [rad/s | m/s]."""
+    """Return the bound of a speed [rad/s | m/s]: TOP_SPEEDS times the bench's top speed."""
     top = bench.mechanics.top_speed
     return math.inf if top is None else TOP_SPEEDS * top.value
 

@@ -22,8 +22,10 @@ def intervals(
 ) -> dict[str, tuple[float, float]]:
     """Return the parameter intervals for which `synth` designs a controller.
 
-    These are the intervals of `ranges`. The interval of the Coulomb friction is extended to all
-    its values over the travel. `factors`: as in `ranges`.
+    They are the intervals of `ranges`, but the interval of the Coulomb friction contains its values
+    at all positions of the travel.
+
+    `factors`: as in `ranges`.
     """
     ranges_of_model = ranges(model, factors)
     if model.laws is not None and model.laws.position is not None:
@@ -39,13 +41,15 @@ def intervals(
 def ranges(
     model: Model, factors: Mapping[str, float] = UNCHANGED
 ) -> dict[str, tuple[float, float]]:
-    """Return the hull of the model's intervals and of the bench's range over the product's life.
+    """Return the parameter intervals from which `simulate` and `campaign` draw.
 
-    The hull includes every direction and regime. `simulate` and `campaign` draw from this hull.
-    Friction that varies with position is replaced by its mean. A bench value without a range is a
-    single point. The model's intervals describe the axis during the log; the bench's range also
-    contains values of later years. `factors`: positive factors of the model's parameters by name,
-    for example at another temperature; the bench's range is not multiplied.
+    An interval contains the model's interval, which describes the axis during the log, and the
+    bench's range, which describes the product's life. It covers all directions and regimes;
+    friction that varies with position is replaced by its mean. A bench value without a range is a
+    single point.
+
+    `factors`: factors > 0 of the model's parameters by name, for example at another temperature;
+        the bench's ranges are not multiplied.
     """
     known = model.bench.mechanics
     today = model.parameters
@@ -72,8 +76,9 @@ def ranges(
 def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]:
     """Return a parameter's interval, widened by the interval of the actuator's constant.
 
-    A model's parameters are proportional to the constant. low, high: interval of the parameter with
-    the nominal constant.
+    A model's parameters are proportional to the constant.
+
+    `low`, `high`: interval of the parameter with the nominal constant.
     """
     ratios = [end / constant.value for end in constant.interval]
     products = [ratio * end for ratio in ratios for end in (low, high)]
@@ -81,10 +86,10 @@ def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]
 
 
 def relative(low: float, high: float, constant: Quantity) -> tuple[float, float]:
-    """Return the interval of a parameter that logs would give with the nominal actuator constant.
+    """Return the interval in which logs show a parameter, computed with the nominal constant.
 
-    low, high: interval of the parameter with the true constant, in SI. The true constant is any
-    value in the interval of `constant`.
+    `low`, `high`: interval of the true parameter, in SI.
+    `constant`: nominal actuator constant, with the interval that contains the true constant.
     """
     ratios = [constant.value / end for end in constant.interval]
     products = [ratio * end for ratio in ratios for end in (low, high)]
@@ -116,9 +121,9 @@ def _over_position(
 
 
 def bench_intervals(bench: Bench) -> dict[str, tuple[float, float]]:
-    """Return the interval of each parameter over the product's life, from the bench alone.
+    """Return the interval of each parameter over the product's life, from the bench only.
 
-    The intervals of the function `intervals` contain these intervals.
+    The result of `intervals` contains these intervals.
     """
     known = {name: getattr(bench.mechanics, name) for name in ("inertia", "viscous", "coulomb")}
     return {

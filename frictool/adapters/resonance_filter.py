@@ -12,9 +12,9 @@ from frictool.plant.lti import Lti, gain
 
 
 def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
-    """Return the nominal filter and, with intervals, two filters at the ends of the intervals.
+    """Return the filter with nominal frequencies and, if there are intervals, two more filters.
 
-    In the second filter all frequencies have their low ends, in the third their high ends.
+    The second filter has the low end of every frequency interval, the third the high end.
     """
     filters = [_filter(resonances, None)]
     if any(one.interval_rad_s is not None for one in (*resonances.poles, *resonances.zeros)):

@@ -18,7 +18,7 @@ class PendulumLoad(NamedTuple):
 
 
 def firmware_law(bench: Bench) -> FirmwareLaw:
-    """Return the firmware of a bench with a servo, with the nominal values of the bench."""
+    """Return the servo firmware of a bench, with nominal values; the bench must have a servo."""
     servo = bench.actuator.servo
     assert servo is not None
     return FirmwareLaw(
@@ -37,7 +37,7 @@ def pendulum_load(
 ) -> PendulumLoad | None:
     """Return the load of a pendulum; None if its mass or length is unknown.
 
-    mass [kg], length [m]: values of a log, which replace those of `pendulum`.
+    `mass` [kg], `length` [m]: values of a log, which replace those of `pendulum`.
     """
     if pendulum is not None:
         mass = pendulum.mass.value if mass is None else mass

@@ -3,7 +3,8 @@
     F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)         (thesis 2.33 and 2.34)
 
 F_c is the Coulomb friction, F_s the breakaway, v_s the Stribeck velocity and delta an exponent.
-viscous(v) is linear between the knees, at which its slope changes (figure 4.10 of the thesis).
+viscous(v) is piecewise linear; a knee is a speed at which its slope changes (figure 4.10 of the
+thesis).
 """
 
 from __future__ import annotations
@@ -49,9 +50,9 @@ class SlipCurve(NamedTuple):
     def band(self, speed: Vector) -> tuple[Vector, Vector]:
         """Return the least and largest friction (n,) [N m | N] within the intervals.
 
-        The friction rises with the Coulomb friction, the breakaway and every slope: the low ends of
-        these parameters give the least friction, the high ends the largest. The Stribeck velocity
-        and the knees are tried at both ends, because their effect may have either sign.
+        The friction rises with the Coulomb friction, the breakaway and every slope. The low ends of
+        these parameters therefore give the least friction, the high ends the largest. The Stribeck
+        velocity and the knees are tried at both ends, because they can act in both directions.
         """
         velocity = self.stribeck_velocity
         velocities = (None,) if velocity is None else velocity.interval
@@ -101,7 +102,7 @@ def slip_curve(model: Model, *, forward: bool) -> SlipCurve:
 
 
 def bend_speeds(side: SlipCurve) -> list[float]:
-    """Return the speeds where the friction bends: knees, and multiples of the Stribeck velocity."""
+    """Return rising speeds at which the friction bends: knees, and multiples of v_s."""
     bends = [knee.value for knee in side.knees]
     if side.stribeck_velocity is not None:
         bends += [factor * side.stribeck_velocity.value for factor in STRIBECK_POINTS]
@@ -117,8 +118,9 @@ def is_plain(model: Model) -> bool:
 def signed_friction(model: Model, smoothing: float) -> tuple[Vector, Vector]:
     """Return signed speeds (n,) [rad/s | m/s] and the friction (n,) [N m | N] that opposes them.
 
-    The points are the speeds where the friction bends, and the top speed of the bench. Between
-    +-smoothing the table is a straight line, as the sign of a slower speed is not known.
+    The table contains the speeds where the friction bends, and the top speed of the bench. Between
+    -`smoothing` and +`smoothing` it is a straight line, because the sign of such a low speed is
+    uncertain.
     """
     top = model.bench.mechanics.top_speed
     speeds, efforts = [], []
@@ -140,10 +142,10 @@ def coulomb_change(model: Model) -> tuple[Vector, Vector, Vector]:
     Returns
     -------
     tuple of three arrays (n,)
-        Rising positions [rad | m]; Coulomb friction minus its mean, in the positive and in the
-        negative direction [N m | N]. Linear interpolation differs from the law by at most
-        TABLE_ERROR times the mean Coulomb friction, unless this needs more than MOST_POSITIONS
-        points. All are empty if the friction does not depend on the position.
+        Rising positions [rad | m]; Coulomb friction minus its mean [N m | N] in the positive
+        direction, and in the negative direction. Linear interpolation differs from the law by at
+        most TABLE_ERROR times the mean Coulomb friction, unless this needs more than MOST_POSITIONS
+        points. The arrays are empty if the friction does not depend on the position.
     """
     law = None if model.laws is None else model.laws.position
     if law is None:

@@ -9,7 +9,10 @@ from frictool.plant.lti import Lti
 
 
 def read_state_space(document: StateSpace, period: float) -> Lti:
-    """Return a stored state space with one input and one output; `period` [s], 0 for continuous."""
+    """Return a state space of a document, with one input and one output, as a linear system.
+
+    `period`: sample period [s]; 0 for continuous time.
+    """
     n = len(document.a)
     a, b, c, d = (
         np.array(rows, dtype=np.float64)

@@ -47,7 +47,7 @@ def temperature_text(law: FrictionOverTemperature, temperature: float) -> str:
 def temperature_words(owner: str, text: str) -> str:
     """Return a remark on the temperature at which `owner` is simulated.
 
-    text: result of `temperature_text`.
+    `text`: result of `temperature_text`.
     """
     return f"{owner} is simulated at {text}"
 

@@ -1,19 +1,19 @@
 """Parameters of a law comparison for an identified actuator, from its model and bench.
 
-A parameter that neither document contains is that of thesis table 3.1, scaled to the units of
+A parameter that neither document contains has the value of thesis table 3.1, scaled to the units of
 length and time of compare/comparison_setting.py. m is the inertia, F_s the breakaway, F_c the
 Coulomb friction, sigma_v the viscous coefficient, v_s the Stribeck velocity, z_max the largest
 presliding displacement, k_1 and k_2 the stiffness and damping of presliding, T_s the controller's
 sample period, delta_x the encoder's step, and T_e the time step of the simulation. `fall` is (F_s -
 F_c)/F_c divided by the value of table 3.1. The numbers in parentheses are equations of the thesis.
 
-unit of time   (m/sigma_v)/2.5, or less to stay within the bench's travel and top speed
+unit of time   (m/sigma_v)/2.5; shorter if the tests would exceed the bench's travel or top speed
 v_s            1e-3 fall (unit of length)/(unit of time); at most delta_x p0/5
 z_max          1e-5 fall (unit of length)
 k_1, k_2       k_1 = sigma_0 = F_s/z_max, k_2 = sigma_1 = 2 sqrt(m k_1)                  (3.35)
 p0             5/T_s, decay rate of the velocity in stick                                 (3.8)
 Sigma          4 v_s, and thus below delta_x p0; switching speed                  (3.2), (3.10)
-dv             v_s, Karnopp's band
+dv             v_s, half width of Karnopp's band of speeds around 0
 T_e            the smallest of 0.8 m Sigma/u_max (3.11), 0.8 m dv/(2 F_s), 1/p0 and
                sqrt(m/k_1)/20; u_max is the largest effort of the drive
 """

@@ -54,7 +54,7 @@ class LawRunner(Protocol):
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the symbols of thesis table 2.1, by row, for the properties that probes measure.
+        """Return the measured cells of thesis table 2.1 for a law: row -> symbol.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test
@@ -67,7 +67,7 @@ class LawResult:
 
     - verdicts: row of thesis table 3.2 -> symbol
     - properties: row of thesis table 2.1 -> symbol
-    - runs: test -> trajectory
+    - runs: name of a test -> trajectory
     - loop: positions and friction of the presliding test; None for a rigid contact
     """
 
@@ -86,7 +86,8 @@ class LawResult:
 class Comparison(ResultView):
     """Results of the laws by name, and differences from the thesis's tables 2.1 and 3.2.
 
-    `reference`, `reference_cycle`: measures of the Stribeck law, simulated event by event.
+    `reference`, `reference_cycle`: results of the Stribeck law in the stick-slip and in the
+        limit-cycle test, simulated event by event.
     """
 
     setting: ComparisonSetting
@@ -103,7 +104,7 @@ def compare(
     progress: Callable[[int, int], None] = lambda done, total: None,
     workers: int = 1,
 ) -> Comparison:
-    """Run every test on every law.
+    """Simulate the four tests with each law, and compare the results with the Stribeck law.
 
     Parameters
     ----------

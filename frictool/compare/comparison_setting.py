@@ -2,7 +2,7 @@
 
 The inputs of thesis 3.7 are defined for a mass m of 1 kg, a Coulomb friction F_c of 1 N and a time
 constant m/sigma_v of 2.5 s, where sigma_v is the coefficient of viscous friction. For another
-actuator, the newton, second and metre of the thesis are replaced by these units (F_s is the
+actuator, these units replace the newton, the second and the metre of the thesis (F_s is the
 breakaway):
 
     force = F_c
@@ -12,9 +12,9 @@ breakaway):
 
 In these units, the amplitudes of stick-slip and limit cycle are proportional to F_s - F_c.
 Therefore the speed of the pulled spring is multiplied by `fall`, and the duration of the position
-loop divided by `fall` (compare/input_protocol.py). The Stribeck velocity v_s, the presliding z_max
-and the switching speed Sigma are multiplied by `fall` if no document contains them. Then the number
-of sticks does not depend on `fall`.
+loop divided by `fall` (compare/input_protocol.py). The Stribeck velocity v_s, the presliding
+displacement z_max and the switching speed Sigma are multiplied by `fall` if no document contains
+them. Then the number of sticks does not depend on `fall`.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ class UnitScales:
 
     @property
     def fall(self) -> float:
-        """Return (breakaway - Coulomb)/Coulomb, divided by the value for thesis table 3.1.
+        """Return (breakaway - Coulomb)/Coulomb, divided by its value in thesis table 3.1.
 
-        The result is at least LEAST_FALL, which bounds the duration of the tests.
+        The result is at least LEAST_FALL, which limits the duration of the tests.
         """
         return max((self.breakaway - 1.0) / FALL, LEAST_FALL)
 
@@ -92,8 +92,9 @@ def scales_of(
 class ComparisonSetting:
     """Parameters of all laws in SI (N m and rad for a rotary axis).
 
-    `sample_period` [s] and `encoder_step` [m | rad] limit the decay rate and the switching speed
-    (thesis (3.8), (3.10)); both are None without a bench.
+    `sample_period` [s], `encoder_step` [m | rad]: values of the bench, which limit the decay rate
+    and
+        the switching speed (thesis (3.8), (3.10)); None if there is no bench.
     """
 
     name: str
@@ -124,7 +125,7 @@ class ComparisonSetting:
 def from_friction(document: Friction) -> ComparisonSetting:
     """Return the parameters of the laws in a `friction.yaml`.
 
-    An absent stiffness or damping is computed by thesis (3.35).
+    A stiffness or damping that the document omits is computed by thesis (3.35).
     """
     stiffness = (
         document.bristle_stiffness.value
@@ -171,7 +172,7 @@ def from_friction(document: Friction) -> ComparisonSetting:
 def extension_of(document: Friction) -> FrictionExtension:
     """Return the extensions of the laws in a `friction.yaml`.
 
-    Raises ValueError if a polynomial of position has no positive mean.
+    Raises ValueError if a polynomial of the friction over position has no positive mean.
     """
     opposite = document.backward
     by_position = document.position
@@ -250,7 +251,7 @@ def scaled_setting(
 
 
 def table_3_1() -> ComparisonSetting:
-    """Return thesis table 3.1 with three values changed, so that every law can be simulated.
+    """Return thesis table 3.1, with three values changed so that every law can be simulated.
 
     Returns
     -------

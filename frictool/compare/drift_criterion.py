@@ -14,7 +14,7 @@ LIMIT = 1.0  # z_max, largest displacement without drift
 
 @dataclass(frozen=True)
 class DriftResult:
-    """Displacement from 5 s to 102 s, during 194 cycles, in SI and relative to z_max.
+    """Displacement in the drift test from 5 s to 102 s (194 cycles), in SI and relative to z_max.
 
     z_max is the largest presliding displacement. The times are for a unit of time of 1 s, as in
     thesis table 3.1.
@@ -25,11 +25,15 @@ class DriftResult:
 
     @property
     def verdict(self) -> str:
-        """Return `+` (no drift) if the displacement is below the largest presliding, else `-`."""
+        """Return `+` (no drift) if the displacement is below z_max, else `-`."""
         return "+" if self.z_max_units < LIMIT else "-"
 
 
 def measure(run: LawTrajectory, presliding: float, time_unit: float) -> DriftResult:
-    """Return the displacement in a run of the drift test."""
+    """Return the displacement in the drift test.
+
+    `presliding`: largest presliding displacement z_max [m | rad].
+    `time_unit`: unit of time of the test [s].
+    """
     moved = abs(run.at(END * time_unit) - run.at(BEGIN * time_unit))
     return DriftResult(moved, moved / presliding)

@@ -3,9 +3,9 @@
 stick-slip    a spring of 2 N/m pulled at 0.1 m/s for 60 s                             (3.7.2)
 limit cycle   PID of 3 N/m, 6 N s/m, 4 N/(m s) towards 1 m for 300 s                   (3.40)
 presliding    position at 1e-6 m/s between turning points, which are multiples of the
-              largest presliding z_max                                                 (3.7.4)
-drift         up to 1.6 N in 1 s, down to 0.5 N in 0.05 s, held to 2 s, then
-              0.5 + 0.4 sin(2 pi 2 (t - 2)) N to 102 s                                 (3.7.5)
+              largest presliding displacement z_max                                    (3.7.4)
+drift         up to 1.6 N in 1 s, down to 0.5 N in 0.05 s, constant until 2 s, then
+              0.5 + 0.4 sin(2 pi 2 (t - 2)) N until 102 s                              (3.7.5)
 
 The thesis states no numbers for presliding and drift. All numbers above are for F_s = 1.5 F_c. For
 another breakaway F_s, let fall = (F_s - F_c)/(0.5 F_c), with a lower limit (`UnitScales.fall`). The

@@ -3,8 +3,8 @@
 velocity-driven    Stribeck effect, viscous friction and frictional memory, from the friction along
                    a prescribed velocity
 force-driven       rising static friction, from force ramps at two rates
-fixed step         stiction: the mass comes to rest if the law, as printed in the thesis, is
-                   integrated by Euler's method
+fixed step         stiction, from the printed law of the thesis, integrated by Euler's method: does
+                   the mass come to rest?
 
 The other rows of the table, presliding, non-local memory and non-drift, follow from the four tests
 (compare/presliding_criterion.py, drift_criterion.py).
@@ -69,8 +69,8 @@ def viscous_friction(follow: Follow, setting: ComparisonSetting) -> str:
 def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
     """Return `±` if friction differs between rising and falling speed, else `-`.
 
-    The mass slides with oscillating speed. No law gets `+`, because no law has the delay of thesis
-    3.4.2.3 as a parameter.
+    The mass slides with oscillating speed. `+` would need a law with the delay of thesis 3.4.2.3 as
+    a parameter; no law has this delay.
     """
     period = setting.scales.time / MEMORY_FREQUENCY
     phase = 2.0 * math.pi * (np.arange(2 * MEMORY_STEPS) + 0.5) / MEMORY_STEPS
@@ -84,7 +84,7 @@ def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
 def rising_static_friction(slow: float, fast: float, setting: ComparisonSetting) -> str:
     """Return `±` if the largest friction before slip depends on the rate of the force, else `-`.
 
-    No law gets `+`, because no law has the dwell time as a parameter.
+    `+` would need a law with the time at rest as a parameter; no law has this parameter.
 
     `slow`, `fast`: largest friction [N] in a slow and in a fast ramp of the force.
     """
@@ -94,9 +94,9 @@ def rising_static_friction(slow: float, fast: float, setting: ComparisonSetting)
 def stiction(compliance: bool, holds: bool, settles: bool) -> str:
     """Return the symbol of stiction.
 
-    `-`: the contact is compliant, or the mass moves below breakaway. `±`: the mass rests below
-    breakaway, but only in an exact simulation. `+`: the mass rests in a simulation with a fixed
-    step, too.
+    `-`: the contact is compliant, or the mass moves below breakaway.
+    `±`: the mass rests below breakaway, but only in an exact simulation.
+    `+`: the mass also rests in a simulation with a fixed step.
 
     - compliance: True if the contact is compliant
     - holds: True if the mass rests in the exact simulation
@@ -111,10 +111,10 @@ def settles(law: Callable[[float, float], tuple[float, float]], setting: Compari
     """Return True if a sliding mass comes to rest in a simulation with a fixed step.
 
     The effort is half the Coulomb friction; the mass must not move in the second half of the
-    simulation. Euler's method never gives exactly v = 0, so that the mass does not come to rest
-    with a law that sticks only at v = 0.
+    simulation. Euler's method never gives exactly v = 0. With a law that sticks only at v = 0, the
+    mass therefore does not come to rest.
 
-    `law(v, u)`: result of `printed_law`.
+    `law(v, u)`: law of `printed_law`.
     """
     scales = setting.scales
     h = EULER_STEP * scales.time

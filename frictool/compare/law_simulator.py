@@ -1,4 +1,4 @@
-"""Simulator of the laws in friction/law_registry.py with the parameters of a setting."""
+"""Simulator of the laws in friction/law_registry.py, with the parameters of a ComparisonSetting."""
 
 from __future__ import annotations
 
@@ -60,10 +60,11 @@ def law_values(setting: ComparisonSetting) -> dict[str, float]:
 def setting_violations(
     setting: ComparisonSetting, laws: tuple[str, ...]
 ) -> tuple[list[str], list[str]]:
-    """Return two lists of lines: violated conditions of the hybrid laws among `laws`, and advice.
+    """Return the conditions of the hybrid laws among `laws` that the setting violates.
 
-    friction/hybrid_time_step.py lists the conditions. Each line occurs once. The conditions on
-    sample period and encoder step are checked only with a bench.
+    The first list contains the violated requirements as text, the second the violated
+    recommendations. friction/hybrid_time_step.py lists the conditions. The conditions on sample
+    period and encoder step are checked only if the setting contains them.
     """
     period = setting.sample_period or 10.0 / setting.decay
     resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay
@@ -136,7 +137,7 @@ class LawSimulator:
             self.packed(law)
 
     def refusals(self, laws: tuple[str, ...]) -> dict[str, str]:
-        """Return law -> reason, for each law that does not support the setting's extensions."""
+        """Return law -> reason, for each law that does not support an extension of the setting."""
         reasons = {}
         for law in laws:
             try:
@@ -241,7 +242,7 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the symbols of thesis table 2.1, by row, for the properties that probes measure.
+        """Return the measured cells of thesis table 2.1 for a law: row -> symbol.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test

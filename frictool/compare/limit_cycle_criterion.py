@@ -31,7 +31,8 @@ class LimitCycleResult:
         """Return `+` or `-` by comparison with the exact law, simulated event by event.
 
         `+`: the cycle lasts, and its period differs from that of the exact law by at most 5 %; or
-        the cycles of this law and of the exact law die out.
+            the
+        cycle dies out with both laws.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"
@@ -39,9 +40,9 @@ class LimitCycleResult:
 
 
 def measure(run: LawTrajectory, still: float) -> LimitCycleResult:
-    """Return the measures of a run.
+    """Return the measures of a limit-cycle test.
 
-    An amplitude below `still` [m | rad] is presliding, not a cycle.
+    A motion with an amplitude below `still` [m | rad] is presliding, not a cycle.
     """
     end = float(run.time[-1])
     first = _half_range(run.position[run.between(0.25 * end, 0.5 * end)])

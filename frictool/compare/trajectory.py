@@ -38,7 +38,7 @@ class LawTrajectory:
 def slow_phases(time: Vector, velocity: Vector, threshold: float, shortest: float) -> Phases:
     """Return the phases of at least `shortest` [s] in which |velocity| is below `threshold`.
 
-    These are the stick phases for a law with which the mass never stands exactly still. `shortest`
+    With a law under which the mass is never exactly at rest, these are the stick phases. `shortest`
     excludes zero crossings of the velocity.
     """
     slow = np.abs(velocity) < threshold

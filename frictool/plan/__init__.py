@@ -1,4 +1,4 @@
-"""Commissioning: the next test to play on a bench, until a controller meets the specification."""
+"""Commissioning: choice of the next test on a bench, until a controller meets the specification."""
 
 from typing import TYPE_CHECKING
 

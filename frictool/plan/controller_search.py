@@ -13,7 +13,7 @@ from frictool.errors import FrictoolError
 
 
 def search_refusal(model: Model, spec: Spec, progress: Callable[[str], None]) -> str | None:
-    """Return None if the search finds a controller for the specification, else the reason."""
+    """Return None if a controller for the specification is found, else the reason why not."""
     unjudged = untested_reason(model, spec)
     if unjudged:
         return unjudged

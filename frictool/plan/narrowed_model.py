@@ -1,4 +1,4 @@
-"""Bench and model whose a-priori ranges are replaced by the intervals that logs give."""
+"""Bench and model whose a-priori ranges are replaced by the intervals from logs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NARROWED = ("inertia", "viscous", "coulomb", "breakaway", "offset")
 
 
 def narrowed_bench(bench: Bench, model: Model) -> Bench:
-    """Return the bench with the intervals that logs give in place of its a-priori ranges."""
+    """Return the bench, with the intervals that logs gave instead of its a-priori ranges."""
     from_logs = {
         name: Quantity(one.value, low=one.interval[0], high=one.interval[1], unit=one.unit)
         for name in NARROWED
@@ -27,7 +27,7 @@ def narrowed_model(model: Model) -> Model:
 
 
 def exact_model(model: Model) -> Model:
-    """Return the narrowed model with exact values, without intervals, of identified parameters."""
+    """Return the narrowed model, in which identified parameters have a value but no interval."""
     exact = {
         name: structs.replace(one, low=one.value, high=one.value)
         for name in NARROWED

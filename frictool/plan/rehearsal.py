@@ -40,7 +40,7 @@ class HalfWidthSample:
     """Half widths of one parameter's interval over all rehearsals, SI.
 
     - widths: half widths from the rehearsals that identified the parameter
-    - refusals: reasons from the rehearsals that did not identify it
+    - refusals: reasons from the rehearsals that did not identify the parameter
     """
 
     widths: tuple[float, ...]
@@ -48,15 +48,16 @@ class HalfWidthSample:
 
     @property
     def upper(self) -> float:
-        """Return the upper bound of a half width; inf if a rehearsal refused the parameter.
+        """Return the upper bound of a half width.
 
-        If the rehearsals ended early, the largest half width is returned in place of a bound.
+        The bound is infinite if a rehearsal did not identify the parameter. If the rehearsals ended
+        early, the largest half width is returned in place of a bound.
         """
         return self._bound(CONFIRMED_SPREAD if len(self.widths) >= 2 * REHEARSALS else SPREAD)
 
     @property
     def likely(self) -> float:
-        """Return the upper bound that twice as many rehearsals of the same spread would give."""
+        """Return the upper bound that is expected after twice as many rehearsals."""
         return self._bound(CONFIRMED_SPREAD)
 
     def _bound(self, spread: float) -> float:

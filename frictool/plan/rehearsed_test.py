@@ -1,17 +1,18 @@
 """Design of tests that reach a requested precision in rehearsals.
 
-The result is the shortest test with the precision, or the most precise test of a given duration. A
-rehearsal simulates a test and its identification (rehearsal.py). `precise_strokes` and
+The result is the shortest test that reaches the precision, or the most precise test of a given
+duration. A rehearsal simulates a test and its identification (rehearsal.py). `precise_strokes` and
 `precise_ramps` design a test from the Cramér-Rao bound. `identify` reports wider intervals than
 this bound; rehearsals measure the ratio of the two for each parameter. The design is repeated with
 the measured ratios until the upper bound of every half width is at most the requested half width.
 
 An effect such as a delay widens the interval of a parameter if the strokes do not separate the
-effect from the parameter; repeating the strokes does not help. The first mix of strokes is
-therefore robust: it separates a delay and a spring, and no parameter is much less precise than the
-others. If longer tests are not more precise, the mix with the smallest Cramér-Rao bound is tried.
-If no mix reaches the precision within the duration of the default kind of test, the default kind is
-rehearsed. If that test misses the precision, too, longer mixes are designed.
+effect from the parameter; repeating the strokes does not help. A test is a mix of strokes. The
+first mix is therefore robust: it separates a delay and a spring, and no parameter is much less
+precise than the others. If longer tests are not more precise, the mix with the smallest Cramér-Rao
+bound is tried. If no mix reaches the precision within the duration of the default kind of test
+(`sines`), the default kind is rehearsed. If that test misses the precision, too, longer mixes are
+designed.
 """
 
 from __future__ import annotations
@@ -136,7 +137,7 @@ def rehearsed_ramps(
 
 
 def default_test(bench: Bench, request: PrecisionRequest) -> PreciseTest:
-    """Return the default kind of test with its Cramér-Rao bounds, without promised half widths.
+    """Return the default kind of test with its Cramér-Rao bounds; no half width is promised.
 
     Raises NoSolutionError if the test exceeds a limit of the bench.
     """
@@ -153,8 +154,8 @@ def rehearsed_default(
 ) -> PreciseTest:
     """Return the default kind of test with the half widths that its rehearsals reach.
 
-    Parameters, errors and half widths are as in `rehearsed_strokes` for a request with a duration;
-    the requested precisions are not used.
+    The requested precisions are not used. `rehearsed_strokes` explains the other parameters, the
+    errors and the half widths, for a request with a duration.
     """
     default = default_test(bench, request)
     wanted = {name: bench_value(bench, name) for name in request.only(SLIDING)}
@@ -179,7 +180,7 @@ class RehearsedTests:
     def rounds(self, design: Design, attempt: PrecisionRequest) -> DesignRounds:
         """Return the shortest of at most ROUNDS tests whose rehearsals reach the precision.
 
-        `attempt` is the request of the first round. If a test misses the precision, the next one
+        `attempt` is the request of the first round. If a test misses the precision, the next test
         is at least LONGER times as long; otherwise it is shorter. The rounds end after STALLS
         longer tests that are not more precise.
         """
@@ -224,7 +225,8 @@ class RehearsedTests:
     ) -> tuple[dict[str, float], dict[str, HalfWidthSample]]:
         """Return the upper bound of each half width, and the half widths of all rehearsals.
 
-        If `screened`, the rehearsals end early if the test probably misses the precision.
+        If `screened` is True, the rehearsals are repeated with other axes only if the first ones
+        suggest that the test reaches the precision.
         """
         self.progress(f"simulating a test of {test.sequence.duration:.3g} s ({label})")
         free = self.request.duration is not None
@@ -242,7 +244,7 @@ class RehearsedTests:
         return _promising(test, self.rehearsed(test, "round 1")[0])
 
     def ratio(self, reached: Mapping[str, float]) -> float:
-        """Return the largest ratio of a half width to the requested one."""
+        """Return the largest ratio of a reached half width to the requested half width."""
         return max(reached[name] / half for name, half in self.wanted.items())
 
     def _sample(
@@ -258,7 +260,7 @@ def _next_test(
     last: PreciseTest | None,
     shorter: bool,
 ) -> PreciseTest:
-    """Return the next test, LONGER times as long as `last` or more; shorter if `shorter`."""
+    """Return the next test: at least LONGER times as long as `last`, or shorter if `shorter`."""
     if last is None:
         return design(bench, attempt)
     duration = last.sequence.duration

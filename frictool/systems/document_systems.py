@@ -45,8 +45,8 @@ def controller_system(controller: Controller) -> Lti:
     Returns
     -------
     Lti
-        System from eta (or the speed error, see `linear.input`) to the drive [A | V]; one input,
-        one output, sampled at `sample_period_s`.
+        System sampled at `sample_period_s`, with one input and one output. The input is eta, or the
+        speed error if `linear.input` says so; the output is the drive [A | V].
 
     Raises
     ------
@@ -60,7 +60,7 @@ def controller_system(controller: Controller) -> Lti:
 def plant_system(
     document: Model | Controller, vertex: str | None = None, *, sampled: bool = False
 ) -> Lti:
-    """Return the axis from the commanded drive [A | V] to the position [rad | m].
+    """Return the linear system from the commanded drive [A | V] to the position [rad | m].
 
     The system includes the lag of the drive and the resonances of the document.
 
@@ -111,7 +111,7 @@ def loop_system(controller: Controller, vertex: str) -> Lti:
     controller : Controller
         Controller document with a linear controller whose input is eta.
     vertex : str
-        Name of a vertex of its verification.
+        Name of a vertex in the controller's verification.
 
     Returns
     -------
@@ -140,10 +140,6 @@ def loop_system(controller: Controller, vertex: str) -> Lti:
 
 
 def _require(document: object, *kinds: type) -> None:
-    """Raise FrictoolError if `document` has none of the types.
-
-    Without this check, Python's message would only name a missing attribute.
-    """
     if not isinstance(document, kinds):
         hint = (
             "; reduce it to a model first (frictool.reduce)"

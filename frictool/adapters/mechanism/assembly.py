@@ -44,7 +44,7 @@ from frictool.typing import Vector
 
 
 def assemble(document: Mechanism) -> AssembledMechanism:
-    """Return the mechanism that the document describes.
+    """Convert a mechanism document to arrays, with names and notes.
 
     Raises ElementError for the first invalid element.
     """

@@ -18,10 +18,13 @@ def law_row(law: Law) -> int:
 
 
 def pack_law(key: str, friction: FrictionOf, kind: Axis, inertia: float) -> tuple[Law, Vector]:
-    """Return the law and the array p of its parameters in SI, for a block that turns or slides.
+    """Return the law and the array p of its parameters in SI.
 
-    inertia: inertia that the block carries, for laws that need an inertia; an inertia among the
-    document's parameters replaces it.
+    `key`: key of the friction element in the document, for errors.
+    `kind`: motion of the block, rotary or linear.
+    `inertia`: inertia that the block carries, for laws that need an inertia; an inertia among the
+        document's parameters replaces it.
+
     Raises ElementError if the law or a parameter is unknown, missing, in a wrong unit or out of
     range.
     """
@@ -45,7 +48,7 @@ def pack_law(key: str, friction: FrictionOf, kind: Axis, inertia: float) -> tupl
 
 
 def si_parameters(key: str, friction: FrictionOf, kind: Axis) -> dict[str, Quantity]:
-    """Return the parameters of the document, with their intervals, in SI.
+    """Return the law parameters of a document, converted to SI, with their intervals.
 
     Raises ElementError for the reasons that `pack_law` lists.
     """

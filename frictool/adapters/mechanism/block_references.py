@@ -14,7 +14,7 @@ MOTION = {"rotary": "turns", "linear": "slides"}
 
 
 def axis_kind(block: Block) -> Axis:
-    """Return "rotary" or "linear"."""
+    """Return the motion of a block, "rotary" or "linear"."""
     return "rotary" if block.inertia is not None else "linear"
 
 
@@ -36,6 +36,8 @@ class BlockNames:
     def index(self, key: str, name: str) -> int:
         """Return the index of the block called `name`.
 
+        `key`: key of the element that refers to the block, for errors.
+
         Raises ElementError if no block has this name, or if `name` is the frame.
         """
         if name == GROUND:
@@ -54,7 +56,7 @@ class BlockNames:
         )
 
     def kind(self, key: str, name: str) -> Axis:
-        """Return the kind of motion of the block called `name`."""
+        """Return the motion of the block called `name`, rotary or linear."""
         return self.kinds[self.index(key, name)]
 
     def two(self, key: str, between: tuple[str, ...]) -> tuple[str, str]:
@@ -85,6 +87,8 @@ class BlockNames:
     def moving(self, key: str, between: tuple[str, ...], hint: str) -> tuple[str, str]:
         """Return both ends of an element that links two blocks.
 
+        `hint`: advice in the error if an end is the frame.
+
         Raises ElementError if an end is missing, unknown or the frame, or if both are the same.
         """
         where = f"{key}.between"
@@ -99,7 +103,7 @@ class BlockNames:
     def sequence(
         self, key: str, what: str, ends: tuple[str, str], kinds: tuple[Axis, Axis]
     ) -> None:
-        """Raise ElementError if the ends do not have the kinds of motion that the element needs."""
+        """Raise ElementError if the motions of the ends are not `kinds`, in this order."""
         where = f"{key}.between"
         motions = (self.kind(where, ends[0]), self.kind(where, ends[1]))
         if motions == kinds:
@@ -122,7 +126,11 @@ class BlockNames:
 def check_unit(
     key: str, quantity: Quantity | Series | Span | None, dimension: str, kind: Axis, whose: str
 ) -> None:
-    """Raise ElementError if a quantity in SI is not of this dimension for a block of this kind."""
+    """Raise ElementError if a quantity does not have the SI unit of `dimension`.
+
+    `kind`: motion of the block, which decides between units such as N m and N.
+    `whose`: owner of the quantity, for the error.
+    """
     wanted = si_unit(dimension, kind)
     if quantity is not None and quantity.unit != wanted:
         hint = f"{whose} {MOTION[kind]}" if whose else f"the block {MOTION[kind]}"
@@ -134,7 +142,7 @@ def check_unit(
 
 
 def check_compliance(key: str, compliance: Compliance | None, kind: Axis, whose: str) -> None:
-    """Raise ElementError if stiffness or damping do not have the units of this kind of motion."""
+    """Raise ElementError if stiffness or damping do not have the units of the motion `kind`."""
     if compliance is not None:
         check_unit(f"{key}.stiffness", compliance.stiffness, "stiffness", kind, whose)
         check_unit(f"{key}.damping", compliance.damping, "viscous", kind, whose)

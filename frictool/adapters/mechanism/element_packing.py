@@ -41,7 +41,7 @@ Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 class CouplingRow(NamedTuple):
     """Row of `Couplings` (plant/mechanism/packed_mechanism.py).
 
-    curve: index in `Curves` of an additional force over the deflection; -1 for none.
+    `curve`: index in `Curves` of an additional force over the deflection; -1 for none.
     """
 
     a: int
@@ -59,7 +59,7 @@ class CouplingRow(NamedTuple):
 class ElementArrays:
     """Elements of a mechanism, collected as rows of the arrays of a packed mechanism.
 
-    The dicts have the element's name as key. Rigid links have no row.
+    The key of each dict is the name of the element. Rigid links have no row.
 
     - springs: (second block or FRAME, first block) of each spring
     - pushes: (name, row) of each cam and of each source of a constant effort; a cam and a source
@@ -87,8 +87,8 @@ class ElementArrays:
     def coupling(self, link: Transmission) -> None:
         """Add a compliant link.
 
-        Raises ElementError for a screw with the thesis's friction, which applies to rigid screws
-        only.
+        Raises ElementError for a compliant screw with the thesis's friction formula, which is valid
+        for rigid screws only.
         """
         assert link.stiffness is not None
         if link.thread:
@@ -113,7 +113,7 @@ class ElementArrays:
         )
 
     def spring(self, name: str, spring: Spring) -> None:
-        """Add a spring between two blocks or a block and the frame.
+        """Add a spring between two blocks, or between a block and the frame.
 
         Raises ElementError if ends or units do not fit.
         """
@@ -187,7 +187,7 @@ class ElementArrays:
             self.pressings[name] = (block, force, cam.friction_coefficient, cam.breakaway_ratio)
 
     def stop(self, name: str, stop: Stop) -> None:
-        """Add a rigid stop, or add a compliant stop as a coupling with play to the frame.
+        """Add a stop: a rigid one, or a compliant one, which is a coupling with play to the frame.
 
         Raises ElementError if units do not fit, or if the block starts outside its stops.
         """
@@ -249,9 +249,10 @@ class ElementArrays:
         self.pushes.append((name, (block, effort, -1)))
 
     def note_short_curves(self, groups: tuple[RigidGroup, ...]) -> None:
-        """Add a note for each curve that ends before the stops of its block.
+        """Add a note for each curve that ends before a stop of its block.
 
-        The stops of the other blocks in the same rigid group are included.
+        A stop on another block counts, too, if rigid links connect this block to the block of the
+        curve.
         """
         for element in self.document.links.values():
             if not isinstance(element, Stop):
@@ -313,7 +314,10 @@ class ElementArrays:
 
 
 def pack_rows(kind: type[Arrays], rows: Collection[tuple[float, ...]]) -> Arrays:
-    """Return the rows as a record `kind` of arrays; an array has the type of its annotation."""
+    """Return the columns of `rows` as a record `kind` of arrays.
+
+    The annotations of `kind` determine the types of the arrays.
+    """
     columns = zip(*rows, strict=True) if rows else [()] * len(_types(kind))
     return kind(
         *(np.array(column, dtype=of) for column, of in zip(columns, _types(kind), strict=True))

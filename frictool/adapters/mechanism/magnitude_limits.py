@@ -1,4 +1,4 @@
-"""Limits of the numbers in a mechanism, so that products of these numbers do not overflow."""
+"""Limits of the numbers in a mechanism, which prevent an overflow of products."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ SMALLEST, LARGEST = 1e-30, 1e30  # SI, magnitudes that a document may contain
 
 
 def check_sizes(value: Any, key: str = "") -> None:
-    """Raise ElementError for the first number in `value`, at any depth, outside the limits."""
+    """Raise ElementError for the first number in `value` that is outside the limits.
+
+    Nested values are checked, too. `key` is the key of `value` in the document.
+    """
     if isinstance(value, Quantity | Span):
         for name in ("value", "low", "high"):
             _check(f"{key}.{name}", getattr(value, name, None), value.unit)

@@ -1,4 +1,4 @@
-"""Sources and sensors of a mechanism, and those that a controller uses."""
+"""Sources and sensors of a mechanism; source and sensor of its controller."""
 
 from __future__ import annotations
 
@@ -72,10 +72,11 @@ def check_sensor(name: str, sensor: Sensor, blocks: BlockNames) -> None:
 
 
 def controlled_names(document: Mechanism) -> tuple[str, str]:
-    """Return the names of the source and the sensor in `control`, or of the only ones.
+    """Return the names of the controller's source and sensor.
 
-    A source with a constant effort is chosen only if there is no other source. Raises ElementError
-    if the choice is ambiguous.
+    They are stated in `control`. Without `control`, they are the only source and the only sensor;
+    a source with a constant effort counts only if there is no other source. Raises ElementError if
+    the choice is ambiguous.
     """
     if document.control is not None:
         for what, name, known in (

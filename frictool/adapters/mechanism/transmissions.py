@@ -42,7 +42,7 @@ HINTS_FOR_FIXED_BLOCKS = {
 
 
 def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmission:
-    """Return the link called `name`.
+    """Return the transmission of the link called `name`.
 
     Raises ElementError with the link's key if ends, units or numbers do not fit.
     """
@@ -78,7 +78,8 @@ def _ratio(
 ) -> tuple[float, float]:
     """Return the signed ratio, and the deflection of the compliance per motion of the second end.
 
-    This deflection is the radius for a belt, and 1 for other links.
+    The second value is the radius for a belt, whose compliance is along the belt, and 1 for other
+    links.
     """
     match link:
         case Gear():
@@ -136,10 +137,10 @@ def _losses(key: str, link: Transmitting, ratio: float) -> tuple[float, float, f
 
 
 def back_efficiency(efficiency: float, efficiency_back: float | None) -> float:
-    """Return the backward efficiency of the document, or 2 - 1/efficiency if the document has none.
+    """Return the efficiency of the document for power from the second end to the first.
 
-    2 - 1/efficiency follows from the same friction in both directions. With a backward efficiency
-    below 0 the load cannot drive the link.
+    If the document has none, return 2 - 1/efficiency, which follows from the same friction in both
+    directions. If the result is below 0, the load cannot drive the link.
     """
     return 2.0 - 1.0 / efficiency if efficiency_back is None else efficiency_back
 

@@ -1,4 +1,4 @@
-"""Notes about travel ranges that do not fit each other; a file with such ranges is valid."""
+"""Notes about travels, backlashes and start positions that do not fit each other."""
 
 from __future__ import annotations
 
