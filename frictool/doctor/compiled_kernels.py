@@ -25,7 +25,7 @@ class OldKernelFolder:
 
 
 def check_compiling() -> InstallationFinding:
-    """Compile a kernel now, and check the value that it returns."""
+    """Compile a small kernel and check the value that it returns."""
     start = time.perf_counter()
     value = kernels.compiler(_polynomial)(1.5, 4)
     took = time.perf_counter() - start
@@ -86,7 +86,6 @@ def check_kernel_folder() -> InstallationFinding:
 
 
 def _distrusted(folder: Path | None) -> InstallationFinding:
-    """Return a finding about folders from which no code is loaded, and the folder used instead."""
     refused = "; ".join(
         f"{one} is not loaded: {reason}" for one, reason in kernels.UNTRUSTED.items()
     )
@@ -105,7 +104,7 @@ def _distrusted(folder: Path | None) -> InstallationFinding:
 
 
 def old_kernel_folders() -> list[OldKernelFolder]:
-    """Return the kernel folders of former versions, and of other installations in this cache."""
+    """Return the kernel folders in this cache that other versions or other installations made."""
     old = [
         folder
         for place in kernels.cache_places()

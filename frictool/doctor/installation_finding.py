@@ -13,9 +13,9 @@ class InstallationFinding:
     """State of one part of the installation.
 
     - state: `ok`; `note` if frictool works with restrictions; `wrong` if it does not work
-    - finding: the state in words
-    - remedy: advice
-    - facts: the finding as data
+    - finding: description of the state as text
+    - remedy: advice for the user
+    - facts: the same data as values for JSON
     """
 
     name: str

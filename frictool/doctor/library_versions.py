@@ -1,4 +1,4 @@
-"""Checks that the libraries in the package's metadata are installed in sufficient versions."""
+"""Checks of the installed libraries against the versions that the package's metadata requires."""
 
 from __future__ import annotations
 
@@ -37,12 +37,11 @@ class RequiredLibrary:
 
     @property
     def is_met(self) -> bool:
-        """Return True if the installed version is sufficient."""
+        """Return True if the library is installed in at least the version `least`."""
         return self.installed is not None and _numbers(self.installed) >= _numbers(self.least)
 
 
 def _numbers(version: str) -> tuple[int, ...]:
-    """Return the release numbers of a version; for 1.2rc1 they are 1 and 2."""
     match = re.match(r"\d+(\.\d+)*", version)
     return tuple(int(part) for part in match[0].split(".")) if match else ()
 

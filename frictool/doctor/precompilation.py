@@ -1,7 +1,7 @@
 """Compilation of all kernels before their first use, for the types in `kernels.json`.
 
-The file lists the argument types of all kernel calls in the tests. The types of a friction law's
-kernels follow from the kind of the law instead. The command `python -m
+The file lists the argument types of all kernel calls in the tests. It does not list the kernels of
+the friction laws; their types are derived from the kind of law. The command `python -m
 frictool.doctor.precompilation` prints such a list of the kernels in the present cache.
 """
 
@@ -31,8 +31,8 @@ LIST = Path(__file__).with_name("kernels.json")
 class Compilation:
     """Result of a compilation of many kernels.
 
-    prepared: number of kernels, counted once per tuple of argument types.
-    compiled: number of these kernels that were not in the cache.
+    prepared: number of pairs (kernel, argument types).
+    compiled: number of these pairs that had to be compiled, because they were not in the cache.
     failures: messages of failed compilations.
     """
 
@@ -98,7 +98,7 @@ def _compile(module: str, name: str, kind: str, encoded: list[Any]) -> None:
 
 
 def encode(kind: Any) -> Any:
-    """Return a numba type as JSON.
+    """Return a numba type as JSON values.
 
     Raises ValueError for a type that only a compiled caller can pass, such as a literal.
     """
@@ -124,7 +124,7 @@ def encode(kind: Any) -> Any:
 
 
 def decode(encoded: Any) -> Any:
-    """Return the numba type of the JSON from `encode`."""
+    """Return the numba type that `encode` turned into the JSON values `encoded`."""
     if isinstance(encoded, str):
         return getattr(types, encoded)
     head, *rest = encoded
@@ -153,7 +153,10 @@ def _uniform(kind: Any) -> list[Any]:
 
 
 def kept(folder: Path) -> Iterator[list[Any]]:
-    """Yield the rows of the kernels in a toolchain's folder; callers come before their callees."""
+    """Yield a list of rows (module, name, kind, types) for the kernels in a toolchain's folder.
+
+    A kernel comes before the kernels that it calls.
+    """
     sources = Sources(PACKAGE.parent, folder)
     rows = []
     for state in kernel_folders.states(folder):
@@ -173,7 +176,10 @@ def kept(folder: Path) -> Iterator[list[Any]]:
 
 
 def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:
-    """Yield one row for each signature that Python can call directly or by a function pointer."""
+    """Yield a row (module, name, kind, types) for each callable signature of a kernel.
+
+    A signature is callable if Python can call it directly or by a function pointer.
+    """
     kernel: Any = getattr(importlib.import_module(module), name, None)
     for signature, *_ in signatures if kernel is not None else ():
         is_pointer = hasattr(signature, "return_type")

@@ -16,7 +16,7 @@ LEAST_MEMORY = 2e9  # bytes: a gridded synthesis takes about 1 GB
 
 
 def check_machine() -> InstallationFinding:
-    """Check the cores that this process may use, and the memory."""
+    """Check the number of cores and the memory that this process may use."""
     cores = (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     )
@@ -74,7 +74,10 @@ def check_temporary() -> InstallationFinding:
 
 
 def check_terminal() -> InstallationFinding:
-    """Check the terminal's encoding; files are UTF-8 in any locale, but terminal output is not."""
+    """Check that the terminal's encoding can show the characters that frictool prints.
+
+    Files are always written as UTF-8, but terminal output uses the encoding of the locale.
+    """
     encoding = (
         (getattr(sys.stdout, "encoding", None) or locale.getpreferredencoding(False))
         .lower()

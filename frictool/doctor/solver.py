@@ -15,9 +15,10 @@ NEAR = 1e-5  # relative tolerance of the solution
 
 
 def check_solver() -> InstallationFinding:
-    """Minimise the trace of P > 0 with A'P + P A + I <= 0, and compare P with the known solution.
+    """Compare a solution of the solver of matrix inequalities with the exact solution.
 
-    The known solution solves the Lyapunov equation A'P + P A + I = 0.
+    The solver minimises the trace of P > 0 under A'P + P A + I <= 0. The exact solution solves the
+    Lyapunov equation A'P + P A + I = 0.
     """
     solution = solve(np.array([1.0, 0.0, 1.0]), [_decrease, _symmetric])
     p = _symmetric(solution.x[None])[0]
@@ -58,7 +59,7 @@ def _decrease(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def solve_lyapunov() -> NDArray[np.float64]:
-    """Return the solution P of A'P + P A + I = 0 for the module's matrix A, by a linear system."""
+    """Return the solution P of A'P + P A + I = 0, with the constant A of this module."""
     n = len(A)
     whole = np.kron(A.T, np.eye(n)) + np.kron(np.eye(n), A.T)
     return np.asarray(np.linalg.solve(whole, -np.eye(n).ravel()).reshape(n, n))

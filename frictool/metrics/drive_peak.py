@@ -1,4 +1,4 @@
-"""Largest drive of a hold."""
+"""Largest drive in a hold (phase of constant reference)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from frictool.typing import Vector
 
 
 def drive_peak(measured: Vector) -> float:
-    """Return the largest |drive| [A | V] of a measured drive (n,), minus the peak of its noise.
+    """Return the peak [A | V] of a measured drive (n,), from which the peak of its noise is
+    subtracted.
 
     The result is at least 0.
     """
@@ -17,16 +18,22 @@ def drive_peak(measured: Vector) -> float:
 
 
 def command_peak(command: Vector) -> float:
-    """Return the largest |command| [A | V] of a signal (n,) without noise."""
+    """Return the largest |command| [A | V] of the samples (n,).
+
+    Nothing is subtracted, because a command has no measurement noise.
+    """
     return float(np.abs(command).max())
 
 
 def larger_peak(command: Vector | None, measured: Vector | None) -> float:
-    """Return the larger peak of command and measured drive; one of the two may be None."""
+    """Return the larger peak [A | V] of the command (n,) and the measured drive (n,).
+
+    If one of them is None, return the peak of the other.
+    """
     peaks = [] if command is None else [command_peak(command)]
     return max(peaks if measured is None else [*peaks, drive_peak(measured)])
 
 
 def rest_drive(rest_command: Vector | None, rest_measured: Vector | None) -> float:
-    """Return the peak of the command, or of the measured drive if there is no command."""
+    """Return the peak [A | V] of the command at rest; without a command, of the measured drive."""
     return larger_peak(rest_command, rest_measured if rest_command is None else None)

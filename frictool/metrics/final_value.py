@@ -1,4 +1,4 @@
-"""Final value of the position in a hold."""
+"""Final value of the position in a hold (phase of constant reference)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ LEAST_SAMPLES = 10  # least number of samples in the mean
 
 
 def tail_samples(count: int) -> int:
-    """Return the number of samples in the last tenth of a hold, at least ten."""
+    """Return the number of samples in the last tenth of `count` samples, at least ten."""
     return min(count, max(LEAST_SAMPLES, count // 10))
 
 
 def final_value(position: Vector) -> float:
-    """Return the mean [rad or m] of the last `tail_samples` of the positions (n,) of a hold."""
+    """Return the mean [rad or m] of the last tenth of the positions (n,) of a hold.
+
+    The mean contains at least ten samples.
+    """
     tail = position[-tail_samples(position.size) :]
     return float(np.add.reduce(tail) / tail.size)  # equal to np.mean

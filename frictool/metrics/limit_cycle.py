@@ -32,12 +32,12 @@ OVERDUE = 2.0  # largest time since the last turn, relative to the longest time 
 
 @dataclass(frozen=True)
 class LimitCycle:
-    """Result of the limit-cycle test of one hold.
+    """Result of the limit-cycle test of one hold (phase of constant reference).
 
     - amplitude: half the peak-to-peak position over the last period [rad or m]; 0 if there is no
-      limit cycle, None if the hold does not show whether there is one
-    - period: mean duration of one oscillation [s]; None if there is no limit cycle
-    - reason: why the amplitude is None, else empty
+      limit cycle; None if the test cannot decide, for example because the hold is too short
+    - period: mean duration of one oscillation [s]; None if no limit cycle was detected
+    - reason: why the test cannot decide, else empty
     """
 
     amplitude: float | None
@@ -46,7 +46,7 @@ class LimitCycle:
 
 
 def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> LimitCycle:
-    """Return the limit cycle of a hold.
+    """Test whether the axis oscillates in a hold (phase of constant reference).
 
     `time` [s] and `position` [rad or m] have shape (n,); `resolution` is the sensor's step.
     """
@@ -78,12 +78,12 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
 
 
 def limit_cycle_amplitude(cycle: LimitCycle) -> float | str:
-    """Return the amplitude [rad or m], or the reason why there is none."""
+    """Return the amplitude [rad or m], 0 without a limit cycle, or the reason why it is unknown."""
     return cycle.reason if cycle.amplitude is None else cycle.amplitude
 
 
 def limit_cycle_period(cycle: LimitCycle) -> float | str:
-    """Return the period [s], or the reason why there is none."""
+    """Return the period [s], or the reason why there is no period."""
     return (cycle.reason or "there is no limit cycle") if cycle.period is None else cycle.period
 
 

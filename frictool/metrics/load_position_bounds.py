@@ -1,11 +1,11 @@
 """Bounds of the load's position behind a backlash, computed from the motor's position.
 
 |motor - load| <= backlash/2, and the load stays at rest while the backlash is open (thesis 4.45).
-The load position is therefore the play operator of the motor position. The result increases with
-the motor position and with the unknown initial position in the backlash. The lowest values of motor
-position and initial position give the lower bound, the highest values the upper bound. After a
-stroke longer than the backlash, the distance between the bounds depends only on the sensor's step
-and the interval of the backlash.
+The play operator therefore gives the load's position from the motor's position. The result
+increases with the motor position and with the unknown initial position in the backlash. The lowest
+values of motor position and initial position give the lower bound, the highest values the upper
+bound. After a stroke longer than the backlash, the distance between the bounds depends only on the
+sensor's step and the interval of the backlash.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from frictool.typing import Vector
 
 
 def load_bounds(position: Vector, backlash: float, unsure: float) -> tuple[Vector, Vector]:
-    """Return the lowest and highest load position (n,) [rad or m] for motor positions (n,).
+    """Return the lower and upper bound (n,) [rad or m] of the load's position behind a backlash.
 
+    - position: motor positions (n,) [rad or m]
     - backlash: full width [rad or m]
     - unsure: largest error of a motor position plus half the largest error of the backlash
       [rad or m]
@@ -31,7 +32,10 @@ def load_bounds(position: Vector, backlash: float, unsure: float) -> tuple[Vecto
 
 
 def load_static_error(load: tuple[Vector, Vector], target: float) -> tuple[float, float]:
-    """Return the bounds of the static error [rad or m] from bounds of the load's position (n,)."""
+    """Return (lower, upper) bound of the load's static error [rad or m].
+
+    `load`: lower and upper bound (n,) of the load's position.
+    """
     low, high = map(final_value, load)
     errors = abs(target - low), abs(target - high)
     return 0.0 if low <= target <= high else min(errors), max(errors)
@@ -40,16 +44,18 @@ def load_static_error(load: tuple[Vector, Vector], target: float) -> tuple[float
 def load_overshoot(
     load: tuple[Vector, Vector], origin: float, target: float
 ) -> tuple[float, float]:
-    """Return the bounds of the overshoot [%] from the bounds of the load's position (n,)."""
+    """Return (lower, upper) bound of the load's overshoot [% of the step].
+
+    `load`: lower and upper bound (n,) of the load's position. `origin` and `target`: reference
+    before
+    and after the step.
+    """
     low, high = sorted(overshoot_percent(one, origin, target) for one in load)
     return low, high
 
 
 def _play(position: Vector, half: float, start: float) -> Vector:
-    """Return the play operator y of positions (n,), with y = `start` before the first.
-
-    y[k] is the value nearest to y[k-1] that differs from position[k] by at most `half`.
-    """
+    """Apply the play operator: y[k] is the value nearest to y[k-1] within `half` of position[k]."""
     load = start
     out = []
     for value in position.tolist():

@@ -11,7 +11,7 @@ from frictool.typing import Vector
 def overshoot_percent(
     position: Vector, origin: float, target: float, resolution: float = 0.0
 ) -> float:
-    """Return the overshoot of `position` (n,) in % of the step's amplitude; 0 if there is none.
+    """Return the overshoot of `position` (n,) beyond `target` in % of the step; 0 if there is none.
 
     An overshoot of at most one sensor step is treated as 0, since it may come from the sensor's
     rounding.

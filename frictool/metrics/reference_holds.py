@@ -27,7 +27,7 @@ ConstantRun = tuple[int, int, float]  # start, stop, reference [rad or m]
 
 @dataclass(frozen=True)
 class Hold:
-    """Hold: samples start <= k < stop with the constant reference `target` [rad or m].
+    """Samples start <= k < stop, in which the reference is constant at `target` [rad or m].
 
     origin: reference before the step [rad or m]; None if the hold does not begin with a step.
     """
@@ -43,7 +43,7 @@ class Hold:
 
 
 def find_holds(reference: Vector, position: Vector, resolution: float = 0.0) -> tuple[Hold, ...]:
-    """Return the holds of `reference` (n,) in order of time.
+    """Return the holds of `reference` (n,), its phases of constant reference, in order of time.
 
     `position` (n,) shows whether the first hold begins with a step. `resolution` is the sensor's
     step [rad or m], 0 if unknown.
@@ -67,7 +67,7 @@ def constant_runs(reference: Vector) -> tuple[ConstantRun, ...]:
 def holds_of(
     runs: Sequence[ConstantRun], position: Vector, resolution: float = 0.0
 ) -> tuple[Hold, ...]:
-    """Return the holds of a reference with the constant runs `runs`, as `find_holds` does."""
+    """Return the same holds as `find_holds`, but from the result `runs` of `constant_runs`."""
     holds: list[Hold] = []
     for start, stop, target in runs:
         before = holds[-1] if holds else None
@@ -90,7 +90,6 @@ def holds_of(
 
 
 def _initial_origin(position: Vector, target: float) -> float | None:
-    """Return the initial position; None if the axis does not move half the distance to `target`."""
     distance = abs(target - float(position[0]))
     moves = distance > 0.0 and float(np.ptp(position)) >= 0.5 * distance
     return float(position[0]) if moves else None

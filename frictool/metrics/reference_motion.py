@@ -1,7 +1,7 @@
-"""Motions of a reference: changes that take more samples than a step.
+"""Motions of a reference, such as ramps; a change within at most three samples is a step instead.
 
-A *motion* is a maximal run of samples in which the reference changes; it may contain pauses of
-fewer than 20 samples. A change within at most three samples is a step, which no axis can follow.
+A *motion* is a maximal sequence of samples in which the reference changes; it may contain pauses of
+fewer than 20 samples. No axis can follow a step, so that a step is not a motion.
 """
 
 from __future__ import annotations

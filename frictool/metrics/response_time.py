@@ -24,11 +24,13 @@ def response_time_95(
 ) -> float:
     """Return the time [s] after which `position` stays in the 95 % zone around its final value.
 
-    `time` and `position` (n,) are the samples of the hold, which begins with the step of the
-    reference from `origin` to `target`. `resolution` is the step of the position signal. The half
-    width of the zone is `zone_half_width`. The result is infinite if the position is outside the
-    zone in the last tenth of the hold. It is also infinite if the final value differs from the
-    target by more than half of the step.
+    `time` and `position` (n,) are the samples after a step of the reference from `origin` to
+    `target`. `resolution` is the step of the position sensor [rad or m]. `zone_half_width` returns
+    the
+    half width of the zone. The result is infinite if the position is outside the zone in the last
+    tenth of the samples. It is also infinite if the final value differs from the target by more
+    than
+    half of the step.
     """
     final = final_value(position)
     if abs(target - final) > 0.5 * abs(target - origin):

@@ -11,7 +11,11 @@ from frictool.typing import Vector
 
 
 def late_samples(time: Vector, after: float) -> slice | None:
-    """Return the samples of a hold later than `after` [s]; None if they are fewer than ten."""
+    """Return the slice of the samples that are later than `after` [s] from the first sample.
+
+    `time`: times of the samples (n,) [s]. The result is None if the slice has fewer than ten
+    samples.
+    """
     if time[-1] < time[0] + after:
         return None
     first = int(np.searchsorted(time, time[0] + after))
@@ -19,7 +23,7 @@ def late_samples(time: Vector, after: float) -> slice | None:
 
 
 def peak_to_peak(rest_position: Vector) -> float:
-    """Return the peak-to-peak value of the position (n,) [rad or m].
+    """Return the peak-to-peak value [rad or m] of the position (n,).
 
     Even at rest, the value may be one sensor step.
     """

@@ -14,12 +14,15 @@ LEAST_WAY = 0.01  # least distance relative to the step; an axis that moves less
 
 
 def rise_time(time: Vector, position: Vector, origin: float, target: float) -> float:
-    """Return the time [s] between the first passages through 10 and 90 % of the distance moved.
+    """Return the time [s] in which the position moves from 10 to 90 % of its total displacement.
 
-    The distance moved is measured from the position at the step to the final value. `time` and
-    `position` (n,) are the samples of the hold, which begins with the step; passages are
-    interpolated between samples. The result is infinite if the final value differs from the target
-    by more than half of the step. Otherwise it is 0 if the axis moves by at most 1 % of the step.
+    The displacement is measured from the position at the step to the final value. `time` and
+    `position` (n,) are the samples after a step of the reference from `origin` to `target`. The
+    passages through 10 and 90 % are interpolated between samples. The result is infinite if the
+    final
+    value differs from the target by more than half of the step. Otherwise it is 0 if the axis moves
+    by
+    at most 1 % of the step.
     """
     final = final_value(position)
     start = float(position[0])
@@ -33,7 +36,6 @@ def rise_time(time: Vector, position: Vector, origin: float, target: float) -> f
 
 
 def _passage(time: Vector, share: Vector, level: float) -> float:
-    """Return the time at which `share`, the fraction of the distance moved, reaches `level`."""
     k = int(np.argmax(share >= level))
     part = (level - share[k - 1]) / (share[k] - share[k - 1])
     return float(time[k - 1] + part * (time[k] - time[k - 1]))

@@ -1,4 +1,4 @@
-"""Time at the drive's limit."""
+"""Time for which the drive is at its limit."""
 
 from __future__ import annotations
 
@@ -36,7 +36,12 @@ def saturation_time(
     drive_limit: float,
     drive_noise: float,
 ) -> float:
-    """Return the time [s] for which `command` or, if it is None, `measured` is at the limit."""
+    """Return the time [s] for which the drive (n,) [A | V] is at its limit.
+
+    The drive is `command` or, if that is None, `measured`. `drive_noise` is the standard deviation
+    of
+    the noise on `measured`.
+    """
     if command is not None:
         return commanded_saturation(time, command, drive_limit)
     assert measured is not None

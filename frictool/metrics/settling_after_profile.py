@@ -1,4 +1,4 @@
-"""Time after a profile until the axis stays at its target."""
+"""Time from the end of a reference profile until the axis stays at its target."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def settling_after_profile(
     Returns
     -------
     float or str
-        Settling time: from the end of a motion to the last entry of the error into the band before
-        the next motion. It is infinite if the error is outside the band when the next motion
-        begins. If no motion is followed by a rest of 20 samples, the result is a reason as text.
+        Settling time: from the end of a motion until |error| stays below `settling_band`. It is
+        infinite if the error exceeds `settling_band` when the next motion begins. If no motion is
+        followed by 20 samples of constant reference, the result is a reason as text.
     """
     changes = np.append(changed_samples(tracked), tracked.size - 1)
     band = max(settling_band, resolution) * (1.0 + 1e-9)

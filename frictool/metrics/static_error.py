@@ -1,4 +1,4 @@
-"""Static error of a hold."""
+"""Static error of the position in a hold (phase of constant reference)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from frictool.typing import Vector
 
 
 def static_error(position: Vector, target: float) -> float:
-    """Return |reference - final position| [rad or m] of a hold (n,).
+    """Return |target - final position| [rad or m] from the positions (n,) of a hold.
 
     The final position is the mean over the end of the hold (final_value.py).
     """

@@ -1,4 +1,4 @@
-"""Tracking error: distance of the position from the tracked signal, reference or profile."""
+"""Tracking error: difference between the tracked signal (reference or profile) and the position."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""White noise of a measured drive, and its contribution to the largest value."""
+"""White noise of a measured drive: its standard deviation and its peak."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def noise_deviation(signal: Vector) -> float:
 
 
 def deviation_of(second_differences: Vector) -> float:
-    """Return `noise_deviation` of a signal with these absolute second differences (n - 2,)."""
+    """Return the result of `noise_deviation` from the absolute second differences (n - 2,)."""
     if second_differences.size == 0:
         return 0.0
     return median(second_differences) / (0.6745 * math.sqrt(6.0))
 
 
 def noise_floor(signal: Vector) -> float:
-    """Return the peak that the white noise on `signal` (n,) reaches.
+    """Return the expected peak of the white noise on `signal` (n,), in the unit of the signal.
 
     The peak is (sqrt(2 ln n) + 2) times the standard deviation of the noise.
     """
@@ -42,5 +42,5 @@ def noise_floor(signal: Vector) -> float:
 
 
 def peak_factor(samples: int) -> float:
-    """Return the peak of `samples` values of white noise, in standard deviations."""
+    """Return the expected peak of `samples` values of white noise, in standard deviations."""
     return math.sqrt(2.0 * math.log(max(samples, 2))) + MARGIN

@@ -1,1 +1,1 @@
-"""Page frame, figures, tables and decimation, shared by all stages."""
+"""Frame of the HTML pages, figures, tables and decimation, shared by all commands."""

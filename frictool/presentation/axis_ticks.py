@@ -13,9 +13,10 @@ PLAIN = range(-4, 6)
 
 @dataclass(frozen=True)
 class AxisTicks:
-    """Ticks at the values `at` with their labels, and short ticks `minor` without labels.
+    """Ticks at the values `at` with the labels `labels`, and short ticks at `minor` without labels.
 
-    `factor`: common factor of the labels, such as 1e6; empty if it is 1.
+    `factor`: common factor of the labels, such as 1e6; empty if it is 1. `has_grid`: True if grid
+    lines are drawn at the ticks.
     """
 
     at: tuple[float, ...]
@@ -26,11 +27,10 @@ class AxisTicks:
 
 
 def linear_ticks(ends: tuple[float, float], most: int, least_step: float = 0.0) -> AxisTicks:
-    """Return ticks between `ends`, with at most `most` intervals between them.
+    """Return ticks at round numbers between `ends`, at most `most` + 1 ticks if possible.
 
-    If this gives fewer than FEWEST ticks, the step is reduced, even beyond `most` intervals.
-
-    `least_step`: least distance of two ticks, 1 for whole numbers; 0 for an axis with a grid.
+    `least_step`: smallest allowed distance of two ticks, 1 for whole numbers. With 0, there are at
+    least FEWEST ticks, even if this exceeds `most`, and the axis has a grid.
     """
     low, high = ends
     most = most if least_step > 0.0 else min(max(most, 1), MOST)
@@ -49,7 +49,7 @@ def linear_ticks(ends: tuple[float, float], most: int, least_step: float = 0.0) 
 
 
 def log_ticks(ends: tuple[float, float]) -> AxisTicks:
-    """Return ticks at the powers of ten between `ends`, and short ticks at their multiples."""
+    """Return ticks at powers of ten between `ends`, and short ticks at 2 to 9 times a power."""
     low, high = ends
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     at = tuple(10.0**one for one in decades if low <= 10.0**one <= high)
@@ -73,7 +73,6 @@ def _multiples(low: float, high: float, step: float) -> list[float]:
 
 
 def _decimals(step: float) -> int:
-    """Return the number of decimals that a multiple of a round step needs."""
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
     return decimals + (abs(step * 10.0**decimals - round(step * 10.0**decimals)) > 1e-6)
 

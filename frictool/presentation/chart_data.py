@@ -30,7 +30,7 @@ DETAIL = "frictool_detail"  # attribute of a line: (abscissa, ordinate) with mor
 
 
 def with_detail(line: Line2D, abscissa: Vector, ordinate: Vector) -> None:
-    """Give a line the samples (n,) that a chart shows when a reader zooms in."""
+    """Attach samples (n,) to a line; the chart shows them when a reader zooms in."""
     setattr(line, DETAIL, (abscissa, ordinate))
 
 
@@ -128,7 +128,6 @@ def _series(axes: Axes, artist: Artist) -> dict[str, Any] | None:
 
 
 def _path(axes: Axes, artist: PathPatch) -> dict[str, Any] | None:
-    """Return the chart data of a filled area or of separate points; None for any other path."""
     path = artist.get_path()
     vertices = np.asarray(path.vertices, dtype=np.float64)
     starts = np.flatnonzero(path.codes == Path.MOVETO)

@@ -1,4 +1,4 @@
-"""Cone intersection: straight lines that replace a curve within a tolerance."""
+"""Cone intersection: approximate a curve by straight lines within a tolerance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from frictool.typing import Vector
 
 @kernel
 def cone_indices(times: Vector, values: Vector, tolerance: float) -> NDArray[np.intp]:
-    """Return the indices of `decimation.straightened_indices`; some occur twice."""
+    """Return indices of samples such that lines between them stay within `tolerance` of the curve.
+
+    The indices do not decrease; some occur twice. Samples that are not finite are kept.
+    """
     count = times.size
     kept = np.empty(3 * count, dtype=np.intp)
     kept[0] = 0

@@ -12,15 +12,16 @@ COLUMNS = 500  # columns of a plot, about one per printed point of its width
 
 
 def finite_or_nan(values: Vector) -> Vector:
-    """Return a signal (n,) with NaN, a gap in the curve, for each infinite value."""
+    """Return a signal (n,) in which NaN replaces infinite values, so that a plot shows a gap."""
     return np.where(np.isfinite(values), values, np.nan)
 
 
 def decimated_indices(*signals: Vector, columns: int = COLUMNS) -> NDArray[np.intp]:
-    """Return increasing indices at which signals (n,) of equal length are plotted.
+    """Return increasing indices of the samples to plot, for signals (n,) of equal length.
 
-    In each of `columns` columns, the first and last samples and the smallest and largest samples of
-    each signal are kept. Signals with at most 2 `columns` samples are kept completely.
+    The samples are divided into `columns` groups of about equal size. In each group, the first and
+    last samples and the smallest and largest samples of each signal are kept. Signals with at most
+    2 `columns` samples are kept completely.
     """
     count = signals[0].size
     if count <= 2 * columns:
@@ -38,7 +39,7 @@ def decimated_indices(*signals: Vector, columns: int = COLUMNS) -> NDArray[np.in
 
 
 def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -> NDArray[np.intp]:
-    """Return increasing indices at which a curve (n,) with a rising abscissa is stored.
+    """Return increasing indices of the samples to store of a curve (n,) with increasing abscissa.
 
     Straight lines between the stored samples differ from the curve by at most `tolerance` (cone
     intersection). Samples that are not finite, and their neighbours, are kept.
@@ -53,7 +54,7 @@ def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -
 
 
 def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
-    """Return increasing indices at which a static figure draws a curve (n,).
+    """Return increasing indices of the samples of a curve (n,) that a static figure draws.
 
     `abscissa` must increase. Peaks are kept (`decimated_indices`); samples on straight parts are
     left out.
@@ -65,10 +66,10 @@ def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
 
 
 def decimated_path_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
-    """Return increasing indices at which the path of two signals (n,) is plotted.
+    """Return increasing indices of the samples to plot of a path, ordinate (n,) over abscissa (n,).
 
-    Each signal is divided by its range, and the path is cut into pieces of the length 1/500. The
-    first sample in each piece is kept, and the last sample of the signals.
+    Each signal is divided by its range, and the path is divided into pieces of a fixed length. The
+    first sample of each piece and the last sample of the path are kept.
     """
     width, height = float(np.ptp(abscissa)) or 1.0, float(np.ptp(ordinate)) or 1.0
     length = np.concatenate(

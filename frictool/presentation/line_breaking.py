@@ -1,4 +1,4 @@
-"""Joining of lines of text; long lines are broken between words."""
+"""Joining of lines of text, with line breaks in long lines."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""HTML pages from the template of a stage inside the common frame, base.html.jinja.
+"""HTML pages: the template of a command's page is inserted into the common frame, base.html.jinja.
 
-All pages have one style and two scripts, uPlot and explore.js. The scripts show the figures as
-charts. Without the scripts the figures remain as drawn. A page loads nothing from the network; its
-content security policy permits these two scripts by their SHA-256 only.
+All pages have one style and two scripts, uPlot and explore.js. The scripts turn the figures into
+interactive charts. If scripts are disabled, a page shows the static figures. A page loads nothing
+from the network; its content security policy permits only these two scripts, by their SHA-256.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ FRAME = Path(__file__).parent
 
 
 def render_page(folder: Path, provenance: Provenance, **texts: Any) -> str:
-    """Render the template page.html.jinja in `folder`; the same texts give the same bytes.
+    """Return the page of the template page.html.jinja in `folder`.
 
-    All texts are escaped, except values of type `Markup`. Raises jinja2.UndefinedError if the
-    template uses a name that is not passed.
+    The same texts give the same bytes. All texts are escaped, except values of type `Markup`. The
+    error jinja2.UndefinedError is raised if the template uses a name that is not passed.
     """
     return _page_template(folder).render(provenance=provenance, **_chart_resources(), **texts)
 
@@ -65,6 +65,5 @@ def _resource(name: str) -> Markup:
 
 
 def _hash(script: str) -> Markup:
-    """Return the source expression of a script in a content security policy."""
     digest = hashlib.sha256(script.encode()).digest()
     return Markup(f"'sha256-{base64.b64encode(digest).decode()}'")

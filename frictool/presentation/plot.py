@@ -1,6 +1,6 @@
 """Figures of a page without matplotlib: panels above each other that share one abscissa.
 
-    Plot ──▶ `<svg>` element, for readers without the script and for paper
+    Plot ──▶ `<svg>` element, shown if scripts are disabled and on paper
          ──▶ data of the chart that replaces it on the page (series_data.py)
 
 The same data give the same bytes.
@@ -37,7 +37,8 @@ DASHED, DOTTED = (4.0, 2.0), (1.0, 1.5)  # lengths of lines and gaps, in widths 
 class FigureMargins(NamedTuple):
     """Margins around the panels, and distance of ordinate labels from the left edge [inch].
 
-    The margins are fixed, so that the panels of successive figures line up.
+    The margins are fixed, so that the panels of figures that follow each other on a page are
+    aligned.
     """
 
     left: float
@@ -52,13 +53,14 @@ class Mark:
     """Curve, area or straight line of a panel.
 
     - kind: `line`; `area` within an outline; `horizontal` or `vertical` line at y[0] or x[0];
-      `across`: area between two ordinates
+      `across`: area between two ordinates over the whole panel
     - x, y: abscissas and ordinates (n,); NaN leaves a gap
     - width: width of a line [point]
     - dash: lengths of lines and gaps, in widths of the line; empty for a solid line
-    - order: marks with a larger number are drawn later
-    - label, group: name for a reader, and name under which several marks are switched on and off
-    - detail: (abscissas, ordinates) with more samples, for a reader who zooms in
+    - order: a mark with a larger number covers marks with smaller numbers
+    - label: name in the legend
+    - group: name of the legend entry that shows or hides several marks at once
+    - detail: (abscissas, ordinates) with more samples, shown when a reader zooms in
     """
 
     kind: Literal["line", "area", "horizontal", "vertical", "across"]
@@ -79,7 +81,10 @@ class Mark:
         return self.kind in ("area", "across")
 
     def as_json(self, height: float, is_log: bool) -> dict[str, Any]:
-        """Return the mark as explore.js reads it; `height`: range of the ordinate."""
+        """Return the mark as explore.js reads it.
+
+        `height`: length of the ordinate's range. `is_log`: True if the abscissa is logarithmic.
+        """
         data = self.detail or (self.x, self.y)
         if self.kind == "line":
             data = straightened(data, height)
@@ -97,8 +102,8 @@ class Mark:
 class PlotPanel:
     """Panel of a figure.
 
-    - y_range: range of the ordinate; None for the range of the marks with a margin
-    - ratio: relative height
+    - y_range: range of the ordinate; None for the range of the marks plus a margin
+    - ratio: height relative to the other panels
     """
 
     y_label: str = ""
@@ -123,7 +128,7 @@ class PlotPanel:
         self.marks.append(Mark("vertical", np.full(2, x), np.array([0.0, 1.0]), colour, **more))
 
     def across(self, low: float, high: float, colour: str, **more: Any) -> None:
-        """Add an area between two ordinates over the whole panel."""
+        """Add an area between the ordinates `low` and `high` over the whole panel."""
         x, y = np.array([0.0, 1.0, 1.0, 0.0, 0.0]), np.array([low, low, high, high, low])
         self.marks.append(Mark("across", x, y, colour, **more))
 
@@ -134,9 +139,9 @@ class Plot:
 
     - size: width and height [inch]
     - space: gap between two panels, relative to their mean height
-    - x_range: range of the abscissa; None for the range of the marks with a margin
+    - x_range: range of the abscissa; None for the range of the marks plus a margin
     - is_log: True for a logarithmic abscissa
-    - is_numbered: True if the abscissa is a number that counts, such as the number of a vertex
+    - is_numbered: True if the abscissa is a whole number, such as the number of a vertex
     """
 
     size: tuple[float, float]
@@ -242,7 +247,6 @@ class _DrawnPanel(NamedTuple):
     is_log: bool
 
     def svg(self, clip: str, x_ticks: AxisTicks, labels_abscissa: bool) -> Iterator[str]:
-        """Yield the lines of the panel; `clip`: id of its clipping path."""
         left, right, top, bottom = self.box
         yield (
             f'<clipPath id="{clip}"><rect x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" '
@@ -310,7 +314,6 @@ class _DrawnPanel(NamedTuple):
         return f'<path {style} d="{path}"/>'
 
     def _visible(self, x: Vector, y: Vector) -> tuple[Vector, Vector]:
-        """Return a curve [point] without the samples that are invisible."""
         if not np.all(np.diff(x) >= 0.0):
             return x, y
         kept = straightened_indices(x, y, FINEST)
@@ -330,7 +333,6 @@ class _DrawnPanel(NamedTuple):
 
 
 def _path(x: Vector, y: Vector, end: str = "") -> str:
-    """Return the `d` attribute of a path through the points (x, y) [point]; NaN leaves a gap."""
     tenths = np.rint(10.0 * np.stack((x, y), axis=1))
     valid: BoolVector = np.isfinite(tenths[:, 0] + tenths[:, 1])
     moved = np.append(True, np.any(tenths[1:] != tenths[:-1], axis=1))
@@ -345,7 +347,6 @@ def _path(x: Vector, y: Vector, end: str = "") -> str:
 
 
 def _range_of(panels: Sequence[PlotPanel], axis: int) -> PlotRange:
-    """Return the range of the marks along an axis (0: abscissa), with a margin on both sides."""
     curves = ("line", "area") if axis == 0 else ("line", "area", "across")
     straight = ("vertical", "horizontal")[axis]
     marks = [(mark.kind, (mark.x, mark.y)[axis]) for panel in panels for mark in panel.marks]

@@ -1,4 +1,4 @@
-"""Tables and figures of a stage's result, for its text and its page.
+"""Tables and figures of a command's result, for its text and its HTML page.
 
 `TextTable.lines` renders a table as text; sections.html.jinja renders tables and figures on a page.
 """
@@ -15,10 +15,10 @@ from markupsafe import Markup
 
 @dataclass(frozen=True)
 class FigureView:
-    """Named range that a reader can choose in a figure.
+    """Range of a figure with a name; a reader can choose it to zoom in.
 
     - abscissa, ordinate: ends of the range; None for the whole range
-    - panel: index of the panel of the figure
+    - panel: index of the panel to which `ordinate` applies
     """
 
     name: str
@@ -57,7 +57,7 @@ class PageFigure:
 
     @property
     def markup(self) -> Markup:
-        """Return the `<svg>` element, marked so that a page does not escape it."""
+        """Return the `<svg>` element as Markup, which the template does not escape."""
         return Markup(self.svg)
 
 
@@ -67,9 +67,10 @@ class TextTable:
 
     - title: title on the page
     - headings: one heading per column, or none
-    - names: number of left-aligned columns, which name the row; the other columns contain values
-      and are aligned on the right. None: all columns are aligned on the left
-    - left_out: number of rows that are not shown
+    - names: number of columns at the left that contain names and are left-aligned; the other
+    columns
+      contain values and are right-aligned. If None, all columns are left-aligned
+    - left_out: number of further rows that are not in the table
     - notes: explanations of headings and cells, one per line below the table
     """
 
@@ -87,9 +88,10 @@ class TextTable:
 
 
 def aligned(rows: Sequence[Sequence[str]], names: int | None = None) -> list[str]:
-    """Return rows of equal length as lines; the first `names` columns are left-aligned.
+    """Return rows of equal length as lines of text with aligned columns.
 
-    Without `names` all columns are aligned on the left.
+    The first `names` columns are left-aligned, the others right-aligned. If `names` is None, all
+    columns are left-aligned.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     left = len(widths) if names is None else names
@@ -103,5 +105,8 @@ def aligned(rows: Sequence[Sequence[str]], names: int | None = None) -> list[str
 
 
 def plain(text: str) -> str:
-    """Return text from a file without control characters, which terminals obey and XML forbids."""
+    """Return text from a file without its control characters.
+
+    Terminals would execute them, and XML forbids them.
+    """
     return "".join(c if c.isprintable() else "?" for c in text)

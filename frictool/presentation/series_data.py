@@ -22,8 +22,9 @@ def series_data(
 ) -> dict[str, Any]:
     """Return a curve with abscissas and ordinates `data` (n,), as explore.js reads it.
 
-    `names`: label of the curve, and group that a reader switches on and off; a name that begins
-    with an underscore is not shown. On a logarithmic axis, `data` contains the `logarithm`.
+    `names`: label of the curve, and name of the legend entry that shows or hides it; a name that
+    begins with an underscore is not shown. On a logarithmic axis, `data` contains decimal
+    logarithms.
     """
     label, group = ("" if name.startswith("_") else name for name in names)
     return {
@@ -37,10 +38,11 @@ def series_data(
 
 
 def straightened(data: tuple[Vector, Vector], height: float) -> tuple[Vector, Vector]:
-    """Return a curve without the samples that are invisible in a panel of this height.
+    """Return a curve without the samples whose omission is invisible in a panel of this height.
 
-    `data`: abscissas and ordinates (n,); no sample is left out if an abscissa is below the one
-    before. `height`: range of the ordinate; 0 to leave out samples on straight lines only.
+    `data`: abscissas and ordinates (n,); all samples are kept if the abscissas are not increasing.
+    `height`: length of the ordinate's range; with 0, only samples on exactly straight lines are
+    omitted.
     """
     if not np.all(np.diff(data[0]) >= 0.0):
         return data
@@ -49,17 +51,17 @@ def straightened(data: tuple[Vector, Vector], height: float) -> tuple[Vector, Ve
 
 
 def logarithm(values: Vector) -> Vector:
-    """Return the decimal logarithm of values (n,); NaN for a value of at most 0."""
+    """Return the decimal logarithms of values (n,), with NaN for values that are not positive."""
     return np.log10(values, out=np.full(values.size, np.nan), where=values > 0.0)
 
 
 def numbers(values: Any) -> list[float]:
-    """Return numbers with nine significant digits."""
+    """Return the numbers rounded to nine significant digits."""
     return [float(f"{value:.9g}") for value in values]
 
 
 def _packed(values: Vector) -> list[Any]:
-    """Return [lowest, highest, base64 of 16-bit numbers] of a signal (n,)."""
+    """Return [lowest, highest, base64 of 16-bit integers] for a signal (n,)."""
     finite = np.isfinite(values)
     if not finite.any():
         return [

@@ -1,6 +1,7 @@
-"""Figures as `<svg>` elements for a page, sized by the page.
+"""Figures as `<svg>` elements, whose size the page determines.
 
-The same data give the same bytes: no date, no random ids, no settings of the user.
+The same data give the same bytes: the text contains no date and no random ids, and the user's
+settings have no effect.
 """
 
 from __future__ import annotations
@@ -44,9 +45,9 @@ PAGE: dict[str, Any] = {  # matplotlib settings common to all figures
 
 @contextmanager
 def drawing(name: str, style: Mapping[str, Any] = PAGE) -> Iterator[None]:
-    """Set the matplotlib settings under which the figure `name` is drawn and rendered.
+    """Set the matplotlib settings for drawing and rendering the figure `name` in the with-block.
 
-    The user's matplotlib settings are ignored; `name` is the salt of the ids in the SVG text.
+    The user's matplotlib settings are ignored. The ids in the SVG text are derived from `name`.
     """
     with mpl.rc_context():
         mpl.rcdefaults()
@@ -85,7 +86,7 @@ def panels(
 
 
 def render(figure: Figure, label: str) -> str:
-    """Return the text of the `<svg>` element; call this function within `drawing`.
+    """Return the text of the figure's `<svg>` element; call this function within `drawing`.
 
     The element contains the data of the chart that replaces it on a page (chart_data.py). `label`:
     text that screen readers read out.
@@ -109,9 +110,11 @@ def render(figure: Figure, label: str) -> str:
 
 
 def render_compact(figure: Figure, label: str) -> str:
-    """Return the text of the `<svg>` element with path coordinates rounded to 0.1 point.
+    """Return the text of the figure's `<svg>` element with path coordinates rounded to 0.1 point.
 
-    The text is shorter, for a page with many figures.
+    The text is shorter than that of `render`, for a page with many figures. `label`: text that
+    screen
+    readers read out.
     """
     return re.sub(
         r' d="[^"]*"',

@@ -43,7 +43,7 @@ def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[floa
 def smallest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
     """Return (smallest value, index of the first value that agrees with the smallest).
 
-    `largest` explains `values` and `tolerance`.
+    The arguments are those of `largest`.
 
     Examples
     --------

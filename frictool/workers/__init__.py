@@ -1,1 +1,1 @@
-"""Sharing of jobs of any kind among processes or the workers of a Dask cluster."""
+"""Distribution of jobs to processes or to the workers of a Dask cluster."""

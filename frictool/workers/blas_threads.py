@@ -1,7 +1,7 @@
 """Limit linear algebra to one thread, because with several threads the last digits may vary.
 
-A library reads the limit from the environment when it is loaded; afterwards only a call changes the
-limit. A worker of a cluster has loaded numpy before its first task.
+The limit is set in two ways. A library that is not yet loaded reads the limit from the environment.
+A library that is already loaded, such as numpy in a worker of a cluster, needs a function call.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SETTERS = (
 
 
 def limit_blas_threads() -> None:
-    """Use one thread in all libraries of linear algebra, loaded or not."""
+    """Use one thread in all libraries of linear algebra, also in those that are loaded later."""
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     for name in LOADERS:
         path = getattr(sys.modules.get(name), "__file__", None)

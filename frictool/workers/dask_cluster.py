@@ -101,10 +101,6 @@ def _check(client: Any, address: str) -> None:
 
 
 def _answers(client: Any, address: str) -> Any:
-    """Return the installation of each worker, or the exception that the worker raised.
-
-    If a worker does not answer, the function waits until the scheduler removes this worker.
-    """
     text = (
         f"{address}: a worker does not answer; frictool waits until the scheduler removes this "
         "worker (worker-ttl of the scheduler, by default 5 min)"
@@ -123,7 +119,6 @@ def _answers(client: Any, address: str) -> Any:
 
 
 def _unlike(here: Installation, there: Any) -> str:
-    """Return a text on how the installation `there` differs from this one; "" if both agree."""
     if isinstance(there, Exception):
         # for some errors, Dask transfers only the text
         missing = isinstance(there, ImportError | AttributeError) or MODULE in str(there)
@@ -155,7 +150,10 @@ class ClusterRun:
         client.subscribe_topic(self._topic, self._hear)
 
     def answers(self, source: Iterator[Task]) -> Iterator[tuple[Task, list[Any]]]:
-        """Yield each task with its results; the tasks that were given up come last."""
+        """Yield each task with its results.
+
+        The jobs of tasks that the scheduler gave up are repeated at the end.
+        """
         while True:
             self._look()
             self._submit(source)
@@ -225,7 +223,6 @@ class ClusterRun:
         )
 
     def _ready(self) -> list[Any]:
-        """Wait at most LOOK_S seconds for a completed future; return all completed futures."""
         until = time.monotonic() + LOOK_S
         while not self._completed.has_ready() and time.monotonic() < until:
             time.sleep(POLL_S)
@@ -258,10 +255,6 @@ class ClusterRun:
         return task, [self._instead(job, reason)]
 
     def _give_up(self, most: int) -> None:
-        """Count a task that was given up.
-
-        Raises ClusterError if `most` tasks have been given up and no task has returned results.
-        """
         self._given_up += 1
         if self._given_up >= most and not self._answered:
             raise ClusterError(
@@ -270,10 +263,6 @@ class ClusterRun:
             )
 
     def _results(self, future: Any) -> list[Any] | None:
-        """Return the results of a task; None if the scheduler gave the task up.
-
-        Raises ClusterError if the installation of the worker differs.
-        """
         packed = self._fetched(future)
         if packed is None:
             return None
@@ -290,11 +279,6 @@ class ClusterRun:
         return list(results)
 
     def _fetched(self, future: Any) -> bytes | None:
-        """Return the worker's pickled results; None if the scheduler gave the task up.
-
-        Raises ClusterError if the worker cannot run the task or the connection to the scheduler is
-        lost.
-        """
         while True:
             self._look()
             try:
@@ -321,7 +305,6 @@ class ClusterRun:
         )
 
     def _hear(self, event: tuple[float, str]) -> None:
-        """Notify the user, once per machine, that the machine compiles kernels."""
         host = event[1]
         if host not in self._told:
             self._told.add(host)

@@ -90,10 +90,6 @@ def _client(dask: Any, distributed: Any, address: str) -> Any:
 
 
 def _certified(distributed: Any, address: str) -> dict[str, Any]:
-    """Return the arguments from Dask's configuration for a connection to the address.
-
-    Raises ClusterError if certificates are missing or unusable.
-    """
     try:
         security = distributed.Security()
     except ValueError as error:
@@ -147,7 +143,7 @@ def _greet(distributed: Any, address: str, certificates: dict[str, Any]) -> None
 
 
 def _finish(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    """Run `work` to its end, in another thread if this thread has an event loop (notebook)."""
+    """Run `work` to its end; if this thread has an event loop (notebook), use another thread."""
     try:
         asyncio.get_running_loop()
     except RuntimeError:
@@ -183,7 +179,7 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
 
 
 def _failure_of_tls(address: str, context: ssl.SSLContext) -> ssl.SSLError | None:
-    """Return the error of a TLS handshake with the scheduler; None after a success.
+    """Return the error of a TLS handshake with the scheduler; None if the handshake succeeds.
 
     Nothing is sent after the handshake, because an answer could overtake the scheduler's alert.
     """

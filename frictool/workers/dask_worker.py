@@ -1,4 +1,4 @@
-"""Code that runs in a worker of a cluster, one task at a time even if it has several threads."""
+"""Functions that run in a worker of a cluster, one task at a time even with several threads."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TURN = threading.Lock()
 
 @dataclass(frozen=True)
 class DifferentInstallation:
-    """Answer, instead of results, of a worker with another installation.
+    """Value that a worker returns instead of results if its installation differs from the sender's.
 
     there: installation of the worker.
     """
@@ -34,7 +34,7 @@ class DifferentInstallation:
 
 @dataclass(frozen=True)
 class TransferFailure:
-    """Answer, instead of results, if a function, a job or a result cannot be pickled."""
+    """Value that a worker returns if a function, a job or a result cannot be pickled."""
 
     error: Exception
 
@@ -45,11 +45,11 @@ def worker_installation() -> Installation:
 
 
 def run(topic: str, expected: Installation, function: bytes, task: bytes) -> bytes:
-    """Run a task and return its results, pickled.
+    """Run a task on a worker and return the pickled results.
 
     topic: Dask topic for messages that kernels are being compiled.
     expected: installation that the worker must have.
-    function, task: pickled function of a job, and pickled task.
+    function, task: pickled function that computes a job, and pickled task (batch of jobs).
     """
     with _TURN:
         return pickle.dumps(_run(topic, expected, function, task))

@@ -33,7 +33,7 @@ class FileDescription:
     path: absolute path of the file or folder.
     parts: name, relative to the folder, and SHA-256 of each file.
     size: total size of the files in bytes.
-    content: bytes of each file if they are sent; else empty.
+    content: bytes of each file; empty if only the description is sent.
     """
 
     path: Path
@@ -44,7 +44,7 @@ class FileDescription:
 
 @dataclass(frozen=True)
 class FilesMissing:
-    """Answer, instead of a result, of a worker that lacks the files."""
+    """Value that a worker returns instead of a result if it lacks the files of the job."""
 
 
 @dataclass(frozen=True)
@@ -77,12 +77,14 @@ def share_files(
     cores: int | None = None,
     cluster: str | None = None,
 ) -> Iterator[tuple[int, Result]]:
-    """Yield the index and result of each job, for jobs that read files.
+    """Distribute jobs that read files; yield (index, result) of each job.
 
-    function: function of the paths of a job's files and of the job; returns the result.
-    jobs: pairs (paths, job).
-    instead: function of a job and a reason. It returns the result of a job that could not be run,
-        because several processes died or its files could not be transferred to the workers.
+    function: function(paths, job) that returns the result of a job.
+    jobs: pairs (paths of the files that the job reads, job).
+    instead: function(job, reason) that returns a substitute for the result of a job that could not
+    be
+        run, because several processes died or its files could not be transferred.
+    cores, cluster: as in `share` (job_sharing.py).
 
     Raises ClusterError if the cluster cannot be used. Raises OSError if a file cannot be read.
     """
@@ -174,7 +176,7 @@ def with_content(sent: FileDescription) -> FileDescription:
 
 
 def is_here(sent: FileDescription) -> bool:
-    """Return True if this machine has the same files at the same path."""
+    """Return True if this machine has files of the same size and SHA-256 at the same path."""
     try:
         return described_file(sent.path) == sent
     except OSError:
@@ -182,7 +184,6 @@ def is_here(sent: FileDescription) -> bool:
 
 
 def _names(path: Path) -> list[str]:
-    """Return the names of a file and its journal, or of the files in a folder."""
     if path.is_dir():
         return sorted(
             one.relative_to(path.parent).as_posix() for one in path.rglob("*") if one.is_file()
@@ -197,7 +198,6 @@ def _digest(path: Path) -> str:
 
 @contextmanager
 def _copies(sent: tuple[FileDescription, ...]) -> Iterator[Paths]:
-    """Write temporary copies with the same names; yield the paths of the copies."""
     with tempfile.TemporaryDirectory(prefix="frictool-") as folder:
         for number, one in enumerate(sent):
             for (name, _), content in zip(one.parts, one.content, strict=True):

@@ -29,7 +29,9 @@ class Installation:
 def installation() -> Installation:
     """Return the installation of this process.
 
-    The version of frictool includes a digest of the sources, which change during development.
+    The version of frictool includes a digest of the sources, so that edited sources count as
+    another
+    version.
     """
     package = f"{_version('frictool')} (sources {_sources()})"
     versions = {

@@ -1,4 +1,4 @@
-"""Sharing of jobs among processes or the workers of a cluster; each job is done once.
+"""Distribution of jobs to processes or to the workers of a cluster; each job has one result.
 
     jobs ──task_batch.py──▶ tasks ──┬── in this process
                                     ├── process_pool.py   one process per core
@@ -33,14 +33,15 @@ def share(
 ) -> Iterator[tuple[int, Result]]:
     """Yield the index and result of each job, in the order of completion.
 
-    The running jobs are ended if the caller closes the iterator early, also by an exception.
+    If the caller closes the iterator early, the running jobs are ended.
 
     Parameters
     ----------
     function : Callable
-        Function of a job, defined in a module; function, jobs and results must be picklable.
+        Function that takes a job and returns its result. It must be defined in a module; function,
+        jobs and results must be picklable.
     jobs : Iterable
-        Jobs; each is taken from the iterable only when a worker is ready for the job.
+        Jobs; a job is taken from the iterable only when a worker is ready for it.
     cores : int, optional
         Number of processes; 1: this process; None: one process for each core of this machine.
     cluster : str, optional
@@ -48,8 +49,8 @@ def share(
     batch : int, optional
         Number of jobs that are sent together; together they should take some tenths of a second.
     instead : Callable, optional
-        Function that returns the result of a job during which several processes died; its
-        arguments are the job and the reason.
+        Function of a job and a reason; it returns a substitute for the result of a job during which
+        several processes died.
 
     Yields
     ------
@@ -59,7 +60,7 @@ def share(
     Raises
     ------
     Exception
-        If `function` raises an exception, the same exception.
+        Any exception that `function` raises.
     WorkerLost
         If every process that runs a job ends, and `instead` is None.
     ClusterError

@@ -1,7 +1,7 @@
-"""Pool of processes that may end at any time, for example due to low memory.
+"""Pool of processes that may end at any time, for example because memory runs out.
 
-    here                                  process, one per core
-    task ──pipe──▶ jobs in turn
+    this process                          worker process, one per core
+    task ──pipe──▶ jobs, one after another
          ◀──pipe── results, or "compiling"; the pipe closes if the process ends
 
 A task is a batch of jobs. If a process ends, another process repeats the jobs of its task. Each
@@ -38,7 +38,7 @@ FallbackResult = Callable[[Any, str], Any] | None
 
 @dataclass
 class PendingTask:
-    """Task that is to be run or is running.
+    """Task that is waiting or running.
 
     deaths: number of processes that ended while they ran the task; 0 for a task with several jobs.
     """
@@ -56,7 +56,7 @@ def start_method() -> str:
 
 
 class WorkerProcess:
-    """One process and its current task."""
+    """Worker process with its current task."""
 
     def __init__(self, function: bytes) -> None:
         context: Any = get_context(start_method())
@@ -78,7 +78,7 @@ class WorkerProcess:
         return True
 
     def hear(self) -> list[Any] | None:
-        """Return the results of the task; None if the message is not about results.
+        """Receive a message; return the results of the task, or None if the message has no results.
 
         Raises EOFError if the process has ended. Raises the error that the process has sent.
         """
@@ -116,9 +116,10 @@ class WorkerProcess:
 
 
 class ProcessPool:
-    """Pool of `size` processes, each replaced if it ends.
+    """Pool of `size` processes; a process that ends is replaced.
 
-    instead: function that returns a result for a job during which ATTEMPTS processes have died.
+    instead: function(job, reason) that returns a substitute for the result of a job during which
+    ATTEMPTS processes have died.
     """
 
     def __init__(
@@ -156,7 +157,7 @@ class ProcessPool:
         return None if task is None else PendingTask(task)
 
     def heard(self) -> list[Answer]:
-        """Wait for a message of at least one process; return completed tasks with their results.
+        """Wait for a message from at least one process; return completed tasks with their results.
 
         Raises WorkerLost if ATTEMPTS processes have died during a job, and `instead` is None.
         """
@@ -178,7 +179,7 @@ class ProcessPool:
     def _lost(self, index: int) -> list[Answer]:
         """Replace a process that has ended, and make a separate task of each of its jobs.
 
-        Therefore a job is given up only if processes end while they run this job alone.
+        Only a job that runs alone when processes end is given up.
         """
         dead = self._members[index]
         cause = dead.cause()

@@ -1,8 +1,8 @@
-"""Batches of jobs that a worker runs one after another; errors are returned as values.
+"""Batches of jobs that a worker runs one after another.
 
     (index, job), (index, job), ... ──run_task──▶ result | JobFailure, ...
 
-The error of one job therefore does not lose the results of the other jobs.
+The error of a failed job is returned as a value, so that the results of the other jobs are kept.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class JobFailure:
 
 
 def split_tasks(jobs: Iterable[Any], batch: int) -> Iterator[Task]:
-    """Yield tasks of `batch` jobs in order; jobs are taken only when the next task is requested."""
+    """Yield tasks of `batch` jobs each; jobs are taken only when a task is requested."""
     numbered = enumerate(jobs)
     while task := tuple(islice(numbered, batch)):
         yield task
@@ -37,7 +37,7 @@ def run_task(function: Callable[[Any], Any], task: Task) -> list[Any]:
 
 
 def task_results(task: Task, results: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-    """Yield the index of each job with its result; raise the error when a failed job comes up."""
+    """Yield (index, result) of each job in order; raise the error of a failed job."""
     for (index, _), result in zip(task, results, strict=True):
         if isinstance(result, JobFailure):
             raise result.error
@@ -52,7 +52,7 @@ def _one(function: Callable[[Any], Any], job: Any) -> Any:
 
 
 def picklable_error(error: Exception) -> Exception:
-    """Return the error with its traceback as a note.
+    """Return the error with its traceback added as a note.
 
     If the error cannot be pickled, a RuntimeError with the same text is returned.
     """
