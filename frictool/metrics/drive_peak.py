@@ -9,8 +9,7 @@ from frictool.typing import Vector
 
 
 def drive_peak(measured: Vector) -> float:
-    """Return the peak [A | V] of a measured drive (n,), from which the peak of its noise is
-    subtracted.
+    """Return the peak [A | V] of a measured drive (n,), reduced by the peak of its noise.
 
     The result is at least 0.
     """

@@ -47,8 +47,7 @@ def load_overshoot(
     """Return (lower, upper) bound of the load's overshoot [% of the step].
 
     `load`: lower and upper bound (n,) of the load's position. `origin` and `target`: reference
-    before
-    and after the step.
+    before and after the step.
     """
     low, high = sorted(overshoot_percent(one, origin, target) for one in load)
     return low, high

@@ -39,8 +39,7 @@ def saturation_time(
     """Return the time [s] for which the drive (n,) [A | V] is at its limit.
 
     The drive is `command` or, if that is None, `measured`. `drive_noise` is the standard deviation
-    of
-    the noise on `measured`.
+    of the noise on `measured`.
     """
     if command is not None:
         return commanded_saturation(time, command, drive_limit)

@@ -1,4 +1,4 @@
-"""Simulation of a model or mechanism, usually with a controller; the result is a log."""
+"""Simulation of a model or a mechanism, usually with a controller; the result is a log."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Reader of the tests that a simulated bench runs: files of `frictool excite`, and CSV files."""
+"""Reader of test signals for a simulated bench: files of `frictool excite`, and CSV files."""
 
 from __future__ import annotations
 
@@ -20,12 +20,15 @@ CSV = ".csv"
 
 
 def read_test(path: Path, bench: Bench) -> Log:
-    """Return the test at `path`: MCAP of `frictool excite`, or a CSV with a reference.
+    """Return the test signals in the file `path`, written by `frictool excite` or as CSV.
+
+    A CSV file has columns for the time and the reference of the position.
 
     Raises
     ------
     LogError
-        If the file is no test, or a CSV of ramps, which does not state when a ramp ends.
+        If the file contains no test signals, or if it is a CSV file with drive ramps. A CSV file
+        does not state at which position a ramp ends.
     """
     if path.suffix.lower() != CSV:
         return read_excitation(path)

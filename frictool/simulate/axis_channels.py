@@ -5,8 +5,8 @@ channel                       meaning
 ============================  ====================================================================
 position                      output of the encoder, with its faults
 reference                     reference of the position
-profile                       profile that the loop tracked, if the controller has one
-current | voltage             output of the drive's sensor, with its faults and noise
+profile                       profile that the loop tracked, if the controller has a profile
+generator current | voltage             output of the drive's sensor, with its faults and noise
 effort                        measured drive times the nominal constant, also for variants with
                               another constant
 velocity_estimated            speed that the controller used, from the difference of encoder
@@ -17,10 +17,11 @@ position_true, velocity       true position and velocity of the motor
 load_position                 true position behind the backlash
 current_true | voltage_true   true drive; a drive without lag jumps at the sample, and the channel
                               contains the value after the jump
-disturbance                   mean external effort over the sample, if there is any
-..._factor                    factor of the dry friction, viscous friction or constant, if it
+disturbance                   mean external effort over the sample, if the scenario has a
+disturbance ..._factor                    factor of the dry friction, viscous friction or constant,
+if it
                               drifts; a factor of friction includes the effect of temperature
-temperature                   temperature of the scenario, if it has one
+temperature                   temperature, if the scenario states one
 ============================  ====================================================================
 """
 
@@ -53,9 +54,10 @@ NO_UNIT = "1"
 class ControllerSignals(NamedTuple):
     """Internal signals of a controller, each (n,); None if the controller has no such signal.
 
-    speed: speed that the controller used. profile: profile that the controller's loop tracked.
-    fault: 1 while the controller is in the fault state, else 0. Without commands of a supervisor,
-    `fault` is None, and AxisChannels derives the fault from the measured positions.
+    - speed: speed estimate that the control law used
+    - profile: reference profile that the control loop tracked
+    - fault: 1 while the controller is in its fault state, else 0. Only a run with supervisor
+      commands sets it; for other runs, AxisChannels derives the fault from the measured positions
     """
 
     speed: Vector | None = None
@@ -67,12 +69,15 @@ NO_SIGNALS = ControllerSignals()
 
 
 class AxisChannels:
-    """Builder of the streams of all variants of one scenario.
+    """Builder of log streams, one for each plant variant that is simulated in a scenario.
 
-    `reference` (n,) is None without a controller; `conditions` (n, 8), or (0, 8) for none, are
-    those of engine/disturbances_and_faults.py. `senses_velocity` is True if the velocity is
-    measured. `hold_samples` is the number of successive invalid samples that the controller
-    tolerates (control/measurement_guard.py).
+    - samples: number n of samples
+    - reference: reference (n,) of the position; None without a controller
+    - conditions: disturbances, drifts and sensor faults (n, 8), as in
+      engine/disturbances_and_faults.py; (0, 8) if the scenario has none
+    - senses_velocity: True if a velocity sensor measures the velocity
+    - hold_samples: number of successive invalid samples that the controller tolerates
+      (control/measurement_guard.py)
     """
 
     def __init__(
@@ -104,11 +109,12 @@ class AxisChannels:
         *,
         judged: bool = False,
     ) -> Stream:
-        """Return the stream of variant number `index` from its record (n, 7).
+        """Return the log stream of the variant with number `index`.
 
-        (seed, index) is the seed of the drive's noise. `values`: internal signals of the
-        controller. If `judged` is True, signals that no metric reads are left out: effort, true
-        drive, true position of the motor, disturbance, drifts and temperature.
+        record: simulated signals (n, 7), columns of engine/closed_loop.py. values: internal signals
+        of the controller. judged: True to leave out signals that no metric reads (effort, true
+        drive, true position of the motor, disturbance, drifts, temperature). The noise of the drive
+        is drawn with the seed (scenario seed, index).
         """
         drive = self.rig.drive
         noise = self.drive_noise(index)
@@ -152,12 +158,12 @@ class AxisChannels:
         return Stream(topic, self.time, signals, units)
 
     def drive_noise(self, index: int) -> Vector:
-        """Return the noise (n,) of the measured drive of variant number `index`."""
+        """Return the measurement noise (n,) of the drive in the run of variant number `index`."""
         generator = np.random.Generator(np.random.PCG64([self.seed, index]))
         return generator.normal(0.0, self.noise, self.time.size)
 
     def _shown(self, record: Vector) -> Vector:
-        """Return the position (n,) for the log; an invalid sample repeats the last valid one."""
+        """Return the measured position (n,); an invalid sample repeats the last valid one."""
         measured = record[:, closed_loop.MEASURED]
         valid = np.isfinite(measured)
         if valid.all():
@@ -169,10 +175,6 @@ class AxisChannels:
         return np.where(last >= 0, measured[last], before)
 
     def _invalid(self, measured: Vector) -> dict[str, tuple[Vector, str]]:
-        """Return the channels `position_valid` and `controller_fault`, each (n,), with their units.
-
-        The result is empty if every sample is valid.
-        """
         valid = np.isfinite(measured)
         if valid.all():
             return {}
@@ -208,7 +210,6 @@ def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
 
 
 def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:
-    """Return name -> (values (n,), dimension) of disturbance, drifts and temperature."""
     channels: dict[str, tuple[Vector, str]] = {}
     if on_axis(scenario):
         channels["disturbance"] = (np.ascontiguousarray(conditions[:, DISTURBANCE]), "effort")

@@ -33,7 +33,7 @@ from frictool.verify.logged_plant import LoggedPlant
 
 
 class AxisPlant:
-    """Model of one axis as a `SimulatedPlant`; this protocol documents the methods."""
+    """Model of one axis that implements `SimulatedPlant`, where the methods are documented."""
 
     width = 1.0
 
@@ -151,5 +151,5 @@ class AxisPlant:
 
 
 def _drifted(values: list[float], factors: Vector) -> list[float]:
-    """Return each value multiplied by the smallest factor, and by the largest factor."""
+    """Return each value times the smallest factor, then each value times the largest factor."""
     return [value * factor for value in values for factor in extremes(factors)]

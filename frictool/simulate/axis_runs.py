@@ -1,8 +1,8 @@
-"""Closed loops of all variants of an axis.
+"""Simulation of the closed loop for all plant variants of an axis.
 
-The runs of the variants use all cores; batches limit the memory for records. With compiled
-controller code, commands of a supervisor or scheduled parameters, the variants run one after
-another.
+The variants are simulated in parallel on all cores, in batches that limit the memory. They are
+simulated one after another if the controller is compiled C code, has scheduled parameters, or gets
+commands of a supervisor.
 """
 
 from __future__ import annotations
@@ -41,10 +41,12 @@ AT_ONCE, LEAST = 500_000, 4  # most samples in a batch of runs; least number of 
 def play(
     variants: Sequence[AxisVariant], loop: SimulatedLoop, load: PositionLoad
 ) -> Iterator[tuple[AxisVariant, Vector]]:
-    """Yield each variant and its record (n, 7) in `loop`, under a load that depends on position.
+    """Simulate the closed loop with each variant; yield the variant and its record (n, 7).
 
-    Each run starts at rest, in the middle of the backlash, with the prefilter at the measured
-    position. Raises NoSolutionError if a variant cannot be simulated.
+    engine/closed_loop.py names the columns of a record. `load` is an effort that depends on the
+    position. Each run starts at rest, in the middle of the backlash, with the reference prefilter
+    in steady state at the measured position. Raises NoSolutionError if a variant cannot be
+    simulated.
     """
     samples = loop.reference.size
     total = len(variants)
@@ -84,7 +86,7 @@ def play(
 def _run_program(
     variants: Sequence[AxisVariant], loop: SimulatedLoop, load: Vector, records: Vector
 ) -> list[int]:
-    """Simulate m variants; fill their records (m, n, 7), and return their status codes."""
+    """Simulate m variants in parallel, fill `records` (m, n, 7) and return the status codes."""
 
     def status(index: int) -> int:
         return _run_alone(variants[index], loop, load, records[index])
@@ -97,7 +99,6 @@ def _run_program(
 
 
 def _run_alone(variant: AxisVariant, loop: SimulatedLoop, load: Vector, record: Vector) -> int:
-    """Simulate one variant in this thread; fill its record (n, 7), and return the status code."""
     axis = variant.array
     state = variant.rest(loop.start)
     measured = measure(loop.start, axis[ENCODER_STEP])
@@ -119,7 +120,6 @@ def _run_sampled(
     load: PositionLoad,
     record: Vector,
 ) -> int:
-    """Simulate one variant sample by sample; fill its record (n, 7), and return the status code."""
     values = load.as_array()
     axis = with_load(variant.array, values)
     used = load_of_run(variant.array, values)

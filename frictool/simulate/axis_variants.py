@@ -1,10 +1,11 @@
-"""Variants of a simulated axis: nominal, vertices of the ranges, random, or with provided values.
+"""Plant variants of a simulated axis: nominal, vertices of the ranges, random, or chosen values.
 
-The ranges of inertia, viscous friction, Coulomb friction and constant are the ranges that `synth`
+The ranges of inertia, viscous friction, Coulomb friction and drive constant are those that `synth`
 uses (`ranges` of adapters/parameter_intervals.py). At a vertex, each of these four parameters is at
 one end of its range. In a random plant, each parameter is drawn uniformly from its range,
-independently of the others. For one seed, plant number i is the same for any number of plants.
-adapters/friction_levels.py applies the four values to models with further friction parameters.
+independently of the others. If more plants are drawn with the same seed, the first plants stay the
+same. adapters/friction_levels.py applies the four values to models with further friction
+parameters.
 """
 
 from __future__ import annotations
@@ -46,10 +47,10 @@ PLANTS_STREAM = 1 << 32  # stream number of the random plants of a seed; noise u
 
 @dataclass(frozen=True)
 class AxisVariant:
-    """One plant of a simulation.
+    """Plant with the parameters of one variant.
 
-    `name` is empty for the nominal plant. `values`: parameters [SI] that differ from the nominal
-    plant. `dynamic`: dynamic friction law; None if the axis sticks and slips.
+    `name`: name of the variant, empty for the nominal plant. `values`: parameters [SI] that differ
+    from the nominal plant. `dynamic`: dynamic friction law; None for static friction.
     """
 
     name: str
@@ -69,20 +70,23 @@ class AxisVariant:
         return array if self.dynamic is None else with_dynamic_law(array, self.dynamic)
 
     def rest(self, start: float) -> NDArray[np.float64]:
-        """Return the state of the axis at rest at `start` [rad | m], before any motion."""
+        """Return the initial state of the axis at rest at the position `start` [rad | m]."""
         state = rest(start)
         return state if self.dynamic is None else with_contact(state, self.dynamic)
 
 
 def count(model: Model, scenario: Scenario) -> int:
-    """Return the number of variants, including the nominal plant."""
+    """Return the number of plants that a scenario simulates, including the nominal plant."""
     if scenario.variants == "vertices":
         return 1 + len(vertices(model))
     return 1 + (scenario.plants or 0) * (scenario.variants == "random")
 
 
 def vertices(model: Model) -> tuple[PlantPoint, ...]:
-    """Return a plant, v01 to v16, for each corner of the four ranges; equal corners count once."""
+    """Return a plant for each combination of range ends of the four parameters, named v01 to v16.
+
+    Combinations with equal values occur once.
+    """
     return corner_points(ranges(model))
 
 
@@ -92,11 +96,12 @@ def variants_of(
     owner: str = "model",
     parameters: Mapping[str, VariedParameter] | None = None,
 ) -> list[AxisVariant]:
-    """Return the nominal plant with vertices or random plants, or the plant with `given` values.
+    """Return the plants of a scenario, by its key `variants`.
 
-    `owner` is the name of the model in messages. `parameters`: result of `parameters_of`, computed
-    if None. Raises FrictoolError if a plant's parameters are out of range, or if there is no range
-    to draw from.
+    The list has the nominal plant, then vertices or random plants; for `variants: given` it has
+    only the plant with the values under `given`. `owner` is the name of the model in messages.
+    `parameters`: result of `parameters_of`, computed if None. Raises FrictoolError if a plant's
+    parameters are out of range, or if plants must be drawn but no parameter has a range.
     """
     if scenario.variants == GIVEN:
         values = given_values(scenario, parameters or parameters_of(model))
@@ -121,9 +126,9 @@ def nominal_variant(model: Model, owner: str = "model") -> AxisVariant:
 
 
 def nominal_levels(model: Model) -> dict[str, float]:
-    """Return name -> nominal value of each parameter in PARAMETERS.
+    """Return the nominal value of each parameter in PARAMETERS by name.
 
-    Viscous and Coulomb friction are at the middle of their intervals.
+    The nominal value of viscous and Coulomb friction is the middle of its interval.
     """
     coulomb, viscous = coulomb_level(model), viscous_level(model)
     values = (
@@ -136,11 +141,11 @@ def nominal_levels(model: Model) -> dict[str, float]:
 
 
 def parameters_of(model: Model) -> dict[str, VariedParameter]:
-    """Return the parameters of a model that a scenario can set or vary.
+    """Return the parameters of a model that a scenario can set or vary, by name.
 
-    Inertia, viscous friction, Coulomb friction, constant, offset and backlash have the model's
-    ranges; the breakaway has none. The ratio of breakaway to Coulomb friction is constant unless
-    the scenario sets the breakaway.
+    Inertia, viscous friction, Coulomb friction, drive constant, offset and backlash have the ranges
+    of the model. The breakaway friction has no range: its ratio to the Coulomb friction is constant
+    unless the scenario sets it.
     """
     bench = model.bench
     nominal = nominal_levels(model)

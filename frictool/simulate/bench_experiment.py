@@ -1,9 +1,10 @@
-"""Simulation of a test of `frictool excite`; the log has the channels of a bench.
+"""Simulation of a bench that plays the test signals of `frictool excite`; the result is a log.
 
 A test is either a reference for the bench's position loop (engine/bench_position_loop.py), or a
-sequence of drive ramps, which end and reverse by the rules in the test (figure 4.6). The logged
-position is the encoder's reading; the drive is measured with noise. The encoder's zero has a random
-offset of less than one count. This offset and the noise are drawn from PCG64 seeded with `seed`.
+sequence of drive ramps, each of which ends and reverses by the rules in the test (figure 4.6). The
+log has the channels of a bench. The logged position is the encoder's reading; the drive is measured
+with noise. The encoder's zero has a random offset of less than one count. This offset and the noise
+are drawn from PCG64 seeded with `seed`.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ SAME_PERIOD = 1e-6  # relative tolerance of the sample period
 
 
 class RampRows(NamedTuple):
-    """Arguments of engine/bench_experiment.py `play_ramps` that describe the ramps of a test."""
+    """Arguments of `play_ramps` (engine/bench_experiment.py) that describe drive ramps."""
 
     rows: Vector
     segment: Vector
@@ -57,15 +58,15 @@ def read_excitation(path: Path) -> Log:
 
 
 def is_ramps(excitation: Log) -> bool:
-    """Return True if a test consists of ramps of the drive, without a reference."""
+    """Return True if a test consists of drive ramps, False if it is a reference of the position."""
     return "reference" not in excitation.main.signals
 
 
 class BenchPlant(Protocol):
-    """Plant that can run a test.
+    """Interface of a plant on which a bench can play a test.
 
-    `follow` and `ramp` return a status of engine/status_codes.py and write the measured values into
-    `position` and `drive` (n,).
+    `follow` and `ramp` simulate the test, write the measured values into `position` and `drive`
+    (n,), and return a status of engine/status_codes.py.
     """
 
     @property
@@ -79,19 +80,20 @@ class BenchPlant(Protocol):
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
     ) -> int:
-        """Let the position loop `servo` follow a reference (n,), from rest at `start` [rad | m]."""
+        """Simulate the position loop `servo` with a reference (n,), at rest at `start` [rad | m].
+        """
 
     def ramp(
         self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: IntVector
     ) -> int:
-        """Apply the drive values of a ramp test from rest at `start` [rad | m].
+        """Simulate the drive ramps of a test, from rest at `start` [rad | m].
 
-        The number of applied values is written to `played` (1,).
+        `played` (1,) receives the number of samples that were simulated.
         """
 
 
 class AxisBenchPlant:
-    """Single axis as a `BenchPlant`."""
+    """Model of one axis that implements `BenchPlant`."""
 
     def __init__(self, model: Model) -> None:
         self.name = model.name
@@ -143,7 +145,7 @@ def bench_test(
     provenance: Provenance,
     forward: Vector | None = None,
 ) -> Log:
-    """Return the log of a test: position, drive, effort and, if there is one, the reference.
+    """Simulate a test and return its log with position, drive, effort and any reference.
 
     `excitation` is the test, `servo` the bench's position loop. `noise` is the standard deviation
     of the measured drive's noise [A | V]. `forward` (n,) is a feedforward effort [N m | N], which
@@ -192,7 +194,6 @@ def bench_test(
 
 
 def _at_stops(rig: Rig, position: Vector) -> list[str]:
-    """Return a warning for each end stop to which the axis comes closer than one encoder count."""
     travel, step = rig.travel, rig.resolution
     if travel is None:
         return []
@@ -214,9 +215,9 @@ def _reference(
     phase: float,
     forward: Vector | None,
 ) -> tuple[Vector, Vector]:
-    """Return the measured position and drive (n,) under the servo.
+    """Return the measured position and drive (n,) of the position loop.
 
-    The run starts at rest at the first reference.
+    The run starts at rest at the first value of the reference.
     """
     reference = excitation.main.signals["reference"]
     _within_travel(bench.rig, excitation, reference)
@@ -233,10 +234,10 @@ def _reference(
 def _with_feedforward(
     reference: Vector, forward: Vector, servo: PositionServo, period: float
 ) -> Vector:
-    """Return a changed reference (n,), for which the servo adds the effort `forward` (n,).
+    """Return the reference (n,) with which the servo's effort increases by `forward` (n,).
 
-    d is the change of the reference: P d[k] + w D (d[k] - d[k-1])/period = forward[k]. P and D are
-    gains of the servo, and w is its weight of the reference in the derivative term.
+    The change d of the reference solves P d[k] + w D (d[k] - d[k-1])/period = forward[k]. P and D
+    are gains of the servo, and w is the weight of the reference in the derivative term.
     """
     rate = servo.reference_rate * servo.derivative / period
     added = scipy.signal.lfilter([1.0], [servo.proportional + rate, -rate], forward)

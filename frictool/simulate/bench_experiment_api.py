@@ -1,4 +1,4 @@
-"""Python function that simulates a test of `frictool.identify.excite`."""
+"""Python function that plays a test of `frictool.identify.excite` on a simulated bench."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def play(
     provenance: Provenance | None = None,
     forward: Vector | None = None,
 ) -> Log:
-    """Simulate a test on the bench of a model.
+    """Simulate how the bench of a model plays test signals.
 
     The test is a sequence of drive ramps, or a reference for the position loop `servo`.
 

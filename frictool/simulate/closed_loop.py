@@ -1,6 +1,6 @@
-"""Simulation of a scenario with a controller and each variant of the plant; returns a log.
+"""Simulation of a scenario with a controller and each plant variant; the result is a log.
 
-    scenario -> reference, conditions -> loop of each variant (simulate/simulated_plant.py)
+    scenario -> reference, conditions -> closed loop of each variant (simulate/simulated_plant.py)
     -> record -> sensors -> stream
 
 The logged position is the encoder's reading. The drive is measured with white noise of standard
@@ -62,17 +62,17 @@ Progress = Callable[[int, int], None]
 
 
 def no_progress(done: int, total: int) -> None:
-    """Do nothing; the default of `progress`."""
+    """Ignore the progress; this function is the default of the argument `progress`."""
 
 
 @dataclass(frozen=True)
 class SimulationRequest:
-    """Request for a simulation with a controller.
+    """Options of a simulation with a controller.
 
     Attributes
     ----------
     recorded : Log or None
-        Log that the scenario replays.
+        Log from which the scenario takes its reference; None if it states its own.
     number : ProgramNumber
         Number format of the controller's arithmetic; ignored with `target`.
     target : CompiledTarget or None
@@ -96,12 +96,12 @@ def simulate_closed_loop(
     progress: Progress = no_progress,
     request: SimulationRequest = PLAIN,
 ) -> Log:
-    """Return the log of a scenario, with a stream for each variant, metadata and warnings.
+    """Simulate a scenario with a controller and each plant variant; return the log.
 
-    `progress(done, total)` is called before the first variants and after each batch. `names` are
-    the names of the documents in messages. Raises InputFileError if the documents do not fit
-    together, LogError if the log cannot be replayed, NoSolutionError if a variant cannot be
-    simulated.
+    The log has a stream for each variant, metadata and warnings. `progress(done, total)` is called
+    with numbers of variants. `names` are the names of the documents in messages. Raises
+    InputFileError if the documents do not fit together, LogError if the log to replay lacks data,
+    NoSolutionError if a variant cannot be simulated.
     """
     if isinstance(plant, Model):
         axis = AxisPlant(plant)
@@ -113,10 +113,11 @@ def simulate_closed_loop(
 
 
 class PreparedScenario(NamedTuple, Generic[V]):
-    """Variants of the plant and a scenario, prepared for the simulation.
+    """Scenario that is ready for the simulation, with the plant variants.
 
-    `sensors` builds the streams of the log; `loop` is common to all variants. `conditions` (n, 8):
-    rows of engine/disturbances_and_faults.py, including sensor faults that affect only the log.
+    `conditions` (n, 8): disturbances, drifts and sensor faults (engine/disturbances_and_faults.py),
+    including faults that affect only the log. `sensors` builds the streams of the log. `loop` is
+    common to all variants.
     """
 
     variants: Sequence[V]
@@ -132,10 +133,11 @@ class _KeptReference(NamedTuple):
 
 
 class SimulatedRun(NamedTuple, Generic[V]):
-    """Run of variant `number` (from 0) of a scenario, without a log.
+    """Simulated signals of one plant variant, before they are turned into a log.
 
-    `record` (n, 7): columns of engine/closed_loop.py. `plant`: linear plant for the stability
-    margins, or None.
+    `number`: number of the variant, from 0. `record`: signals (n, 7), columns of
+    engine/closed_loop.py.
+    `plant`: linear plant for the stability margins; None for a mechanism.
     """
 
     prepared: PreparedScenario[V]
@@ -146,9 +148,10 @@ class SimulatedRun(NamedTuple, Generic[V]):
 
 
 class StepTest(Generic[V]):
-    """Closed loop of one plant and one controller, prepared once for several scenarios.
+    """Closed loop of one plant and one controller that simulates several scenarios.
 
-    `simulate_closed_loop` and SimulationRequest explain the arguments.
+    The controller is prepared once, which saves time. The arguments are those of
+    `simulate_closed_loop` and SimulationRequest.
     """
 
     def __init__(
@@ -177,7 +180,7 @@ class StepTest(Generic[V]):
         recorded: Log | None = None,
         with_speed: bool = True,
     ) -> Log:
-        """Return the log of a scenario, as `simulate_closed_loop` does.
+        """Simulate a scenario; return the same log as `simulate_closed_loop`.
 
         If `with_speed` is False, the log has no `velocity_estimated`; this saves time.
         """
@@ -228,7 +231,10 @@ class StepTest(Generic[V]):
         return log if provenance is None else with_provenance(log, provenance)
 
     def runs(self, scenario: Scenario, recorded: Log | None = None) -> Iterator[SimulatedRun[V]]:
-        """Yield the run of each variant of a scenario; raises the same errors as `log`."""
+        """Simulate a scenario; yield the signals of each variant.
+
+        Raises the same errors as `log`.
+        """
         prepared = self._prepared(scenario, recorded, no_progress)
         played = self.plant.play(prepared.variants, prepared.loop)
         for number, (variant, run) in enumerate(played):
@@ -236,7 +242,7 @@ class StepTest(Generic[V]):
             yield SimulatedRun(prepared, number, variant, run.record, plant)
 
     def stream(self, run: SimulatedRun[V]) -> Stream:
-        """Return the stream of a run, with the signals of a log that metrics read."""
+        """Return the log stream of a simulated variant, but only the signals that metrics read."""
         loop, number = run.prepared.loop, run.number
         known = loop.scheduled[number] if loop.scheduled else {}
         values = self._signals(loop, run.record, known, with_speed=False)
@@ -244,7 +250,7 @@ class StepTest(Generic[V]):
         return run.prepared.sensors.stream(topic, number, run.record, values, judged=True)
 
     def rig_records(self, scenario: Scenario) -> dict[str, dict[str, str]]:
-        """Return the log's metadata: rig, and known intervals of the plant's parameters."""
+        """Return metadata for the log: data of the rig, and intervals of the plant's parameters."""
         known = intervals_to_text(self.plant.intervals(scenario))
         return {INTERVALS: known, FACTS: facts_to_text(self.plant.rig.facts)}
 
@@ -296,7 +302,7 @@ class StepTest(Generic[V]):
         return reference, start
 
     def _checked_reference(self, scenario: Scenario, recorded: Log | None) -> tuple[Vector, float]:
-        """Return the result of `_reference`, stored for later scenarios with the same reference."""
+        """Return reference and start; keep the reference for later scenarios with equal steps."""
         first = scenario.steps[0] if scenario.steps else None
         begins = scenario.start if first is not None and first.reference is None else None
         runs = self.plant.count(self.controller, scenario)
@@ -322,7 +328,6 @@ class StepTest(Generic[V]):
         return {PLAYED: linear, **self.rig_records(prepared.loop.scenario)}
 
     def _outside(self, scenario: Scenario) -> list[str]:
-        """Return a warning if the controller was verified for another plant or rig, else []."""
         known = self.plant.intervals(scenario)
         deviations = differences(self.controller, self.plant.rig.facts, known)
         return (
@@ -337,7 +342,6 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _scheduled(self) -> dict[str, int]:
-        """Return the index of the program's node for each scheduled parameter, by name."""
         return scheduled(self.controller, self._program)
 
     @cached_property
@@ -379,7 +383,7 @@ class StepTest(Generic[V]):
 def _known_values(
     plant: SimulatedPlant[V], variants: Sequence[V], states: Mapping[str, int]
 ) -> list[dict[int, float]]:
-    """Return the scheduled parameters of each variant: node index -> value.
+    """Return, for each variant, the values of scheduled parameters: node index -> value.
 
     The list is empty if no value is known. `states` maps names of parameters to node indices.
     """
@@ -391,7 +395,7 @@ def _known_values(
 def scheduled(controller: Controller, program: Program) -> dict[str, int]:
     """Return the index of the program's node for each scheduled parameter, by name.
 
-    The mapping is empty without a schedule.
+    The mapping is empty if the controller has no gain schedule.
     """
     names = controller.schedule.parameters if controller.schedule is not None else ()
     return {str(name): program.states[name].index for name in names if name in program.states}
@@ -404,7 +408,6 @@ def _reference(
     names: DocumentNames,
     recorded: Log | None,
 ) -> tuple[Vector, float]:
-    """Return the reference (n,) within the travel and the initial position at rest [rad | m]."""
     rig = plant.rig
     period = rig.sample_period_s
     if scenario.reference is not None:

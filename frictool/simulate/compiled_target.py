@@ -94,10 +94,10 @@ void target_tell(int which, double value)
 
 
 class CompiledTarget:
-    """Compiled code of one controller, which controls one axis at a time.
+    """Compiled C code of a controller, which controls one axis at a time.
 
     `number`: number format of the code. `sources`: the C files. `scheduled`: present values of the
-    scheduled parameters.
+    parameters by which the gains are scheduled.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class CompiledTarget:
         self._step.restype = ctypes.c_double
 
     def start(self, position: float) -> None:
-        """Start at rest at `position` [rad | m], with the prefilter in steady state."""
+        """Start the controller at `position` [rad | m], with the prefilter in steady state."""
         self._start(position)
         self._tell_scheduled()
 
@@ -132,7 +132,7 @@ class CompiledTarget:
         self._tell_scheduled()
 
     def step(self, reference: float, position: float, velocity: float) -> float:
-        """Run one sample and return the drive [A | V]."""
+        """Compute one sample of the controller and return the drive [A | V]."""
         return float(self._step(reference, position, velocity))
 
 
@@ -143,11 +143,13 @@ def compiled_target(
     inputs: tuple[str, ...],
     scheduled: tuple[str, ...] = (),
 ) -> CompiledTarget:
-    """Compile the C code in `folder`, exported from the document with the digest `sha256`.
+    """Compile the C code in `folder` that was exported from a controller document.
 
+    `sha256`: digest of the controller document, which the header of the code must contain.
     `controller`: path of the document in messages. `inputs`: names of the controller's inputs.
-    `scheduled`: names of the scheduled parameters. Raises InputFileError if the folder has no
-    sources of this controller, if no compiler is on the PATH, or if the compilation fails.
+    `scheduled`: names of the parameters by which the gains are scheduled. Raises InputFileError if
+    the folder has no sources of this controller, if no compiler is on the PATH, or if the
+    compilation fails.
     """
     header, name, number = _header(folder, sha256, controller)
     source = header.with_suffix(".c")

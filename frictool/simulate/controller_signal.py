@@ -1,8 +1,8 @@
-"""Internal signal of a controller at each sample of a run, from a second run of its program.
+"""Internal signal of a controller at each sample, from a repeated run of its program.
 
-The first run does not record internal signals, because this would slow down every loop. A second
-run of the program with the same number format, references and positions has the same values bit by
-bit; this is also true if the first run used exported code.
+The simulation does not record internal signals, because this would slow down every loop. If the
+program is repeated with the same number format, references and positions, its signals are equal bit
+by bit. This is also true if the simulation used exported code.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ from frictool.typing import Vector
 
 
 class RecordedRun(NamedTuple):
-    """Recorded run of a controller: program, reference (n,) and record (n, 7).
+    """Inputs of a controller in a simulated run, from which its program can be repeated.
 
-    `running`: program in its number format. `step`: encoder step [rad | m]. `known`: node index of
-    a scheduled parameter in the program -> value. `commands`: index of a sample -> commands of a
-    supervisor just before this sample.
+    `running`: program in its number format. `reference` (n,) [rad | m]. `record` (n, 7): columns of
+    engine/closed_loop.py. `step`: encoder step [rad | m]. `known`: values of scheduled parameters
+    by their node in the program. `commands`: index of a sample -> commands of a supervisor just
+    before this sample.
     """
 
     program: Program
@@ -40,14 +41,14 @@ class RecordedRun(NamedTuple):
 
     @property
     def started_at(self) -> float:
-        """Return the position at which the controller started [rad | m]."""
+        """Return the position [rad | m] at which the controller started."""
         return float(measure(float(self.record[0, TRUE_POSITION]), self.step))
 
 
 def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
-    """Return the value [SI] (n,) of a node of a controller's program at each sample of a run.
+    """Return the value [SI] (n,) of a node of the controller's program at each sample.
 
-    If the node is a state, its values are those before the update at each sample.
+    A node that is a state has at each sample its value before the update.
     """
     values = np.empty(run.reference.size)
     if not run.reference.size:
@@ -90,7 +91,6 @@ def _started(machine: CompiledProgram, position: float) -> CompiledProgram:
 
 
 def _supervised(run: RecordedRun, new: CompiledProgram) -> Iterator[tuple[int, SupervisedProgram]]:
-    """Yield (index of a sample, controller after this sample) for each sample of a run."""
     supervised = SupervisedProgram(run.program, new)
     supervised.start(run.started_at)
     for k in range(run.reference.size):

@@ -1,4 +1,4 @@
-"""Default position loop of a bench, for simulated tests.
+"""Default gains of a bench's position loop, for simulated tests.
 
     effort = P (reference - position) + D d/dt (reference - position) + feedforward
     feedforward = inertia a + viscous v + coulomb sign(v) + offset
@@ -24,7 +24,7 @@ LARGEST_COUNT = 0.25  # largest change of the drive by one count, relative to th
 
 
 def default_servo(bench: Bench) -> PositionServo:
-    """Return the position loop of a bench, from position to effort."""
+    """Return a position loop for a bench, with default gains from position to effort."""
     actuator = bench.actuator
     period = bench.sample_period_s
     delay = actuator.loop_time_constant_s + (1 + bench.delay_samples) * period
@@ -43,7 +43,10 @@ def default_servo(bench: Bench) -> PositionServo:
 
 
 def feedforward(bench: Bench, excitation: Log) -> Vector | None:
-    """Return the effort (n,) of the bench's nominal axis along a reference; None for ramps."""
+    """Return the effort (n,) that the bench's nominal axis needs to follow the reference of a test.
+
+    The result is None for a test with drive ramps.
+    """
     signals = excitation.main.signals
     if "reference" not in signals:
         return None

@@ -1,4 +1,4 @@
-"""Check that plant, controller and scenario have the same rig and timing."""
+"""Check that plant, controller and scenario have the same kind of axis, drive and timing."""
 
 from __future__ import annotations
 
@@ -27,14 +27,18 @@ DOCUMENTS = DocumentNames()
 
 
 def refuse(name: str, key: str, message: str) -> NoReturn:
-    """Raise DocumentError for `key` of the document `name`, with the line if it is a file."""
+    """Raise DocumentError for `key` of the document `name`, with the line if `name` is a file."""
     raise document_error(name, key, message)
 
 
 def check_agreement(
     rig: Rig, controller: Controller, scenario: Scenario, names: DocumentNames
 ) -> None:
-    """Raise DocumentError for the first fact in which rig, controller and scenario differ."""
+    """Raise DocumentError if controller or scenario do not fit the rig of the plant.
+
+    The kind of axis, the kind of drive, the sample period, the delay and the drive's time constant
+    must be equal. The checks `check_drive`, `check_efforts` and `check_temperature` follow.
+    """
     owner = rig.owner.format(names.model)
     lag = controller.bench.actuator.loop_time_constant_s
     for key, ours, theirs in (
@@ -87,9 +91,9 @@ def check_efforts(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
 def check_temperature(
     scenario: Scenario, law: FrictionOverTemperature | None, names: DocumentNames
 ) -> None:
-    """Raise DocumentError if the scenario has a temperature, but `law` is None.
+    """Raise DocumentError if the scenario has a temperature, but the plant does not depend on it.
 
-    law: dependence of the plant's friction on the temperature; None if there is none.
+    law: dependence of the plant's friction on the temperature, or None.
     """
     if scenario.temperature is not None and law is None:
         refuse(
@@ -101,7 +105,7 @@ def check_temperature(
 
 
 def disturbances_of(scenario: Scenario) -> Iterator[tuple[str, Disturbance | SpreadDisturbance]]:
-    """Yield the disturbances of the scenario and of its spread, with their keys in the file."""
+    """Yield (key, disturbance) for each disturbance of the scenario and of its `spread`."""
     drawn = () if scenario.spread is None else scenario.spread.disturbances
     yield from ((f"disturbances[{index}]", one) for index, one in enumerate(scenario.disturbances))
     yield from ((f"spread.disturbances[{index}]", one) for index, one in enumerate(drawn))

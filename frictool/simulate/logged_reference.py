@@ -3,12 +3,13 @@
 Sample k is at the time from_s + k T after the log's first sample; the last sample is at or before
 `to_s` or the log's end.
 
-held     reference, current and voltage: sample k is the latest logged value. A value may be logged
-         up to T/2 after the instant of sample k, so that jitter neither doubles nor drops a value.
+held     reference, current and voltage: sample k is the latest logged value. A value that is logged
+         up to T/2 after sample k is still used, so that jitter of the log's times neither doubles
+         nor drops a value.
 linear   other channels, such as a measured position: sample k is interpolated between the logged
          values.
 
-The held channels are those of logs/clocks/resampling.py.
+logs/clocks/resampling.py lists the held channels.
 """
 
 from __future__ import annotations
@@ -75,16 +76,12 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
 
 
 def _latest_logged(time: Vector, values: Vector, instants: Vector, late: float) -> Vector:
-    """Return for each instant (n,) the last of the values (m,) logged before instant + `late`.
-
-    Instants before the first value get the first value.
-    """
     latest: Vector = values[np.maximum(np.searchsorted(time, instants + late, side="right") - 1, 0)]
     return latest
 
 
 def gaps_of(replay: Replay, log: Log) -> list[str]:
-    """Return a warning if samples are missing in the replayed part."""
+    """Return a warning in a list if samples of the replayed section are missing, else []."""
     stream = log.main
     time = stream.time - stream.time[0]
     inside = time[

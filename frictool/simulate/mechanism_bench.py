@@ -1,4 +1,4 @@
-"""Mechanism as a bench for tests of `frictool excite` (simulate/bench_experiment.py)."""
+"""Mechanism as a plant on which a bench plays tests of `frictool excite`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from frictool.typing import IntVector, Vector
 
 
 class PreparedBenchRun(NamedTuple):
-    """Arguments of engine/mechanism/bench_experiment.py for a mechanism at rest."""
+    """Arguments of engine/mechanism/bench_experiment.py for a run that starts at rest."""
 
     machine: CompiledMechanism
     state: MechanismState
@@ -39,9 +39,9 @@ class PreparedBenchRun(NamedTuple):
 
 
 class MechanismBenchPlant:
-    """Mechanism as a `BenchPlant`.
+    """Mechanism that implements `BenchPlant` (simulate/bench_experiment.py).
 
-    `follow` and `ramp` raise NoSolutionError if the mechanism cannot rest at `start`.
+    `follow` and `ramp` raise NoSolutionError if the mechanism cannot be at rest at `start`.
     """
 
     def __init__(self, plant: MechanismPlant) -> None:

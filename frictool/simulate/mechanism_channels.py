@@ -10,9 +10,9 @@ LINK_contact                    link with backlash: -1 or 1 at a flank, 0 betwee
                                 stop: -1 at the low end, 1 at the high end, 0 between the ends
 SOURCE_current, .. _effort      drive at the sample; after the jump if the drive jumps there
 SENSOR_position, .. _velocity   output of each sensor, without the faults of a scenario
-BLOCK_disturbance               mean external effort over the sample, if a scenario disturbs the
-                                block
-==============================  ==================================================================
+BLOCK_disturbance               mean external effort over the sample, if a disturbance acts on the
+block ==============================
+==================================================================
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Modes = NDArray[np.int8]
 
 
 def field_names(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
-    """Return the prefix of the signals for each element name.
+    """Return a prefix for the signal names of each element.
 
     Prefixes are lower case, without double underscores, unique, and not in `taken`.
 
@@ -58,19 +58,20 @@ def field_names(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, st
 
 
 class MechanismChannels:
-    """Builder of the `/mechanism` streams of one scenario's variants.
+    """Builder of the streams `/mechanism`, one for each variant of a mechanism in a scenario.
 
-    `time` (n,) is in s; `disturbances` maps a block to the mean effort of each sample (n,).
+    `time`: times of the samples (n,) [s]. `disturbances`: block index -> mean effort over each
+    sample (n,) [N m | N].
     """
 
     def __init__(self, time: Vector, disturbances: dict[int, Vector]) -> None:
         self.time, self.disturbances = time, disturbances
 
     def stream(self, variant: MechanismVariant, motion: Vector, modes: Modes) -> Stream:
-        """Return the stream of a variant.
+        """Return the stream of a variant with n blocks and u sources.
 
-        `motion` (samples, 2 n + u): positions and speeds of n blocks, drives of u sources. `modes`
-        (samples, m): modes of engine/mechanism/state.py.
+        `motion` (samples, 2 n + u): positions and speeds of the blocks, drives of the sources.
+        `modes` (samples, m): modes of sticking and contact (engine/mechanism/state.py).
         """
         columns: dict[str, tuple[Vector, str]] = {}
         for parts in (
@@ -153,7 +154,10 @@ class MechanismChannels:
 
 
 def held_blocks(variant: MechanismVariant) -> set[int]:
-    """Return the blocks (indices) that friction on them or on a rigidly linked block can hold."""
+    """Return the indices of the blocks that friction can hold at rest.
+
+    The friction acts on the block itself or on a block that is rigidly linked to it.
+    """
     packed = variant.assembled.packed
     dry = set(packed.frictions.block.tolist()) | set(packed.pressings.block.tolist())
     dry |= set(

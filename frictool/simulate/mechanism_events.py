@@ -9,17 +9,18 @@ HEAD = "time_s,plant,element,event,speed\n"
 
 
 class EventCsv:
-    """Builder of the table of events of all runs.
+    """Builder of a CSV table with the events of all simulated variants.
 
-    The column `plant` contains the name of the variant, empty for the nominal plant. `speed` is the
-    speed before the event [rad/s | m/s], 0 if the event has no speed.
+    The column `plant` contains the name of the variant, empty for the nominal plant. The column
+    `speed` contains the speed just before the event [rad/s | m/s], or 0 if no speed belongs to the
+    event.
     """
 
     def __init__(self) -> None:
         self._parts = [HEAD]
 
     def add(self, moved: MechanismOutcome) -> None:
-        """Add the events of one run, in their order."""
+        """Add the events of one variant, in order of time."""
         name = moved.variant.name
         self._parts += [
             f"{event[0]:.9f},{name},{element_of(moved.variant, event)},"
@@ -29,5 +30,5 @@ class EventCsv:
 
     @property
     def text(self) -> str:
-        """Return the table as CSV with a header."""
+        """Return the table as CSV text with a header."""
         return "".join(self._parts)

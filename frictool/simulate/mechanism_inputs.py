@@ -5,7 +5,7 @@
 
 A sample is divided into parts wherever a signal or its slope jumps. In each part a signal is
 replaced by its mean. A step and the impulse of any signal are therefore exact. For a sine or a
-ramp, the error of the motion is of second order in the length of the part.
+ramp, the error of the computed motion is of second order in the length of the part.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def inputs_of(
     samples: int,
     period: float,
 ) -> MechanismInputs:
-    """Return the inputs of a scenario with `samples` samples of a `period` [s].
+    """Return source signals and block efforts, for `samples` samples with the period `period` [s].
 
     `signals`: signals of each source, by source index. `disturbances`: pairs (block index,
     disturbance). `sources`: number of sources.
@@ -56,7 +56,7 @@ def inputs_of(
 def _cut(
     courses: Iterable[Signal | Disturbance], samples: int, period: float
 ) -> tuple[Vector, IntVector]:
-    """Return the edges (m + 1,) of the parts [samples], and the first part of each sample."""
+    """Return the ends (m + 1,) of the parts [samples], and the first part of each sample."""
     instants = {
         instant / period
         for course in courses
@@ -73,10 +73,10 @@ def _end(course: Signal | Disturbance) -> float:
 
 
 def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vector:
-    """Return the mean of a signal over each part (m,) between the edges (m + 1,) [s].
+    """Return the mean (m,) of a signal over each interval between the times `edges` (m + 1,) [s].
 
-    course: shape of the signal, which must not jump inside a part. level: final value of a ramp,
-    amplitude of a sine, or value of a step.
+    course: shape of the signal, which must not jump inside an interval. level: final value of a
+    ramp, amplitude of a sine, or value of a step.
     """
     begin, end = edges[:-1], edges[1:]
     middle = 0.5 * (begin + end)
@@ -98,7 +98,7 @@ def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vect
 
 
 def mean_efforts(inputs: MechanismInputs) -> dict[int, Vector]:
-    """Return the mean effort over each sample (n,) of each disturbed block, by block index."""
+    """Return the mean effort over each sample (n,) [N m | N] by index of the disturbed block."""
     period = np.add.reduceat(inputs.durations, inputs.first[:-1])
     pushed = (
         np.add.reduceat(inputs.efforts * inputs.durations[:, None], inputs.first[:-1], axis=0)

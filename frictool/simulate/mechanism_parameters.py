@@ -14,12 +14,12 @@ from frictool.simulate.simulated_plant import VariedParameter
 
 
 def quantities_of(document: Mechanism) -> Iterator[tuple[str, Quantity]]:
-    """Yield every quantity with its key, in the order of the document."""
+    """Yield (key, quantity) for every quantity of the document, in the order of the file."""
     yield from _walk(document, "")
 
 
 def ranges(document: Mechanism) -> dict[str, VariedParameter]:
-    """Return the range of every quantity by its key, as `SimulatedPlant.ranges` does."""
+    """Return range and nominal value of every quantity of a mechanism, by its key."""
     least = dict(_leasts(document, ""))
     return {
         key: VariedParameter(*one.interval, one.value, one.unit, key, least.get(key))
@@ -28,7 +28,10 @@ def ranges(document: Mechanism) -> dict[str, VariedParameter]:
 
 
 def with_quantities(document: Mechanism, values: Mapping[str, float]) -> Mechanism:
-    """Return the document with new values by key, in the units of the document."""
+    """Return a copy of the document in which the quantities `values` (key -> number) are replaced.
+
+    The numbers are in the units of the document.
+    """
     made: Mechanism = _changed(document, values, "")
     return made
 
@@ -42,10 +45,9 @@ def _walk(one: Any, key: str) -> Iterator[tuple[str, Quantity]]:
 
 
 def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
-    """Yield (parameter, (its lower limit, factor)) for each friction parameter with a lower limit.
+    """Yield (key, (key of its lower limit, factor)) for friction parameters with a lower limit.
 
-    The parameter and the limit, which is another parameter, are keys. The factor converts the unit
-    of the limit to the unit of the parameter.
+    The factor converts the unit of the limit to the unit of the parameter.
     """
     if isinstance(one, FrictionOf):
         for name, other in _pairs(one):
@@ -57,7 +59,6 @@ def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
 
 
 def _pairs(friction: FrictionOf) -> list[tuple[str, str]]:
-    """Return the pairs (parameter, its lower limit) of parameters that are both present."""
     law = LAWS.get(friction.law)
     there = friction.parameters
     named = (
@@ -93,9 +94,9 @@ def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
 
 
 def _ordered(document: FrictionOf, made: FrictionOf, provided: set[str]) -> FrictionOf:
-    """Return `made` in which no friction parameter is below the parameter that is its lower limit.
+    """Raise each friction parameter in `made` to its lower limit, which is another parameter.
 
-    If `provided` contains the limit but not the parameter, their ratio is as in `document`.
+    If only the limit is in `provided`, the parameter keeps its ratio to the limit in `document`.
     """
     parameters = dict(made.parameters)
     for name, other in _pairs(made):

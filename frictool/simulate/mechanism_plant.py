@@ -1,4 +1,4 @@
-"""Mechanism as a simulated plant (simulate/simulated_plant.py), with checks of scenarios."""
+"""Mechanism as a simulated plant (simulate/simulated_plant.py), and checks of its scenarios."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ MOST_TURNS = 1e8
 
 
 class MechanismPlant:
-    """Mechanism as a `SimulatedPlant`; this protocol documents the methods.
+    """Mechanism that implements `SimulatedPlant`, where the methods are documented.
 
     `watch` is called with the outcome of each variant. Raises ElementError if the mechanism has no
-    source or no sensor for a controller.
+    source or no sensor that a controller can use.
     """
 
     def __init__(
@@ -148,7 +148,7 @@ class MechanismPlant:
         """Return None, because margins are defined for a single axis only."""
 
     def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
-        """Return the interval of the drive's constant, the only one that a mechanism has."""
+        """Return the interval of the drive's constant; other intervals are unknown."""
         constant = self.document.sources[self.assembled.sources[self.controlled.source]].constant
         return {} if constant is None else {"constant": constant.interval}
 
@@ -172,9 +172,10 @@ def width_of(assembled: AssembledMechanism) -> float:
 def sight_of(
     source: int, controlled: ControlledAxis, resolution: float, start: Vector
 ) -> ControlPorts:
-    """Return the ports of a controller: the controlled source, and the blocks of sensor and load.
+    """Return the indices that connect a controller with a mechanism.
 
-    start (n,): initial positions of the blocks.
+    These are the controlled source, the block of the sensor and the block of the load.
+    `resolution`: encoder step [rad | m]. `start` (n,): initial positions of the blocks.
     """
     sensor, load = controlled.sensor_block, controlled.load
     return ControlPorts(
@@ -191,7 +192,10 @@ def sight_of(
 def run_of(
     moved: MechanismOutcome, channels: MechanismChannels, warnings: Sequence[str]
 ) -> VariantRun:
-    """Return the run of one variant, with the stream of all blocks."""
+    """Return the run of one variant in the form that `SimulatedPlant.play` yields.
+
+    It contains the stream of all blocks.
+    """
     stream = channels.stream(moved.variant, moved.out.motion, moved.out.modes)
     return VariantRun(
         moved.out.record, (stream,), (*warnings_of(moved), *warnings), metadata_of(moved)
@@ -207,7 +211,7 @@ def scenario_inputs(
 ) -> MechanismInputs:
     """Return the source signals and block efforts of a scenario.
 
-    Disturbances without a block act on the block `driven`.
+    Disturbances that name no block act on the block with index `driven`.
     """
     signals = {assembled.sources.index(name): of for name, of in scenario.sources.items()}
     blocks = [
@@ -223,7 +227,11 @@ def scenario_inputs(
 
 
 def check_pace(assembled: AssembledMechanism, seconds: float, period: float, owner: str) -> None:
-    """Raise DocumentError if a link is too stiff for a simulation in reasonable time."""
+    """Raise DocumentError if a link is so stiff that the simulation would take too long.
+
+    `seconds`: duration of the scenario [s]. `period`: sample period [s]. `owner`: name of the
+    document in messages.
+    """
     pace = fastest_link(assembled)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
         allowed = (
@@ -245,9 +253,9 @@ def check_mechanism_scenario(
     names: DocumentNames,
     commanded: str | None,
 ) -> None:
-    """Raise DocumentError if sources, blocks or units do not fit the mechanism.
+    """Raise DocumentError if sources, blocks or units of a scenario do not fit the mechanism.
 
-    `commanded` is the source of the controller, if there is one.
+    `commanded`: name of the source that the controller drives; None without a controller.
     """
     check_pace(assembled, scenario.seconds, document.sample_period_s, names.model)
     if scenario.variants == "vertices":

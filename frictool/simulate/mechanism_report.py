@@ -1,4 +1,4 @@
-"""Report of a mechanism's run: energy balance, events by element, warnings.
+"""Report on a simulated mechanism: energy balance, events of each element, warnings.
 
     work of sources and external efforts = gain of kinetic and stored energy
                                            + losses in friction, links and impacts + residual
@@ -22,7 +22,7 @@ ENERGY, EVENTS = "energy", "events"
 
 
 def metadata_of(moved: MechanismOutcome) -> dict[str, dict[str, str]]:
-    """Return the metadata records of a run."""
+    """Return the log's metadata records on energies and events of one simulated variant."""
     topic = moved.variant.whole_topic
     return {
         f"{ENERGY}{topic}": {name: repr(value) for name, value in energy_of(moved).items()},
@@ -31,7 +31,7 @@ def metadata_of(moved: MechanismOutcome) -> dict[str, dict[str, str]]:
 
 
 def energy_of(moved: MechanismOutcome) -> dict[str, float]:
-    """Return the energies of a complete run [J].
+    """Return the energies [J] of one simulated variant over the whole simulation.
 
     The keys are `input`, `kinetic`, `stored`, `lost in NAME` for each element with losses, and
     `residual`.
@@ -60,9 +60,9 @@ def energy_of(moved: MechanismOutcome) -> dict[str, float]:
 
 
 def events_of(moved: MechanismOutcome) -> dict[str, int]:
-    """Return the number of events of each element and kind; keys are `ELEMENT KIND`.
+    """Return the number of events by element and kind, with keys such as `ELEMENT KIND`.
 
-    `not kept` is the number of events beyond ROOM_FOR_EVENTS.
+    The key `not kept` has the number of events that were not stored (more than ROOM_FOR_EVENTS).
     """
     counts = Counter(
         f"{element_of(moved.variant, event)} {NAMES[int(event[1])]}" for event in moved.out.events
@@ -72,7 +72,7 @@ def events_of(moved: MechanismOutcome) -> dict[str, int]:
 
 
 def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
-    """Yield the assembly's warnings, and a warning for each end stop that a block strikes."""
+    """Yield the warnings of the assembly, and a warning for each end stop that a block hits."""
     made = moved.variant.assembled
     if not moved.variant.name:
         yield from made.notes

@@ -6,9 +6,9 @@ from the sensor's position:
     q_block - start_block = ratio (q_sensor - start_sensor)
 
 ratio is the product of the ratios of the links between the two blocks. The load is the block that
-`control.load` names; without that key, the block separated by most links from the sensor, or the
-last one of several such blocks in the file. The load's position is converted to the sensor's
-coordinate, so that it can be compared with the reference.
+`control.load` names. Without that key, it is the block with the most links between itself and the
+sensor; if several blocks have equally many, it is the last of them in the file. The load's position
+is converted to the sensor's coordinate, so that it can be compared with the reference.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SAME_PLACE = 1e-12  # relative tolerance of a stop's position
 
 
 class ControlledAxis(NamedTuple):
-    """Indices of the controlled source and its block, of the sensor's block and of the load.
+    """Indices of the controlled source, the block it drives, the sensor's block and the load.
 
     load_ratio: speed of the load divided by the speed of the sensor's block.
     """
@@ -46,7 +46,7 @@ class ControlledAxis(NamedTuple):
 
 
 def resolution_of(sensor: Sensor) -> float:
-    """Return the step of an encoder [rad | m], 0 for a perfect encoder."""
+    """Return the step of a position sensor [rad | m], 0 for a perfect encoder."""
     if sensor.step is not None:
         return sensor.step.value
     return (
@@ -59,10 +59,10 @@ def resolution_of(sensor: Sensor) -> float:
 def rig_of_mechanism(
     document: Mechanism, assembled: AssembledMechanism
 ) -> tuple[Rig, ControlledAxis]:
-    """Return the rig for a controller, and the controlled axis.
+    """Return the rig that a controller sees, and the indices of the controlled axis.
 
-    Raises ElementError if the mechanism has several sources or sensors and `control` names none of
-    them, or if the sensor does not measure a position.
+    Raises ElementError if the mechanism has several sources or sensors and `control` does not
+    select one, or if the sensor does not measure a position.
     """
     source, sensor = controlled_indices(document, assembled)
     drives, senses = (
@@ -91,7 +91,7 @@ def rig_of_mechanism(
 
 
 def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, float]:
-    """Return the facts of verify/rig_facts.py without the spring on the axis.
+    """Return the data of verify/rig_facts.py without the spring on the axis.
 
     The springs of a mechanism are part of its model.
     """
@@ -108,7 +108,7 @@ def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, flo
 
 
 class ChainPosition(NamedTuple):
-    """Speed ratio of a block to the root of the chain, and number of links between the two."""
+    """Speed of a block relative to the first block of a chain, and number of links between them."""
 
     ratio: float
     links: int
@@ -119,7 +119,7 @@ def chain_from(
 ) -> dict[int, ChainPosition]:
     """Return block index -> position in the chain, for `root` and every block linked to it.
 
-    The nearest blocks are first. A spring is not a link.
+    The blocks are in order of their distance (number of links) from `root`. A spring is not a link.
     """
     joints, couplings = assembled.packed.joints, assembled.packed.couplings
     ties = list(zip(joints.a.tolist(), joints.b.tolist(), joints.ratio.tolist(), strict=True))
@@ -156,8 +156,8 @@ def block_positions(
 ) -> Vector:
     """Return the positions (n,) [rad | m] of all blocks if the block `root` is at `position`.
 
-    Blocks in the chain of `root` move with `root`; the others keep their start positions. Raises
-    ValueError if a block moves beyond its end stop.
+    Blocks that links connect to `root` move with it; the others keep their start positions. Raises
+    ValueError if a block would be beyond its end stop.
     """
     placed = assembled.start.copy()
     for block, tied in chain_from(document, assembled, root).items():

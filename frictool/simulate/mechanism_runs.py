@@ -1,4 +1,4 @@
-"""Runs of mechanisms in parallel threads, which share no state."""
+"""Simulation of the variants of a mechanism in parallel threads, which share no state."""
 
 from __future__ import annotations
 
@@ -53,10 +53,10 @@ ROOM_FOR_EVENTS = 200_000  # most stored events of a run; further ones are only 
 
 
 class MechanismOutcome(NamedTuple):
-    """Result of the run of one variant.
+    """Result of the simulation of one variant of a mechanism.
 
-    `machine`, `state`: compiled mechanism and state at the end. `before`: initial energy balance.
-    `out`: signals at each sample, and events.
+    `machine`: compiled mechanism. `state`: final state. `before`: energies at the start. `out`:
+    signals at each sample, and events.
     """
 
     variant: MechanismVariant
@@ -67,12 +67,13 @@ class MechanismOutcome(NamedTuple):
 
 
 class MechanismTask(NamedTuple):
-    """Inputs of a run of `samples` samples.
+    """Inputs of the simulation of one variant of a mechanism.
 
-    `sight`: ports of the controller. `inputs`: signals of sources and efforts on blocks.
-    `conditions`: drifts and sensor faults (engine/disturbances_and_faults.py). `reference`
-    (samples,) is None without a controller. `controller` is None if the sources only follow their
-    signals, or if the compiled code `target` is the controller.
+    `samples`: number of samples. `sight`: blocks and source that a controller uses. `inputs`:
+    signals of sources and efforts on blocks. `conditions`: drifts and sensor faults
+    (engine/disturbances_and_faults.py). `reference` (samples,) is None without a controller.
+    `controller` is None if the sources follow signals only, or if the compiled code `target`
+    controls.
     """
 
     samples: int
@@ -90,11 +91,12 @@ def play_all(
     tasks: Sequence[tuple[MechanismTask, Vector]],
     progress: Callable[[int, int], None],
 ) -> Iterator[MechanismOutcome]:
-    """Yield the outcome of every variant.
+    """Simulate all variants in parallel; yield the outcome of each.
 
     tasks: pairs (task, initial positions (n,) [rad | m]); each run starts at rest.
-    `progress(done, total)` counts variants, or samples if there is a single variant. Raises
-    NoSolutionError, with time and element, if a variant cannot be simulated.
+    `progress(done, total)` is called with numbers of variants, or with numbers of samples if there
+    is a single variant. Raises NoSolutionError, with time and element, if a variant cannot be
+    simulated.
     """
     total = len(variants)
     done = 0
@@ -126,7 +128,11 @@ def moved(
     start: Vector,
     progress: Callable[[int, int], None],
 ) -> MechanismOutcome:
-    """Return the outcome of one variant; raise NoSolutionError if it cannot be simulated."""
+    """Simulate one variant from rest at the positions `start` (n,) [rad | m].
+
+    `progress(done, total)` is called with numbers of samples. Raises NoSolutionError if the variant
+    cannot be simulated.
+    """
     packed = variant.assembled.packed
     machine = prepare(packed)
     state = rest(packed, machine, start)
@@ -213,9 +219,10 @@ def _by_target(
 def _drifting(
     packed: PackedMechanism, machine: CompiledMechanism, task: MechanismTask
 ) -> DriftedNumbers:
-    """Return the numbers of the compiled mechanism that the scenario's drifts multiply.
+    """Return the parameters of the compiled mechanism that change with the scenario's drifts.
 
-    If the scenario has conditions, the loop limits the drive, and the mechanism does not.
+    If the scenario has conditions, the closed loop applies the drive's limit instead of the
+    mechanism.
     """
     whole, numbers = machine.whole, machine.numbers
     indices: list[int] = []
@@ -257,7 +264,7 @@ def _failure_message(outcome: MechanismOutcome, status: int) -> str:
 
 
 def element_of(variant: MechanismVariant, event: Vector) -> str:
-    """Return the name of the element of an event (4,)."""
+    """Return the name of the element at which an event (row of 4 numbers) occurred."""
     made = variant.assembled
     names: Mapping[str, tuple[str, ...]] = {
         "block": made.blocks,

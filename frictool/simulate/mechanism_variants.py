@@ -1,8 +1,8 @@
 """Random mechanisms: every quantity with `low` and `high` is drawn uniformly and independently.
 
-For one seed, mechanism number i is the same for any number of mechanisms. A breakaway is drawn from
-the part of its range above the drawn Coulomb friction. Without a range of the breakaway, the ratio
-of breakaway to Coulomb friction is constant.
+If more mechanisms are drawn with the same seed, the first ones stay the same. A breakaway friction
+is drawn from the part of its range above the drawn Coulomb friction. If the breakaway has no range,
+its ratio to the Coulomb friction stays constant.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class MechanismVariant:
-    """Mechanism of one variant, as a document and as arrays.
+    """Variant of a mechanism, as a document and as arrays.
 
-    `name` is empty for the nominal mechanism. `values`, `units`: drawn or `given` values [SI] by
-    key, and their units.
+    `name`: name of the variant, empty for the nominal mechanism. `values`: quantities [SI] that are
+    drawn or stated under `given`, by key. `units`: their units.
     """
 
     name: str
@@ -55,7 +55,7 @@ class MechanismVariant:
         return f"{MECHANISM_TOPIC}/{self.name}" if self.name else MECHANISM_TOPIC
 
     def described(self) -> str:
-        """Return the values with their units as text."""
+        """Return the values that differ from the nominal mechanism, with their units, as text."""
         return ", ".join(
             f"{key} {value:.6g} {self.units[key]}" for key, value in self.values.items()
         )
@@ -64,10 +64,12 @@ class MechanismVariant:
 def mechanism_variants(
     document: Mechanism, assembled: AssembledMechanism, scenario: Scenario, owner: str
 ) -> list[MechanismVariant]:
-    """Return the nominal and the random mechanisms, or the mechanism with the `given` values.
+    """Return the mechanisms of a scenario, by its key `variants`.
 
-    `owner` is the name of the document in messages. Raises FrictoolError if there is no range to
-    draw from, or if a mechanism cannot be assembled.
+    The list has the nominal mechanism, then random ones; for `variants: given` it has only the
+    mechanism with the values under `given`. `owner` is the name of the document in messages. Raises
+    FrictoolError if mechanisms must be drawn but no quantity has a range, or if a mechanism cannot
+    be assembled.
     """
     if scenario.variants == GIVEN:
         return [
@@ -112,10 +114,10 @@ def mechanism_variants(
 def _values(
     every: Mapping[str, VariedParameter], ranged: Mapping[str, VariedParameter], parts: Vector
 ) -> Vector:
-    """Return the values of d parameters of n variants, (n, d).
+    """Return the values (n, d) of d parameters in n variants.
 
-    parts (n, d): position of each value in its range, 0 (low) to 1 (high). The range of a parameter
-    with another parameter as lower limit begins at the value of the limit.
+    parts (n, d): position of each value in its range, 0 (low) to 1 (high). If a parameter has
+    another parameter as its lower limit, its range begins at the value of that limit.
     """
     lows, highs = (
         np.array([one.low for one in ranged.values()]),
@@ -149,7 +151,6 @@ def _variant(
 
 
 def _check_signs(made: Mechanism, owner: str, remedy: str) -> None:
-    """Raise FrictoolError if a value is below the least value that documents allow for its key."""
     try:
         DocumentReader(Path()).read(compose(to_yaml(made), Path()), Mechanism, "")
     except DocumentError as error:

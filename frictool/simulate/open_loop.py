@@ -57,11 +57,12 @@ def simulate_open_loop(
     progress: Callable[[int, int], None] = lambda done, total: None,
     watch: Callable[[MechanismOutcome], None] = lambda moved: None,
 ) -> Log:
-    """Return the log of the scenario, with streams for each variant, and warnings.
+    """Simulate a mechanism without a controller; return the log with warnings.
 
-    `progress(done, total)` is called during the runs, and `watch(outcome)` after the run of each
-    variant. `names` are the names of the documents in messages. Raises DocumentError if the
-    scenario does not fit the mechanism, NoSolutionError if a variant cannot be simulated.
+    The log has streams for each variant. `progress(done, total)` is called during the simulation,
+    and `watch(outcome)` after each variant. `names` are the names of the documents in messages.
+    Raises DocumentError if the scenario does not fit the mechanism, NoSolutionError if a variant
+    cannot be simulated.
     """
     seen = _controlled(document, assembled)
     _check(document, assembled, scenario, names, seen)
@@ -194,7 +195,6 @@ def _check(
 
 
 def _check_undetermined(scenario: Scenario, names: DocumentNames) -> None:
-    """Raise DocumentError if the scenario needs a controlled axis, which is not determined."""
     reason = (
         f"{names.model} does not state the source and the sensor of a controller (control: "
         "{source: .., sensor: ..})"

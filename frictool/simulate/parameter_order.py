@@ -1,7 +1,7 @@
-"""Check that a parameter is not below the parameter that is its lower limit.
+"""Check that each parameter with a lower limit can be above the limit, which is another parameter.
 
-An example is the breakaway, which must be at least the Coulomb friction. The check passes if the
-highest breakaway is at least the highest Coulomb friction.
+An example is the breakaway friction, which must be at least the Coulomb friction. The check passes
+if the highest breakaway friction is at least the highest Coulomb friction.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ ROUNDING = 1e-9  # relative rounding of a value that a file states in another un
 
 
 class ParameterEnds(NamedTuple):
-    """Range of a parameter over the simulated plants [SI], with its document and key."""
+    """Range [SI] of a parameter over the simulated plants; document and key that state it."""
 
     low: float
     high: float
@@ -32,10 +32,11 @@ def check_least(
     names: DocumentNames,
     drawn: bool,
 ) -> None:
-    """Raise DocumentError if a parameter is below the parameter that is its lower limit.
+    """Raise DocumentError if a parameter is below its lower limit, which is another parameter.
 
-    `spans` and `provided` replace ranges of the document, in compatible units. `drawn`: True if
-    plants are drawn from the ranges, False if provided or nominal values are simulated.
+    `ranges`: parameters of the plant by name. `spans`: ranges in the scenario's `spread`.
+    `provided`: values under `given` of the scenario. Both replace the ranges of the plant. `drawn`:
+    True if plants are drawn from ranges.
     """
     for name, parameter in ranges.items():
         if parameter.least is None:

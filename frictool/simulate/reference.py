@@ -1,4 +1,4 @@
-"""Reference of a scenario's steps at each sample k of the controller's period T.
+"""Reference of a scenario, computed from its steps at each sample k of the controller's period T.
 
 reference  r                               constant
 ramp_to    r0 + (r1 - r0)(j + 1)/n         reaches r1 at the last sample, j = n - 1
@@ -26,7 +26,7 @@ def samples_of(seconds: float, period: float) -> int:
 
 
 def parts_of(scenario: Scenario, period: float) -> list[Vector]:
-    """Return one array per step of the scenario: the reference at the step's samples [rad | m]."""
+    """Return the reference [rad | m] as one array of samples for each step of the scenario."""
     assert scenario.start is not None
     last = scenario.start.value
     parts = []

@@ -1,4 +1,4 @@
-"""Rig of a bench or mechanism for a controller and a log: axis, drive, timing and travel."""
+"""Rig of a bench or mechanism: axis, drive, timing and travel, for controllers and logs."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ from frictool.verify.rig_facts import facts_of
 
 @dataclass(frozen=True)
 class Rig:
-    """Rig of an axis, or of the controlled axis of a mechanism: actuator and encoder in SI units.
+    """Axis, drive, timing and travel of a bench, or of the controlled axis of a mechanism.
 
-    `owner`: how messages name the document; {} stands for its name. `constant`: effort per unit
-    of the drive. `effort_axis`: kind of axis (rotary or linear) on which the drive acts. `facts`:
-    numbers in SI by the names in verify/rig_facts.py. `examples`: keys of example values in the
-    bench. `bench_values_only`: reason why no parameter of the model was identified, or empty.
-    `presliding`: name of the model's presliding law, or empty. `temperature`: dependence of the
-    friction on the temperature; None if the model states none.
+    - owner: pattern for the name in messages; {} stands for the name of the document
+    - constant: effort per unit of the drive [N m/A, N m/V, N/A, N/V or 1]
+    - effort_axis: kind of axis (rotary or linear) on which the drive acts
+    - facts: numbers in SI by the names in verify/rig_facts.py
+    - examples: keys of the bench that still have the example values of `frictool init`
+    - bench_values_only: reason why no parameter of the model was identified, or empty
+    - presliding: name of the model's presliding law, or empty
+    - temperature: dependence of the friction on the temperature; None if the model has none
     """
 
     owner: str
@@ -49,7 +51,7 @@ class Rig:
 
     @property
     def loop_time_constant_s(self) -> float:
-        """Return the time constant of the drive [s]."""
+        """Return the time constant of the drive's current or voltage loop [s]."""
         return self.facts["loop_time_constant_s"]
 
     @property
@@ -59,7 +61,7 @@ class Rig:
 
 
 def rig_of(bench: Bench, model: Model | None = None) -> Rig:
-    """Return the rig of a bench; with `model`, it includes the spring on the axis."""
+    """Return the rig of a bench; with a model, the rig includes the model's spring on the axis."""
     laws = None if model is None else model.laws
     return Rig(
         owner="the bench of {}",

@@ -1,4 +1,4 @@
-"""Disturbances, drifts and sensor faults of a scenario as one row per sample.
+"""Disturbances, drifts and sensor faults of a scenario, as an array with one row for each sample.
 
 engine/disturbances_and_faults.py defines the columns. Sample k begins at k T and lasts for the
 sample period T.
@@ -52,10 +52,9 @@ def conditions_of(
 ) -> Vector:
     """Return the disturbances, drifts and faults (samples, 8) of a scenario.
 
-    A row contains one sample; engine/disturbances_and_faults.py names the columns. The array is
-    empty, (0, 8), if the scenario changes nothing.
-
-    factors: factors of `viscous` and `coulomb` friction at the temperature of the scenario.
+    engine/disturbances_and_faults.py names the columns. The result has the shape (0, 8) if the
+    scenario contains none. factors: factors of `viscous` and `coulomb` friction at the temperature
+    of the scenario.
     """
     happening = scenario.disturbances or scenario.drifts is not None or scenario.sensor_faults
     if not happening and not factors:
@@ -75,9 +74,9 @@ def conditions_of(
 
 
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
-    """Return the conditions that act on the loop.
+    """Return the conditions without faults of a voltage sensor, which affect only the log.
 
-    A fault of a voltage sensor affects only the log, because a voltage is not fed back.
+    A measured voltage is not fed back to the controller.
     """
     if rig.drive == "current" or not conditions.size:
         return conditions
@@ -87,12 +86,12 @@ def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
 
 
 def on_axis(scenario: Scenario) -> list[Disturbance]:
-    """Return the disturbances without a block name, which act on the driven axis."""
+    """Return the disturbances that act on the driven axis, because they name no block."""
     return [disturbance for disturbance in scenario.disturbances if disturbance.on is None]
 
 
 def _effort(disturbance: Disturbance, rows: Vector, period: float) -> None:
-    """Add the mean effort over each sample [N m | N] to the rows that a disturbance overlaps."""
+    """Add the mean effort [N m | N] over each sample to the rows of the overlapped samples."""
     end = math.inf if disturbance.duration_s is None else disturbance.at_s + disturbance.duration_s
     begin = max(0, math.floor(disturbance.at_s / period) - 1)
     until = rows.shape[0] if math.isinf(end) else min(rows.shape[0], math.ceil(end / period) + 1)
@@ -116,7 +115,6 @@ def _effort(disturbance: Disturbance, rows: Vector, period: float) -> None:
 
 
 def _points(drifts: Drifts) -> dict[int, tuple[DriftPoint, ...]]:
-    """Return column of the conditions -> points of the drift in this column."""
     return {
         FRICTION: drifts.friction,
         VISCOUS_FACTOR: drifts.viscous,
@@ -125,7 +123,7 @@ def _points(drifts: Drifts) -> dict[int, tuple[DriftPoint, ...]]:
 
 
 def _constant_row(drifts: Drifts, factors: Mapping[str, float]) -> Vector:
-    """Return a row (8,) with the factors of the temperature and of drifts with one point."""
+    """Return a row (8,) with the factors of the temperature, and of drifts with one point."""
     row = np.array(NEUTRAL)
     row[FRICTION] *= factors.get("coulomb", 1.0)
     row[VISCOUS_FACTOR] *= factors.get("viscous", 1.0)
@@ -162,7 +160,7 @@ def _sample(instant: float) -> int:
 def command_samples(
     commands: Sequence[ControllerCommand], period: float
 ) -> dict[int, list[CommandName]]:
-    """Return the commands by the index of the first sample at or after their time `at_s`."""
+    """Return the supervisor's commands by sample: the first sample at or after `at_s`."""
     samples: dict[int, list[CommandName]] = {}
     for one in sorted(commands, key=lambda command: command.at_s):
         index = math.ceil(round(one.at_s / period, SAME_INSTANT))

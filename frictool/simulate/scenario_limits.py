@@ -17,7 +17,7 @@ SAME_INSTANT = 1e-9  # tolerance of an instant, relative to the duration
 def check_steps(
     scenario: Scenario, period: float, runs: int, name: str, width: float = 1.0
 ) -> None:
-    """Raise DocumentError if a step is too short, a sine too fast, or the runs too long.
+    """Raise DocumentError if a step is too short, a sine too fast, or the simulation too long.
 
     period: sample period [s]. runs, width: as in `check_length`. name: name of the scenario.
     """
@@ -35,10 +35,10 @@ def check_steps(
 
 
 def check_length(samples: float, runs: int, key: str, name: str, width: float = 1.0) -> None:
-    """Raise DocumentError if the samples of all runs do not fit into memory.
+    """Raise DocumentError if the samples of all simulated plants do not fit into memory.
 
-    samples: number of samples of a run. key: key of the document `name` that determines `samples`.
-    width: size of a logged sample divided by the size for one axis.
+    samples: number of samples of a plant. runs: number of plants. key: key of the document `name`
+    that determines `samples`. width: memory of a logged sample, relative to that of a single axis.
     """
     if samples * runs * width > MAX_SAMPLES:
         problem = f"requests {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
@@ -51,7 +51,7 @@ def check_length(samples: float, runs: int, key: str, name: str, width: float = 
 
 
 def check_frequency(frequency: float, period: float, key: str, name: str) -> None:
-    """Raise DocumentError if a sine has less than two samples per cycle."""
+    """Raise DocumentError if a sine has less than two samples per period."""
     if frequency >= 0.5 / period:
         refuse(
             name,
@@ -61,9 +61,9 @@ def check_frequency(frequency: float, period: float, key: str, name: str) -> Non
 
 
 def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> None:
-    """Raise DocumentError if a part of the reference leaves the travel.
+    """Raise DocumentError if the reference leaves the travel of the axis.
 
-    `paths` maps the key of each part of the reference to the part's samples [rad | m].
+    `paths` maps a key of the scenario to the part of the reference that it defines [rad | m].
     """
     if travel is None:
         return
@@ -76,7 +76,10 @@ def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> N
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
-    """Raise DocumentError for an event after `seconds`, a too short fault, or a too fast sine."""
+    """Raise DocumentError if an event is after the end, a fault too short, or a sine too fast.
+
+    seconds: duration of the scenario [s]. period: sample period [s].
+    """
     limit = seconds * (1.0 + SAME_INSTANT)
     for key, begin, end in _spans(scenario):
         if begin[1] >= seconds:

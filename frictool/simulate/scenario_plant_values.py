@@ -1,6 +1,6 @@
-"""Parameter values under `given` of a scenario: check against the plant, conversion to SI.
+"""Parameter values under `given` of a scenario: check against the plant, and conversion to SI.
 
-A scenario with `variants: given` simulates one plant, whose parameters have these values.
+A scenario with `variants: given` simulates one plant, which has these parameter values.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ def check_given(
 ) -> None:
     """Raise DocumentError if the scenario's values under `given` do not fit the plant.
 
-    Errors are an unknown name, a wrong unit, and a breakaway below the Coulomb friction. `ranges`
-    contains the plant's parameters by name.
+    Errors are an unknown name, a wrong unit, and a breakaway friction below the Coulomb friction.
+    `ranges` contains the plant's parameters by name.
     """
     for name, quantity in scenario.given.items():
         if name not in ranges:

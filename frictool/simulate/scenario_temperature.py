@@ -1,4 +1,4 @@
-"""Temperature of a scenario and its effect on the model's friction."""
+"""Temperature of a scenario, and how it changes the model's friction."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from frictool.documents.scenario import Scenario
 def friction_factors(
     scenario: Scenario, law: FrictionOverTemperature | None
 ) -> Mapping[str, float]:
-    """Return the factors of the friction parameters by name; empty without a temperature."""
+    """Return factors of the friction parameters by name; empty without a temperature."""
     if scenario.temperature is None or law is None:
         return UNCHANGED
     return factors_at(law, scenario.temperature.value)
 
 
 def simulated_temperature(scenario: Scenario, law: FrictionOverTemperature | None) -> str:
-    """Return the temperature and the factors of the friction as text; "" without a temperature."""
+    """Return temperature and friction factors as text; "" if the scenario has no temperature."""
     if scenario.temperature is None or law is None:
         return ""
     return temperature_text(law, scenario.temperature.value)
 
 
 def leaves_law(scenario: Scenario, law: FrictionOverTemperature | None) -> bool:
-    """Return True if the temperature is outside the range of the model's logs."""
+    """Return True if the temperature is outside the temperatures of the logs of the model."""
     if scenario.temperature is None or law is None:
         return False
     return is_extrapolated(law, scenario.temperature.value)

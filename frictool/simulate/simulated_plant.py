@@ -24,7 +24,7 @@ from frictool.verify.logged_plant import LoggedPlant
 
 
 class PlantVariant(Protocol):
-    """Variant of the plant in a scenario."""
+    """Plant with the parameters of one variant of a scenario."""
 
     @property
     def name(self) -> str:
@@ -32,11 +32,11 @@ class PlantVariant(Protocol):
 
     @property
     def values(self) -> Mapping[str, float]:
-        """Return the values [SI] that differ from the nominal plant, by name."""
+        """Return the parameter values [SI] that differ from the nominal plant, by name."""
 
     @property
     def topic(self) -> str:
-        """Return the topic of the variant's stream."""
+        """Return the topic of the stream that logs the simulation of this variant."""
 
 
 V = TypeVar("V", bound=PlantVariant)
@@ -45,8 +45,10 @@ V = TypeVar("V", bound=PlantVariant)
 class VariedParameter(NamedTuple):
     """Range and nominal value of a plant's parameter in SI; low == high if it is known exactly.
 
-    `label`: name of the parameter in messages. `least`: lower limit of this parameter, as
-    (name of another parameter, factor between their units); for a breakaway, the Coulomb friction.
+    - label: name of the parameter in messages
+    - least: (name of another parameter, factor between the units), if that parameter is a lower
+      limit of this one. For a breakaway friction, the limit is the Coulomb friction
+
     A parameter with a range is drawn from the part of its range above the limit. A parameter
     without a range keeps its ratio to the limit in the document.
     """
@@ -60,10 +62,10 @@ class VariedParameter(NamedTuple):
 
 
 class VariantRun(NamedTuple):
-    """Result of the run of one variant.
+    """Result of the simulation of one variant.
 
-    `record` (n, 7): record of the controlled axis (engine/closed_loop.py). `streams`, `metadata`:
-    further data for the log.
+    `record` (n, 7): signals of the controlled axis, with the columns of engine/closed_loop.py.
+    `streams`, `metadata`: further data for the log.
     """
 
     record: Vector
@@ -73,14 +75,18 @@ class VariantRun(NamedTuple):
 
 
 class SimulatedLoop(NamedTuple):
-    """Controller, reference and conditions, common to the runs of all plants.
+    """Controller, reference and conditions, which are the same for all variants of the plant.
 
-    `running` is `program` in the number format of the simulation; `code` is its machine code, or
-    None for a format without machine code. If `target` is not None, this compiled code runs
-    instead. `start` and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
-    (engine/disturbances_and_faults.py). `scheduled` has a mapping for each variant: node index of a
-    scheduled parameter in `program` -> value. `progress(done, total)` is called before the first
-    variants and after each batch.
+    - program: controller as a program of nodes
+    - running: `program` in the number format of the simulation
+    - code: machine code of `running`; None if its number format has no machine code
+    - target: compiled C code that is used instead of `program`, or None
+    - start, reference: initial position and reference (n,) [rad | m]
+    - conditions: disturbances, drifts and sensor faults (n, 8)
+      (engine/disturbances_and_faults.py)
+    - scheduled: one mapping for each variant, from the node index of a scheduled parameter in
+      `program` to its value
+    - progress: progress(done, total) is called with numbers of variants
     """
 
     controller: Controller
@@ -97,7 +103,7 @@ class SimulatedLoop(NamedTuple):
 
 
 class SimulatedPlant(Protocol[V]):
-    """Interface of a simulated single axis or mechanism."""
+    """Interface of a simulated plant, which is a single axis or a mechanism."""
 
     @property
     def name(self) -> str:
@@ -109,41 +115,48 @@ class SimulatedPlant(Protocol[V]):
 
     @property
     def width(self) -> float:
-        """Return the size of the plant's logged data divided by the size for one axis."""
+        """Return the amount of data that the plant logs per sample, relative to a single axis."""
 
     def check(
         self, controller: Controller | None, scenario: Scenario, names: DocumentNames
     ) -> None:
-        """Raise DocumentError if the scenario uses a feature that this kind of plant lacks."""
+        """Raise DocumentError if the scenario uses a feature that this plant does not have."""
 
     def count(self, controller: Controller, scenario: Scenario) -> int:
         """Return the number of variants, including the nominal plant."""
 
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[V]:
-        """Return the nominal plant and the scenario's variants, or the plant with `given` values.
+        """Return the plants of a scenario: the nominal one and its variants.
 
-        `owner` is the name of the document in messages. Raises FrictoolError if a plant's
-        parameters are out of range, or if there is no range to draw from.
+        For `variants: given`, the result is only the plant with the values under `given`. `owner`
+        is the name of the document in messages. Raises FrictoolError if a plant's parameters are
+        out of range, or if plants must be drawn but no parameter has a range.
         """
 
     def ranges(self) -> Mapping[str, VariedParameter]:
-        """Return the parameters allowed under `given` of a scenario, by name."""
+        """Return the parameters that a scenario may set under `given`, by name."""
 
     def known(self, variant: V) -> Mapping[str, float]:
-        """Return the values [SI] of the parameters that may schedule a controller, by name."""
+        """Return the parameter values [SI] by which a controller may schedule gains, by name."""
 
     def play(self, variants: Sequence[V], loop: SimulatedLoop) -> Iterator[tuple[V, VariantRun]]:
-        """Yield each variant and its run; raise NoSolutionError if one cannot be simulated."""
+        """Simulate each variant; yield the variant and its result.
+
+        Raises NoSolutionError if a variant cannot be simulated.
+        """
 
     def linear(self, variant: V, conditions: Vector) -> LoggedPlant | None:
-        """Return the linear plant of a variant under conditions (n, 8); None if it has none."""
+        """Return the linear plant of a variant, for stability margins; None for a mechanism.
+
+        conditions: disturbances, drifts and sensor faults (n, 8).
+        """
 
     def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
-        """Return the intervals [SI] of the parameters for which a controller must be verified.
+        """Return the parameter intervals [SI] for which a controller must be verified.
 
         Friction has its value at the scenario's temperature. For a mechanism, only the interval of
         the drive's constant is known.
         """
 
     def described(self, variant: V) -> str:
-        """Return the values of a variant with their units, for the log."""
+        """Return the parameter values of a variant with their units as text, for the log."""

@@ -1,4 +1,4 @@
-"""Python function that does the same as `frictool simulate`, with documents in memory."""
+"""Python function that simulates documents in memory, as `frictool simulate` does with files."""
 
 from __future__ import annotations
 
@@ -40,13 +40,14 @@ def simulate(
     scenario : Scenario
         Reference or signals, disturbances, faults and variants.
     request : SimulationRequest
-        Log to replay, number format of the controller, compiled code; only with a controller.
+        Log to replay, number format of the controller, compiled code; allowed only with a
+        controller.
     provenance : Provenance, optional
         Origin to store; by default this call.
     names : DocumentNames
         Names of the documents in messages.
     progress : callable
-        Called with (done, total).
+        Function that is called with the completed and the total number of variants.
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""Check that every draw of a scenario's `spread` can be simulated.
+"""Check that a campaign can simulate every plant and scenario drawn from the scenario's `spread`.
 
 The parameters of `spread` must exist and have suitable units. The start position must be within the
 travel, and the events within the duration. The plants at both ends of each parameter range must be
-possible; otherwise draws near an end would fail.
+possible; otherwise plants drawn near an end would fail.
 """
 
 from __future__ import annotations
@@ -105,7 +105,6 @@ def _check_ends(
     spread: Spread,
     names: DocumentNames,
 ) -> None:
-    """Raise DocumentError if a plant at an end of a parameter's range is impossible."""
     for parameter, span in spread.parameters.items():
         least = plant.ranges()[parameter].least
         for end, value in (("low", span.low), ("high", span.high)):

@@ -30,8 +30,7 @@ def installation() -> Installation:
     """Return the installation of this process.
 
     The version of frictool includes a digest of the sources, so that edited sources count as
-    another
-    version.
+    another version.
     """
     package = f"{_version('frictool')} (sources {_sources()})"
     versions = {
