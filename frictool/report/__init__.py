@@ -1,4 +1,4 @@
-"""Verdict on logs: comparison with a specification, and views as page, text and data."""
+"""Verdict on logs: comparison with a specification, shown as page, text and data."""
 
 from typing import TYPE_CHECKING
 

@@ -23,7 +23,7 @@ INPUTS = {
 
 
 def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
-    """Return (name, description) of every block of the controller."""
+    """Return (name, description) of each block of the controller, along the signal path."""
     unit = si_unit("position", controller.axis)
     drive = si_unit(controller.drive, controller.axis)
     law, filtered = controller.position_law, controller.prefilter

@@ -1,6 +1,6 @@
-"""Curves of the whole log: position, velocity, drive and phase plane.
+"""Figures of the whole log: position, velocity, drive and phase plane.
 
-Streams of variants are drawn first, the nominal stream on top of them.
+Streams of plant variants are drawn first, and the nominal stream on top of them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ DETAIL_COLUMNS = 1000  # columns of a decimated curve; fine enough for a reader 
 
 
 def log_colours(evidence: list[StreamEvidence]) -> dict[str, str]:
-    """Return the colour of each log by its name."""
+    """Return log name -> colour of its curves."""
     names = list(dict.fromkeys(item.source for item in evidence))
     return {name: LOG_COLOURS[k % len(LOG_COLOURS)] for k, name in enumerate(names)}
 
@@ -42,9 +42,10 @@ def draw(
     *,
     over_time: bool = True,
 ) -> None:
-    """Draw one curve: strong for a nominal stream, faint for a variant, red for the worst stream.
+    """Draw one signal of a stream as a curve.
 
-    over_time: True if the abscissa is time.
+    The curve is opaque for a nominal stream, transparent for a plant variant, and red for the
+    stream with the worst value. over_time: True if the abscissa is time.
     """
     kept = (
         drawn_indices(abscissa, ordinate)
@@ -74,7 +75,10 @@ def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
 
 
 def draw_references(panel: PlotPanel, evidence: Sequence[StreamEvidence]) -> None:
-    """Draw the references of the nominal streams; without nominal streams, the first reference."""
+    """Draw the references of the nominal streams, or the first reference of any stream.
+
+    The first reference is drawn only if no nominal stream has one.
+    """
     with_reference = [item for item in evidence if item.has("reference")]
     for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
         reference = item.plotted("reference")
@@ -133,7 +137,7 @@ def _over_time(
     curves: list[tuple[StreamEvidence, Vector]],
     references: Sequence[StreamEvidence] = (),
 ) -> PageFigure:
-    """Return the figure `name` of one curve per stream against time, the nominal streams on top.
+    """Return a figure with one curve per stream over time, nominal streams on top.
 
     - ordinate: label of the ordinate
     - texts: title, text for screen readers, caption
@@ -169,7 +173,10 @@ def _position(evidence: list[StreamEvidence], unit: str) -> PageFigure:
 def draw_load(
     panel: PlotPanel, item: StreamEvidence, colour: str, time: Vector, part: slice
 ) -> None:
-    """Draw the mechanical position behind the backlash: a curve, or the area between its bounds."""
+    """Draw the load's position behind the backlash: a curve, or the area between its bounds.
+
+    `part`: slice of the samples that are drawn.
+    """
     assert item.load is not None
     low, high = (load[part] for load in item.load)
     if not item.load_is_bounded:

@@ -1,4 +1,4 @@
-"""Judges of the drive requirements: peak, saturation time, and drive at rest."""
+"""Judges of requirements on the drive: peak, saturation time, and drive at rest."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
 
 
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the larger of the peaks of the command and of the measured drive without noise."""
+    """Judge the largest peak of the drive, from the command and the measured drive.
+
+    The noise of the measured drive is subtracted from its peak.
+    """
     measured = f"peak of the measured {spec.drive}, less its noise floor"
     peaks: list[JudgedValue] = []
     for item, _ in evidence:
@@ -41,9 +44,9 @@ def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
 def judge_saturation(
     spec: Spec, evidence: JudgedStreams, controller: Controller | None
 ) -> Requirement:
-    """Judge the longest saturation time within one hold (period of constant reference).
+    """Judge the longest time at the drive's limit within one phase of constant reference.
 
-    In a stream without holds, the saturation time of the whole stream counts.
+    In a stream without such phases, the time of the whole stream counts.
     """
     metric = REQUIREMENTS["saturation_time_s"]
     durations = []
@@ -66,7 +69,7 @@ def judge_saturation(
 
 
 def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge motion and drive at rest.
+    """Judge motion and drive while the axis should be at rest.
 
     The requirement's value is the drive; its `details` contain the motion.
     """

@@ -1,6 +1,8 @@
 """Evidence for the verdict: position, reference, drive and other data of each stream of the logs.
 
 The logs' streams ──▶ StreamEvidence ──▶ HoldMetrics of each hold ──▶ Requirement, the worst value
+
+A hold is a phase of constant reference.
 """
 
 from __future__ import annotations
@@ -35,24 +37,24 @@ NO_CONTROLLER = "a log does not contain the margin; give --controller"
 
 @dataclass(frozen=True)
 class StreamEvidence:
-    """Stream of a log, and the data that its judgement needs.
+    """Stream of a log with the data that a verdict needs.
 
     - source: label of the log
     - resolution: step of the position sensor, rad | m; 0 if unknown
-    - holds: periods of constant reference
+    - holds: phases of constant reference
     - command, measured: command and measured drive, (n,), A | V; None if the signal is missing
     - gaps: signal -> reason why it is missing
     - nominal: True for the nominal plant (`/axis`, or the only stream of its log), False for a
-      variant
+      plant variant
     - simulated: True for a stream of a simulated log
-    - load: lowest and highest possible position of the load behind the backlash, (n,) each; the
-      same array twice if the log contains the position of the load; None if it is unknown
+    - load: lower and upper bound of the load's position behind the backlash, (n,) each; both are
+      the logged position if the log contains it; None if the position is unknown
     - drive_limit: limit of the drive, A | V; None if unknown
     - modulus_margin: modulus margin of the controller's loop with the stream's plant; None if
       unknown
     - margin_gap: reason why the margin is unknown; empty if it is known
-    - beyond: differences between the stream's rig and the rig for which the controller was
-      verified, as text; empty if there are none
+    - beyond: text on differences between the stream's rig and the rig for which the controller was
+      verified; empty if the rigs agree
     - worst: True for the stream with the worst value of a requirement, which figures show in red
     """
 
@@ -77,7 +79,7 @@ class StreamEvidence:
         return signal in self.stream.signals
 
     def plotted(self, signal: str) -> Vector:
-        """Return a signal for a plot; values that are not finite are NaN, which leave gaps."""
+        """Return a signal for a plot, with NaN in place of infinite values; NaN leaves a gap."""
         return finite_or_nan(self.stream.signals[signal])
 
     @property
@@ -87,7 +89,7 @@ class StreamEvidence:
 
     @property
     def drawing_order(self) -> int:
-        """Return the rank for drawing: 0 for variants, then nominal streams, then the worst."""
+        """Return the rank for drawing: 0 for variants, 1 for nominal streams, 2 and 3 for the worst."""
         return 2 * self.worst + self.nominal
 
     @property
@@ -107,7 +109,7 @@ class StreamEvidence:
 
     @cached_property
     def velocity(self) -> tuple[Vector, str] | None:
-        """Return the velocity for plots (n,) and its source."""
+        """Return (velocity (n,) for plots, text on its source); None without a velocity."""
         return shown_velocity(self.stream, self.resolution)
 
     @cached_property
@@ -120,9 +122,9 @@ class StreamEvidence:
 
     @cached_property
     def sensor_error(self) -> Vector | None:
-        """Return sensor position - true position (n,).
+        """Return sensor position - true position (n,) [rad | m].
 
-        Return None if the log lacks one of the two, or if they agree within the resolution.
+        Return None if the log lacks one of the positions, or if they agree within the resolution.
         """
         if not (self.has("position") and self.has("position_true")):
             return None
@@ -136,17 +138,17 @@ class StreamEvidence:
 
     @property
     def name(self) -> str:
-        """Return the log's name and the stream's topic, for messages."""
+        """Return the log's name and the stream's topic as text for messages."""
         return f"{self.source} {self.stream.topic}"
 
 
 def gather_evidence(
     spec: Spec, logs: Sequence[Log], rig: RigFacts = UNKNOWN, loop: JudgedLoop | None = None
 ) -> list[StreamEvidence]:
-    """Return the evidence of every axis of every log, in the order of the logs.
+    """Return the evidence from every axis stream of every log, in the order of the logs.
 
     - rig: facts of the bench, such as backlash and sensor step
-    - loop: loop of the controller, for the margins; None without a controller
+    - loop: closed loop of the controller, for the modulus margins; None without a controller
 
     Raises LogError if a log has no stream or an empty one, or if the unit of a position is wrong
     for the kind of axis in the specification.
@@ -167,7 +169,7 @@ def gather_evidence(
 
 
 def log_labels(logs: Sequence[Log]) -> list[str]:
-    """Return the base name of each log, with a number if several logs have the same name."""
+    """Return the base name of each log; a number is appended to names that occur several times."""
     names = [PurePath(log.source).name or log.source for log in logs]
     return [
         name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})"
@@ -176,7 +178,7 @@ def log_labels(logs: Sequence[Log]) -> list[str]:
 
 
 class AboutStream(NamedTuple):
-    """Facts on a stream that do not follow from its signals: label, origin and margin."""
+    """Facts on a stream that its signals do not show: label, origin and modulus margin."""
 
     label: str
     nominal: bool
@@ -250,7 +252,6 @@ def stream_evidence(
 def _load(
     stream: Stream, position: Vector | None, rig: RigFacts, resolution: float, gaps: dict[str, str]
 ) -> tuple[Vector, Vector] | None:
-    """Return the logged position of the load, or its bounds from motor position and backlash."""
     if "load_position" in stream.signals:
         load = _signal(stream, "load_position", gaps)
         return None if load is None else (load, load)

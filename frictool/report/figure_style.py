@@ -17,6 +17,9 @@ WIDTH, HEIGHT = 5.0, 2.7  # inches
 
 
 def new_plot(*y_labels: str, height: float = HEIGHT, x_label: str = "") -> Plot:
-    """Return a figure with one panel per label, the first one tallest, and a common abscissa."""
+    """Return an empty figure with one panel per ordinate label and a common abscissa.
+
+    The first panel is the tallest.
+    """
     panels = [PlotPanel(label, ratio=1.0 if index else 1.6) for index, label in enumerate(y_labels)]
     return Plot((WIDTH, height), MARGINS, panels, x_label=x_label)

@@ -1,4 +1,4 @@
-"""Metrics of each hold (period of constant reference) of a stream, and of the whole stream."""
+"""Metrics of each hold (phase of constant reference) of a stream, and of the whole stream."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from frictool.report.measured_part import MeasuredPart, measure
 
 @dataclass(frozen=True)
 class HoldMetrics:
-    """Metrics of one hold, each in `values`, `bounds` or `missing`.
+    """Metrics of one hold (phase of constant reference), each in `values`, `bounds` or `missing`.
 
     - number: number of the hold in its stream, from 1
-    - start_s: start of the hold, s
+    - start_s: start of the hold [s]
     - values: metric -> value in SI (overshoot in %)
     - bounds: metric -> (low, high), for a metric that is known only within bounds
-    - missing: metric -> reason why it has no value
+    - missing: metric -> reason why the value is unknown
     """
 
     hold: Hold
@@ -38,7 +38,7 @@ class HoldMetrics:
 
 
 def needed_metrics(spec: Spec) -> tuple[Metric, ...]:
-    """Return the metrics of a hold (period of constant reference) that `spec` needs."""
+    """Return the metrics of a hold (phase of constant reference) that the requirements need."""
     return tuple(
         metric
         for metric in HOLD_METRICS.values()
@@ -49,7 +49,7 @@ def needed_metrics(spec: Spec) -> tuple[Metric, ...]:
 def measure_holds(
     spec: Spec, evidence: StreamEvidence, wanted: Sequence[Metric] = tuple(HOLD_METRICS.values())
 ) -> list[HoldMetrics]:
-    """Return the `wanted` metrics of every hold, a period of constant reference."""
+    """Return the `wanted` metrics of every hold (phase of constant reference) of a stream."""
     metrics = []
     for number, hold in enumerate(evidence.holds, start=1):
         one = HoldMetrics(hold, number, float(evidence.stream.time[hold.start]))
@@ -69,9 +69,10 @@ def measure_holds(
 
 
 def stream_metrics(spec: Spec, evidence: StreamEvidence) -> tuple[dict[str, float], dict[str, str]]:
-    """Return (metric -> value in SI, metric -> reason why it has no value) for STREAM_METRICS.
+    """Return (metric -> value in SI, metric -> reason why the value is unknown) for STREAM_METRICS.
 
-    A stream with a smooth reference has no other metrics, because it has no holds.
+    A stream with a smooth reference has no other metrics, because it has no phase of constant
+    reference.
     """
     values: dict[str, float] = {}
     missing: dict[str, str] = {}
@@ -86,5 +87,5 @@ def stream_metrics(spec: Spec, evidence: StreamEvidence) -> tuple[dict[str, floa
 
 
 def finite_or_none(value: float) -> float | None:
-    """Return the value, or None if it is infinite, because JSON has no infinity."""
+    """Return the value, or None in place of an infinite value, because JSON has no infinity."""
     return value if math.isfinite(value) else None

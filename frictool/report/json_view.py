@@ -1,4 +1,4 @@
-"""JSON view of the verdict: all metrics of each stream and each hold (constant reference)."""
+"""JSON view of the verdict: metrics of each stream and of each phase of constant reference."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ FORMAT = "report/2"  # since version 2 the verdict has three states
 def as_json(verdict: Verdict, transfers: VertexTransfers | str | None = None) -> dict[str, Any]:
     """Return the verdict as JSON values.
 
-    `verdict` is `pass`, `fail` or `undecided`; `undecided` lists the undecided requirements. A
-    metric without a value is null, with its reason in `missing`. A metric that is known within
-    bounds only is null, with the bounds in `bounds`. `sensitivity` is null without a controller.
-    `meets_all` is true for a stream that meets every requirement, except the modulus margin if the
-    stream was recorded.
+    `verdict` is `pass`, `fail` or `undecided`; `undecided` lists the undecided requirements. If the
+    value of a metric is unknown, it is null, and `missing` has the reason. If only bounds are
+    known, the value is null, and `bounds` has the bounds. `sensitivity` is null without a
+    controller. `meets_all` is true for a stream that meets every requirement; for a recorded
+    stream, the modulus margin is not considered.
     """
     spec = verdict.request.spec
     return {
@@ -96,7 +96,6 @@ def _hold(measured: HoldMetrics) -> dict[str, Any]:
 
 
 def _sensitivity(checked: VertexTransfers | None) -> dict[str, Any] | None:
-    """Return the largest gain of each transfer, and the largest quotient of gain and template."""
     if checked is None:
         return None
     transfers = {

@@ -1,4 +1,4 @@
-"""Loop of a controller with the plants of simulated logs, for margins and warnings."""
+"""Closed loop of a controller with the simulated plants of logs, for margins and warnings."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RECORDED = "the plant of a recorded axis is not known"
 
 
 class JudgedLoop:
-    """Loop of one controller with the plants that simulated logs describe.
+    """Closed loop of one controller with the plants that simulated logs describe.
 
     `bench`: bench of recorded logs; None if it is the controller's bench.
     """
@@ -61,9 +61,9 @@ class JudgedLoop:
         return (None, unstated) if unstated else (self._margins(plant), "")
 
     def beyond(self, log: Log) -> str:
-        """Return the differences between a log's rig and the rig of the controller's verification.
+        """Return text on differences between a log's rig and the rig of the verification.
 
-        The text is empty without a difference and for an unknown rig.
+        The text is empty if the rigs agree or the log's rig is unknown.
         """
         if not _simulated(log):
             return self._bench
@@ -75,9 +75,10 @@ class JudgedLoop:
         return self._beyond[key]
 
     def played_beyond(self, log: Log) -> str:
-        """Return the simulated plant parameters outside the intervals of the verification, or ''.
+        """Return text on simulated plant parameters outside the intervals of the verification.
 
-        A scenario can set such values with `given` or with a drift.
+        A scenario can set such values under `given` or by a drift. The text is empty if there are
+        none.
         """
         texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
         plants = [plant for plant in map(LoggedPlant.of_text, texts) if plant is not None]
@@ -100,7 +101,7 @@ def _simulated(log: Log) -> bool:
 
 
 def unstated_words(log: Log) -> str:
-    """Return a message on data of rig and model that a simulated log lacks; '' if it lacks none."""
+    """Return a message on rig and model data that a simulated log lacks; '' if it is complete."""
     facts, ranges = (
         facts_of_text(log.metadata.get(FACTS, {})),
         intervals_of_text(log.metadata.get(INTERVALS, {})),

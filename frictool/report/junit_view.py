@@ -9,11 +9,12 @@ from frictool.report.requirement import Requirement, Verdict, number
 
 
 def junit(verdict: Verdict, allow_undecided: bool = False) -> str:
-    """Return the test suite as XML; the property `verdict` is `pass`, `fail` or `undecided`.
+    """Return the verdict as the XML of a test suite.
 
-    A requirement that is not met is a failure, and an undecided requirement is an error. If
-    `allow_undecided` is True and the verdict is acceptable, an undecided requirement is a skipped
-    test, which build servers count as a success.
+    The property `verdict` is `pass`, `fail` or `undecided`. A requirement that is not met is a
+    failure, and an undecided requirement is an error. If `allow_undecided` is True and the verdict
+    is acceptable, an undecided requirement is a skipped test, which build servers count as a
+    success.
     """
     requirements = verdict.requirements
     skip = verdict.acceptable(allow_undecided)

@@ -20,9 +20,9 @@ def with_knowledge(
     controller: Controller | None,
     proof: Proof | None,
 ) -> Requirement:
-    """Return the requirement with its field `known`, which states the source of the outcome.
+    """Return a copy of the requirement whose field `known` states the source of the outcome.
 
-    If the proof, too, shows that the requirement is met, the field also names the proof.
+    If the proof also shows that the requirement is met, the field names the proof, too.
     """
     if requirement.key == "modulus_margin":
         return replace(requirement, known=_margin(requirement, controller))
@@ -50,7 +50,6 @@ def _margin(requirement: Requirement, controller: Controller | None) -> str:
 
 
 def _proved(requirement: Requirement, proof: Proof) -> list[str]:
-    """Return [text on the proof] if the proof covers the limit of the requirement, else []."""
     claims = [
         one for one in proof.requirements if one.key == requirement.key and one.state == "proved"
     ]

@@ -15,9 +15,10 @@ BAR = 0.7  # width of a bar
 
 
 def margin_figure(spec: Spec, controller: Controller) -> PageFigure | None:
-    """Return a chart with one bar per vertex, in the controller's order; None without vertices.
+    """Return a bar chart with the modulus margin of each vertex, in the controller's order.
 
-    A bar is red if the vertex is unstable or has less than the required margin.
+    A bar is red if the vertex is unstable or has less than the required margin. The result is None
+    if the controller has no vertices.
     """
     vertices = controller.verified.vertices
     if not vertices:

@@ -19,11 +19,11 @@ UNSTABLE = "the sampled loop is unstable there"
 
 
 def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the smallest margin of all streams.
+    """Judge the smallest modulus margin of all streams.
 
-    The requirement is not met if the margin with any plant or any vertex of the controller is too
-    small. It is undecided if the plant of a simulated stream is unknown, or if the controller was
-    not verified for this plant or rig.
+    The requirement is not met if the margin with a simulated plant or a vertex of the controller is
+    too small. It is undecided if the plant of a simulated stream is unknown, or if the controller
+    was not verified for this plant or rig.
     """
     limit = spec.modulus_margin
     undecided = Requirement("modulus_margin", "modulus_margin", None, limit, "", None, ">=")

@@ -1,6 +1,6 @@
-"""Part of a stream, and the metrics computed from the part's samples.
+"""Samples of a hold or of a whole stream, and the metrics that are computed from them.
 
-A part is a hold (period of constant reference) or the whole stream.
+A hold is a phase of constant reference.
 """
 
 from __future__ import annotations
@@ -29,35 +29,38 @@ _MetricParts = tuple[
 
 @dataclass(frozen=True)
 class MeasuredPart:
-    """Part of a stream: one hold, or the whole stream if `hold` is None."""
+    """Samples of a stream for which metrics are computed.
+
+    These are the samples of `hold` (phase of constant reference) or, if it is None, all samples.
+    """
 
     spec: Spec
     evidence: StreamEvidence
     hold: Hold | None = None
 
     def of(self, signal: Any) -> Any:
-        """Return the samples of a signal (n,) in this part; None if there is no signal."""
+        """Return the samples of a signal (n,) in this part of the stream; None for None."""
         return signal if signal is None or self.hold is None else self.hold.of(signal)
 
     def signal(self, name: str) -> Any:
-        """Return the samples of a signal of the log in this part."""
+        """Return the samples of the signal `name` in this part of the stream."""
         return self.of(self.evidence.stream.signals[name])
 
     def late(self, signal: Any) -> Any:
-        """Return the samples of a signal that `rest` selects; None without the signal."""
+        """Return the samples of a signal that the slice `rest` selects; None for None."""
         return None if signal is None else self.of(signal)[self.rest]
 
     @cached_property
     def rest(self) -> slice | None:
-        """Return the slice of the samples that begin `rest.after_s` after the start of the hold.
+        """Return the slice of samples in which the axis must be at rest, from `rest.after_s` on.
 
-        Return None if there are too few samples.
+        The time is counted from the start of the hold. Return None if there are too few samples.
         """
         return late_samples(self.of(self.evidence.stream.time), self.spec.rest.after_s)
 
     @cached_property
     def cycle(self) -> LimitCycle:
-        """Return the result of the limit-cycle test of the hold."""
+        """Return the result of the limit-cycle test of this part of the stream."""
         time = self.of(self.evidence.stream.time)
         return limit_cycle(time, self.signal("position"), self.evidence.resolution)
 
@@ -150,7 +153,7 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
 
 
 def measure(metric: Metric, part: MeasuredPart) -> MetricResult:
-    """Return a metric's value in SI (a ratio in %), its bounds, or the reason why it is missing."""
+    """Return a metric's value in SI (ratios in %), its bounds, or the reason why it is unknown."""
     needs, function, arguments = _parts_of(metric)
     for reason_of in needs:
         if reason := reason_of(part):
@@ -167,7 +170,7 @@ def _parts_of(metric: Metric) -> _MetricParts:
 
 @cache
 def function_of(metric: Metric) -> tuple[Callable[..., Any], tuple[str, ...]]:
-    """Return the function that computes a metric, and the names of its parameters.
+    """Return the function that computes a metric, and the names of the function's parameters.
 
     Raises ValueError if the module, the function or a parameter is unknown.
     """
@@ -183,13 +186,16 @@ def function_of(metric: Metric) -> tuple[Callable[..., Any], tuple[str, ...]]:
 
 
 def energy_window(spec: Spec) -> float | None:
-    """Return the time t_int of the energy [s]: `window_s`, else the allowed response time."""
+    """Return the time t_int [s] over which the energy is computed.
+
+    It is `window_s` of the specification or, without that key, the allowed response time.
+    """
     window: float | None = spec.response_time_95_s if spec.energy is None else spec.energy.window_s
     return window
 
 
 def tracked_signal(evidence: StreamEvidence) -> str:
-    """Return the name of the signal from which the tracking error is measured."""
+    """Return the name of the signal that the position should track: reference or profile."""
     return "profile" if evidence.has("profile") else "reference"
 
 

@@ -1,4 +1,4 @@
-"""Report as one HTML file that works without other files."""
+"""Report as a single HTML file that needs no other files."""
 
 from __future__ import annotations
 
@@ -31,9 +31,10 @@ AFTER_S = 2.0  # time shown after the start of this hold
 def page(
     verdict: Verdict, provenance: Provenance, transfers: VertexTransfers | str | None = None
 ) -> str:
-    """Return the HTML text; the same inputs give the same bytes.
+    """Return the report as HTML text; the same inputs give the same bytes.
 
-    `transfers`: transfers of the controller's vertices, or the reason why there are none.
+    `transfers`: transfer functions of the controller's vertices, or the reason why they are
+    unknown.
     """
     spec, logs, controller = verdict.request.spec, verdict.request.logs, verdict.request.controller
     streams = select_streams(verdict)
@@ -108,7 +109,6 @@ def _variants(streams: JudgedStreams, name: str) -> int:
 
 
 def _plant_units(controller: Controller) -> list[tuple[str, str]]:
-    """Return the parameters of a vertex's plant with their SI units."""
     return [
         ("Coulomb" if name == "coulomb" else name, unit)
         for name, unit in plant_units(controller.bench).items()

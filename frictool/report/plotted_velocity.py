@@ -1,4 +1,4 @@
-"""Velocity for plots: logged, or the difference of the position over several samples."""
+"""Velocity for plots: the logged velocity, or differences of the position over several samples."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_SAMPLES = 40
 
 
 def shown_velocity(stream: Stream, resolution: float) -> tuple[Vector, str] | None:
-    """Return the velocity (n,) [rad/s | m/s] and a text on its source; None if there is none.
+    """Return (velocity (n,) [rad/s | m/s], text on its source); None if it is unknown.
 
     `resolution`: step of the position sensor [rad | m].
     """
@@ -35,7 +35,7 @@ def shown_velocity(stream: Stream, resolution: float) -> tuple[Vector, str] | No
 
 
 def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | str:
-    """Return (controller's speed estimate (n,), true speed (n,)), or a reason as text."""
+    """Return (speed estimate of the controller (n,), true speed (n,)), or a reason as text."""
     if not simulated:
         return "only a simulated log contains the true velocity"
     missing = [name for name in ("velocity_estimated", "velocity") if name not in stream.signals]

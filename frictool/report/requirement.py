@@ -25,12 +25,13 @@ STATES: tuple[State, ...] = get_args(State)
 
 @dataclass(frozen=True)
 class ValueLocation:
-    """Location of a value: a vertex of the controller, or a stream of a log, or a hold of a stream.
+    """Location of a value: a vertex of the controller, a stream of a log, or a hold of a stream.
+
+    A hold is a phase of constant reference.
 
     - log, stream: name of the log, topic of the stream; None for a vertex
-    - step: number of the hold (period of constant reference) in `stream`, from 1; None for the
-      whole stream
-    - time_s: start of the hold, s
+    - step: number of the hold in `stream`, from 1; None for the whole stream
+    - time_s: start of the hold [s]
     - vertex: name of the vertex; None for a stream or hold
     """
 
@@ -51,11 +52,11 @@ class ValueLocation:
 
 @dataclass(frozen=True)
 class Requirement:
-    """Requirement: one key of the specification with its outcome.
+    """One key of the specification with its limit and its outcome.
 
     - name: name of the metric
     - key: key of the specification
-    - value: worst value, in `unit`; None if there is no finite value
+    - value: worst value, in `unit`; None if it is unknown or not finite
     - met: True or False; None if the requirement is undecided
     - relation: `<=` if the limit is an upper limit, `>=` if it is a lower limit
     - reason: remark on the outcome, or why the requirement is undecided
@@ -88,7 +89,7 @@ class Requirement:
 
     @property
     def value_text(self) -> str:
-        """Return the value with its unit; empty without a value."""
+        """Return the value with its unit; empty if the value is unknown."""
         return "" if self.value is None else self._quantity(self.value)
 
     @property
@@ -98,12 +99,12 @@ class Requirement:
 
     @property
     def sign(self) -> str:
-        """Return the relation as one character, ≤ or ≥."""
+        """Return the relation between value and limit as one character, ≤ or ≥."""
         return {"<=": "≤", ">=": "≥"}[self.relation]
 
     @property
     def remark(self) -> str:
-        """Return location and reason as text; empty if there is neither."""
+        """Return location of the worst value and reason as text; empty if both are missing."""
         return "; ".join(part for part in (str(self.where or ""), self.reason) if part)
 
     def _quantity(self, value: float) -> str:
@@ -121,7 +122,7 @@ class Requirement:
 
 @dataclass(frozen=True)
 class ReportRequest:
-    """Request for a verdict: the logs to judge, and the documents.
+    """Logs and documents from which a verdict is computed.
 
     `bench`: bench of recorded logs; None if it is the controller's bench. `proof`: document
     `proof.yaml` that `frictool prove` wrote for a step test of the controller.
@@ -136,9 +137,10 @@ class ReportRequest:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Verdict(ResultView):
-    """Verdict on logs: requirements in the specification's order, and the metrics of each log.
+    """Outcome of all requirements of a specification for logs, and the metrics of each log.
 
-    `meets`: for each stream, True if its values meet every requirement. `remarks`: warnings.
+    The requirements are in the specification's order. `meets`: for each stream, True if its values
+    meet every requirement. `remarks`: warnings.
     """
 
     request: ReportRequest
@@ -182,8 +184,8 @@ class Verdict(ResultView):
     def acceptable(self, allow_undecided: bool) -> bool:
         """Return True if the verdict is `pass`.
 
-        With `allow_undecided`, also return True if at least one requirement is met and none is
-        broken.
+        With `allow_undecided`, undecided requirements do not matter if at least one requirement is
+        met and no requirement is violated.
         """
         return self.passed or (
             allow_undecided and self.state == "undecided" and any(r.met for r in self.requirements)
@@ -191,7 +193,7 @@ class Verdict(ResultView):
 
     @property
     def plants(self) -> frozenset[str]:
-        """Return the topics of the simulated plants, each once."""
+        """Return the topics of the simulated plants in all logs."""
         return frozenset(
             evidence.stream.topic for evidence, _ in self.evidence if evidence.simulated
         )
@@ -208,7 +210,7 @@ class Verdict(ResultView):
 
     @property
     def headline(self) -> str:
-        """Return the verdict as one sentence that begins with the state."""
+        """Return the verdict as one sentence that begins with its state."""
         if all(r.met is None for r in self.requirements):
             return "UNDECIDED: the logs decide none of the requirements"
         met, broken, undecided = (
@@ -226,10 +228,10 @@ class Verdict(ResultView):
 
 
 def number(value: float | None) -> str:
-    """Return a value with four digits; a dash if it is absent or not finite."""
+    """Return a number as text with four digits; a dash if it is None or not finite."""
     return "-" if value is None or not math.isfinite(value) else f"{value:.4g}"
 
 
 def unit_shown(unit: str) -> str:
-    """Return the unit with superscript exponent."""
+    """Return the unit with superscript exponents."""
     return unit.replace("^2", "²")

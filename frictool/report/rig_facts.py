@@ -1,4 +1,4 @@
-"""Data of a log's rig that the verdict needs."""
+"""Data of a bench or a simulation that the verdict on its logs needs."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class RigFacts:
     - resolution: step of the sensor, rad | m; 0 if unknown
     - drive_limit: limit of the drive, A | V; None if unknown
     - backlash: full width of the backlash, rad | m; None if unknown
-    - backlash_unsure: largest deviation of the true width from `backlash`, rad | m
-    - known: True if there is a bench
+    - backlash_unsure: largest error of `backlash`, rad | m
+    - known: True if the data are those of a bench
     """
 
     resolution: float = 0.0
@@ -43,13 +43,16 @@ class RigFacts:
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:
-        """Return the data, changed by the settings of the simulation that wrote the log."""
+        """Return the data of the rig on which a log was simulated or recorded.
+
+        The settings of a simulation replace those of the bench.
+        """
         return self.simulated(facts_of_text(log.metadata.get(RECORD, {})))
 
     def simulated(self, facts: Mapping[str, float]) -> RigFacts:
         """Return the data with the encoder step of a simulation.
 
-        The drive limit is the lower one of bench and simulation.
+        The drive limit is the lower one of the limits of bench and simulation.
         """
         limits = [
             limit

@@ -1,4 +1,4 @@
-"""Kernels of the metrics of a simulated run, for the thousands of runs of a campaign.
+"""Kernels for the metrics of a simulated plant; a campaign simulates thousands of plants.
 
 Their results equal the results of the functions in `frictool/metrics/` and
 logs/quality/time_base.py bit by bit.
@@ -28,10 +28,10 @@ def run_signals(
 ) -> tuple[float, float, bool]:
     """Return (peak command, peak measured drive, True if all values are finite).
 
-    position (n,): filled with the measured position. second (n - 2,): filled with the absolute
-    second differences of the measured drive. record (n, 7): columns as in engine/closed_loop.py.
+    The peaks are in the unit of the drive. record (n, 7): columns as in engine/closed_loop.py.
     conditions (n, 8) or (0, 8): columns as in engine/disturbances_and_faults.py. noise (n,): noise
-    of the measured drive.
+    of the measured drive. Two arrays are filled: position (n,) with the measured position, and
+    second (n - 2,) with the absolute second differences of the measured drive.
     """
     n = record.shape[0]
     command_peak = 0.0
@@ -62,10 +62,10 @@ def run_signals(
 def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
     """Return (distances between neighbouring distinct positions, sum of these distances in steps).
 
-    position (n,): multiples of `step`. The sum of the distances divided by the second value is the
-    `encoder_step` of the positions. The second value is 0 if there are too few different positions
-    or no common step. It is OFF_LATTICE if a position is not a multiple of `step` or if the range
-    of the positions is too large.
+    position (n,): multiples of `step`, as an encoder measures them. The sum of the distances
+    divided by the second value is the `encoder_step` of the positions. The second value is 0 if the
+    positions have too few different values or no common step. It is OFF_LATTICE if a position is
+    not a multiple of `step` or if the range of the positions is too large.
     """
     if step <= 0.0:
         return np.empty(0), OFF_LATTICE
@@ -118,11 +118,12 @@ def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
 def step_metrics(
     position: Vector, origin: float, target: float, final: float, tail: int, resolution: float
 ) -> tuple[int, float, int]:
-    """Return (settling sample, overshoot [%], number of reversals) of a hold after a step.
+    """Return (settling sample, overshoot [%], number of reversals) after a step of the reference.
 
-    position (n,): samples of the hold. origin, target: reference before and after the step. final:
-    mean of the last `tail` positions. The settling sample is the first sample from which the
-    position stays in the 95 % zone, or -1 if the axis does not settle.
+    position (n,): samples while the reference is constant. origin, target: reference before and
+    after the step. final: mean of the last `tail` positions. The settling sample is the first
+    sample from which the position stays in the 95 % zone (`final` ± 5 % of the step, at least one
+    sensor step), or -1 if the axis does not settle.
     """
     amplitude = target - origin
     zone = max(ZONE * abs(amplitude), resolution) * ROUNDED

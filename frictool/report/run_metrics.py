@@ -1,8 +1,8 @@
-"""Requirements of simulated runs as numbers, for the thousands of runs of a campaign.
+"""Fast verdict on a simulated plant, in numbers only; a campaign simulates thousands of plants.
 
     record -> position, drive, peaks -> sensor step -> holds -> metrics -> (value, met)
 
-The values equal those of `judge` on the run's log. Reasons and locations are left out.
+The values equal those of `judge` on the log of the simulation. Reasons and locations are left out.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ KEYS = {*HOLD_KEYS, "modulus_margin", "drive_peak", "rest"}
 
 
 class RunRecord(NamedTuple):
-    """Signals of a simulated run.
+    """Signals of one simulated plant.
 
     `time`, `reference`, `noise` (n,): time, reference, and noise of the measured drive. `record`
     (n, 7): columns as in engine/closed_loop.py. `conditions` (n, 8) or (0, 8): columns as in
@@ -48,9 +48,10 @@ class RunRecord(NamedTuple):
 
 
 class RunMetrics:
-    """Function that returns the outcomes of the requirements of a run, in the order of `spec`.
+    """Function from the signals of a simulated plant to (value, met) of each requirement.
 
-    `rig`: rig of the runs. `covers` is True if every requirement is in KEYS.
+    The order is that of `spec`. `rig`: rig of the simulations. `covers` is True if every
+    requirement is in KEYS, so that this class can judge it.
     """
 
     def __init__(self, spec: Spec, rig: RigFacts) -> None:
@@ -64,10 +65,10 @@ class RunMetrics:
         self._runs: tuple[ConstantRun, ...] = ()
 
     def __call__(self, run: RunRecord, margin: Outcome) -> list[Outcome] | None:
-        """Return the outcomes of a run; `margin` is the outcome of the modulus margin.
+        """Return (value, met) of each requirement; `margin` is that of the modulus margin.
 
-        Return None for a run that only `judge` can judge: if a signal is not finite, or if a hold
-        is long enough for the requirement `rest`.
+        Return None if only `judge` can judge the signals. This is the case if a signal is not
+        finite, or if a phase of constant reference is long enough for the requirement `rest`.
         """
         samples = run.time.size
         position: Vector = np.empty(samples)
@@ -97,7 +98,6 @@ class RunMetrics:
         return True
 
     def _has_rest(self, time: Vector) -> bool:
-        """Return True if a hold at the times (n,) is long enough for the requirement `rest`."""
         after = self._after
         return after is not None and late_samples(time, after) is not None
 
@@ -110,7 +110,6 @@ class RunMetrics:
     def _values(
         self, time: Vector, position: Vector, holds: Sequence[Hold], resolution: float
     ) -> dict[str, list[float]]:
-        """Return the values of HOLD_KEYS in each hold that has one."""
         values: dict[str, list[float]] = {key: [] for key in HOLD_KEYS}
         for hold in holds:
             times, part = hold.of(time), hold.of(position)

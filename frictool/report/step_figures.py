@@ -28,7 +28,7 @@ BEYOND_SETTLING = 1.6  # shown duration relative to the slowest response
 
 
 def step_views(spec: Spec, judged: Judged) -> list[PageFigure]:
-    """Return one figure for each of the first twelve steps, with the streams that contain it."""
+    """Return a figure for each of the first twelve steps, with all streams that contain it."""
     return [
         _view(spec, plays, f"step-{index}")
         for index, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1)
@@ -36,7 +36,7 @@ def step_views(spec: Spec, judged: Judged) -> list[PageFigure]:
 
 
 def step_key(judged: Judged, where: ValueLocation) -> str | None:
-    """Return the key of the figure that shows the step at a location, or None."""
+    """Return the key of the figure that shows the step at a location; None without a figure."""
     wanted = (where.log, where.stream, where.step)
     for index, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1):
         shown = [(item.source, item.stream.topic, measured.number) for item, measured in plays]
@@ -48,8 +48,8 @@ def step_key(judged: Judged, where: ValueLocation) -> str | None:
 def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]:
     """Return the steps of all streams, grouped by initial and final reference.
 
-    If a step occurs several times in a stream, the first group has the first occurrence in each
-    stream, the second group the second occurrence, and so on.
+    If a stream contains the same step several times, the first group has the first occurrence in
+    each stream, the second group the second occurrence, and so on.
     """
     groups: list[list[tuple[StreamEvidence, HoldMetrics]]] = []
     for evidence, holds in judged:
@@ -77,10 +77,10 @@ def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
 
 
 def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float:
-    """Return the duration [s] of the figure of a step.
+    """Return the duration [s] that the figure of a step shows.
 
-    The figure shows the slowest response and the allowed response time, but nothing after the hold.
-    If a step never settles, the whole hold is shown.
+    It includes the slowest response and the allowed response time, but ends with the phase of
+    constant reference. If the axis never settles, the whole phase is shown.
     """
     longest_hold = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
     responses = [m.values.get("response_time_95", math.inf) for _, m in plays]

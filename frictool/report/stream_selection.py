@@ -14,7 +14,7 @@ def worst_requirement(verdict: Verdict) -> Requirement | None:
     """Return the requirement whose worst value is farthest beyond its limit.
 
     If all limits are met, it is the requirement whose worst value is nearest to its limit. The
-    result is None if no stream has a value.
+    result is None if all values are unknown.
     """
     located = [r for r in verdict.requirements if r.where is not None and r.where.log is not None]
     return max(located, key=_severity, default=None)
@@ -44,9 +44,9 @@ def _with_worst(verdict: Verdict) -> JudgedStreams:
 def select_streams(verdict: Verdict) -> JudgedStreams:
     """Return the streams that a page shows, at most forty, in the order of the evidence.
 
-    If there are more than forty, the page shows the nominal streams, the worst stream of each
-    requirement and failing streams first. Further streams are chosen at equal distances in the
-    list. The worst stream is marked. The verdict and `--json` always include all streams.
+    If there are more than forty, nominal streams, the worst stream of each requirement and failing
+    streams come first. Further streams are chosen at equal distances in the list. The worst stream
+    is marked. The verdict and `--json` always include all streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

@@ -1,4 +1,4 @@
-"""Tables of the page as texts."""
+"""Tables of the report as texts."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ MOST_ROWS = 400
 
 
 def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
-    """Return two tables, one of motion and one of drive and load, for the first 400 holds.
+    """Return a table on motion and a table on drive and load, with one row per hold.
 
-    Columns without any value are left out.
+    A hold is a phase of constant reference. The tables contain the first 400 holds. Columns without
+    any value are left out.
     """
     pairs = [(evidence, measured) for evidence, holds in streams for measured in holds]
     names = {name for _, measured in pairs for name in (*measured.values, *measured.bounds)}
@@ -47,7 +48,7 @@ def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
 
 
 def heading(metric: Metric, spec: Spec) -> str:
-    """Return title and unit of a metric; for the energy, also the time t_int."""
+    """Return title and unit of a metric; for the energy, also its time t_int."""
     unit = metric.unit(spec)
     window = energy_window(spec)
     title = (
@@ -70,9 +71,9 @@ def _hold(evidence: StreamEvidence, measured: HoldMetrics) -> tuple[str, ...]:
 
 
 def cell(measured: HoldMetrics, name: str) -> str:
-    """Return a metric of a hold as text: its value or both bounds.
+    """Return a metric of one hold as text: its value or both bounds.
 
-    An infinite value is `never`; a missing value is a dash.
+    An infinite value is shown as `never`, an unknown value as a dash.
     """
     if name in measured.bounds:
         return " to ".join(dict.fromkeys(number(bound) for bound in measured.bounds[name]))
@@ -113,7 +114,7 @@ def stream_table(spec: Spec, streams: JudgedStreams) -> TextTable:
 def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
     """Return tables with the worst value of each metric in each log (as thesis table 5.3).
 
-    One table is for the nominal streams, one for all streams. A single log has no table.
+    One table is for the nominal streams, one for all streams. For a single log, there is no table.
     """
     sources = tuple(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
     if len(sources) < 2:
@@ -141,10 +142,6 @@ def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
 
 
 def _speeds(spec: Spec, sources: tuple[str, ...], streams: JudgedStreams) -> list[tuple[str, ...]]:
-    """Return rows with the worst error of the controller's speed estimate in each log.
-
-    The list is empty if no log contains the estimate and the true speed.
-    """
     cells = []
     for name, metric in STREAM_METRICS.items():
         if "used_velocity" not in metric.needs:

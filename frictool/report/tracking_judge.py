@@ -1,4 +1,4 @@
-"""Judges of the tracking error of streams whose reference moves."""
+"""Judges of the tracking error, for streams whose reference moves."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ NO_MOTION = "the reference does not move, or moves by steps only, which no axis 
 
 
 def judge_tracking(key: str) -> Judge:
-    """Return the function that judges the tracking error limited by the specification's `key`.
+    """Return the function that judges the tracking error which the specification's `key` limits.
 
-    The function ignores streams without a profile whose reference changes by steps only.
+    The function ignores a stream without a profile if its reference changes by steps only.
     """
     metric = REQUIREMENTS[key]
 

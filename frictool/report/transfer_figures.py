@@ -26,7 +26,7 @@ TEMPLATES: dict[Name, str] = {"error": "γ/|W₂|", "drive": "γ/W₃", "disturb
 
 
 def transfer_views(controller: Controller, curves: VertexTransfers) -> list[PageFigure]:
-    """Return one figure for each transfer function, with a curve for each vertex.
+    """Return one figure for each transfer function, with a curve for each vertex of the controller.
 
     The curve of the worst vertex is thick, and the template is dashed.
     """
@@ -34,7 +34,7 @@ def transfer_views(controller: Controller, curves: VertexTransfers) -> list[Page
 
 
 def symbols(controller: Controller) -> dict[str, str]:
-    """Return the symbols of the controlled quantity (y) and the drive (u) in the titles."""
+    """Return the symbols y (controlled quantity) and u (drive), and the name of y, for the titles."""
     rotary, position = controller.axis == "rotary", controller.structure == "position"
     y = ("θ" if rotary else "x") if position else ("ω" if rotary else "v")
     return {

@@ -1,4 +1,4 @@
-"""Computation of a verdict on logs from the worst values in all steps of all streams."""
+"""Computation of a verdict from the worst values in all steps of all streams of the logs."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def judge(
 
 
 def verdict_of(request: ReportRequest) -> Verdict:
-    """Return the verdict for a request, as `judge` does."""
+    """Return the verdict on the logs and documents of a request, as `judge` does."""
     spec, logs, controller, bench = request.spec, request.logs, request.controller, request.bench
     if not logs:
         raise FrictoolError("there is no log to judge; give at least one")
@@ -120,9 +120,9 @@ def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:
 
 
 class RunJudge:
-    """Judge of the simulated runs of one controller.
+    """Judge of the simulated plants of one controller.
 
-    The modulus margin is computed with the plant of the run, not with the controller's vertices.
+    The modulus margin is computed with the simulated plant, not with the controller's vertices.
     `records`: metadata of a simulated log, with the rig and the intervals of the plant.
     """
 
@@ -147,7 +147,11 @@ class RunJudge:
     def __call__(
         self, source: str, stream: Stream, plant: LoggedPlant | None
     ) -> tuple[Requirement, ...]:
-        """Return the judged requirements of the run `source`, in the specification's order."""
+        """Return the requirements with their outcomes for one simulated plant.
+
+        The order is that of the specification. `source`: label of the simulation. `plant`: linear
+        plant for the modulus margin; None if it is unknown.
+        """
         margin, gap = None, NO_CONTROLLER
         beyond = ""
         if self._loop is not None:
@@ -159,9 +163,10 @@ class RunJudge:
         return tuple(make(self.spec, evidence, None) for make in self._judges)
 
     def outcomes(self, run: RunRecord, plant: LoggedPlant | None) -> list[Outcome] | None:
-        """Return the outcomes of the requirements of a run, computed without a stream.
+        """Return (value, met) of each requirement for one simulated plant.
 
-        Return None if the run can be judged only with a stream (report/run_metrics.py).
+        No stream is built, which saves time. Return None if the verdict needs a stream
+        (report/run_metrics.py).
         """
         if not self._of_run.covers:
             return None
@@ -180,7 +185,6 @@ def _played_beyond(logs: Sequence[Log], loop: JudgedLoop | None) -> list[str]:
 
 
 def _examples(spec: Spec, logs: Sequence[Log], bench: Bench | None) -> list[str]:
-    """Return a remark on example values in the documents of verdict and simulations."""
     examples = {"spec": list(spec.examples), "bench": [] if bench is None else list(bench.examples)}
     for log in logs:
         for name, keys in log.metadata.get("examples", {}).items():
@@ -195,7 +199,6 @@ def _changed(controller: Controller | None) -> list[str]:
 
 
 def _simulated_models(logs: Sequence[Log]) -> list[str]:
-    """Return remarks on simulated models: bench values only, a temperature, or presliding."""
     records = [log.metadata.get("log", {}) for log in logs]
     notes = [
         words(f"the model {one.get('model', '')}", one[key])

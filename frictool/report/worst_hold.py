@@ -1,6 +1,6 @@
 """Worst value of a metric in all holds of all streams, compared with its limit.
 
-A hold is a period of constant reference.
+A hold is a phase of constant reference.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ NEVER = "does not settle within the hold, or moves by less than half of the step
 
 
 class JudgedValue(NamedTuple):
-    """Value of a metric for the stream `item` or, if `hold` is not None, for this hold.
+    """Value of a metric for the stream `item` or, if `hold` is not None, for one hold.
 
-    `reason`: remark on the value.
+    A hold is a phase of constant reference. `reason`: remark on the value.
     """
 
     value: float
@@ -36,7 +36,7 @@ class JudgedValue(NamedTuple):
 
 
 def limit_of(spec: Spec, key: str) -> float:
-    """Return the limit of the specification's `key` in SI."""
+    """Return the limit in SI that the specification states under `key`."""
     limit = getattr(spec, key)
     if isinstance(limit, float):
         return float(limit)
@@ -46,7 +46,7 @@ def limit_of(spec: Spec, key: str) -> float:
 
 
 def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueLocation:
-    """Return the location of a value: stream, and hold if the value belongs to one."""
+    """Return the location of a value; `hold` is None if the value belongs to the whole stream."""
     if hold is None:
         return ValueLocation(item.source, item.stream.topic)
     return ValueLocation(item.source, item.stream.topic, hold.number, hold.start_s)
@@ -55,9 +55,9 @@ def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueL
 def largest_value(
     spec: Spec, metric: Metric, judged: list[JudgedValue], undecided: str
 ) -> Requirement:
-    """Return the requirement with the largest of the judged values.
+    """Compare the largest of the judged values with its limit and return the requirement.
 
-    `undecided`: reason if there are no values. An infinite value does not meet the requirement.
+    `undecided`: reason if `judged` is empty. An infinite value does not meet the requirement.
     """
     limit = limit_of(spec, metric.key)
     unit = metric.unit(spec)
@@ -76,9 +76,10 @@ def largest_value(
 def worst_hold(
     spec: Spec, metric: Metric, evidence: JudgedStreams, *, with_reasons: bool = True
 ) -> Requirement:
-    """Return the requirement with the largest value of a hold metric.
+    """Compare the largest value of a metric over all holds with its limit; return the requirement.
 
-    `with_reasons`: True if the requirement also states why holds have no value.
+    A hold is a phase of constant reference. `with_reasons`: True to add the reasons why the metric
+    is unknown in some holds.
     """
     name = metric.name
     reason = "; ".join(reasons(metric.name, evidence))
@@ -92,7 +93,10 @@ def worst_hold(
 
 
 def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Requirement:
-    """Return the requirement with the largest value of a stream metric."""
+    """Compare the largest value of a stream metric over all streams with its limit.
+
+    Return the requirement with its outcome.
+    """
     judged, missing = [], []
     for item, _ in evidence:
         value = measure(metric, MeasuredPart(spec, item))
@@ -108,7 +112,7 @@ def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Require
 
 
 def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
-    """Yield each reason why streams or holds lack a metric, with the first such stream."""
+    """Yield each reason why a metric is unknown, with the first stream to which it applies."""
     needed = ("position", "reference", "step" if "step" in HOLD_METRICS[metric].needs else "hold")
     said: set[str] = set()
     for item, holds in evidence:
@@ -122,11 +126,14 @@ def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
 
 
 def judge_cycle(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the largest limit cycle; holds that are too short to show a cycle are ignored."""
+    """Judge the largest amplitude of a limit cycle.
+
+    Phases of constant reference that are too short to show a limit cycle are ignored.
+    """
     return worst_hold(spec, REQUIREMENTS["limit_cycle"], evidence, with_reasons=False)
 
 
 def judge_of(metric: Metric) -> Judge:
-    """Return the function that judges a metric by the worst value of all holds or streams."""
+    """Return the function that judges a metric by its worst value over all holds or streams."""
     worst = {"hold": worst_hold, "stream": worst_stream}[metric.scope]
     return lambda spec, evidence, controller: worst(spec, metric, evidence)

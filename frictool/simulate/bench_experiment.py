@@ -80,7 +80,10 @@ class BenchPlant(Protocol):
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
     ) -> int:
-        """Simulate the position loop `servo` with a reference (n,), at rest at `start` [rad | m].
+        """Simulate the position loop `servo` with a reference (n,), from rest at `start`.
+
+        `start` and `reference` are in rad | m. The measured values are written into `position` and
+        `drive`.
         """
 
     def ramp(
