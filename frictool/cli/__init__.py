@@ -1,1 +1,1 @@
-"""Command line: one module per command; each loads inputs, calls one stage and saves the result."""
+"""Command line: one module per command; each loads inputs, calls a package and saves results."""

@@ -79,7 +79,7 @@ Exit codes: 0 pass; 1 fail or undecided, or the lower confidence bound of the pa
 
 @dataclass(frozen=True)
 class CampaignOptions:
-    """Options of `frictool campaign`: trials to simulate, and files to write."""
+    """Options of `frictool campaign`: plants to simulate, and files to write."""
 
     request: CampaignRequest
     worst: Path | None
@@ -91,7 +91,7 @@ class CampaignOptions:
 
     @property
     def kept(self) -> Path | None:
-        """Return the file for completed trials; None if the trials are not kept in a file."""
+        """Return the file that stores completed simulations; None if they are not stored."""
         if self.keep is not None or self.output in (None, STDOUT):
             return self.keep
         assert self.output is not None
@@ -247,7 +247,6 @@ def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
 
 
 def _check_targets(paths: CampaignPaths, options: CampaignOptions) -> None:
-    """Check, before any simulation, that no output is an input or another output."""
     if options.keep == STDOUT:
         raise click.UsageError("--keep needs a regular file, not a stream.")
     check_targets(
@@ -329,7 +328,6 @@ def _save(
     paths: CampaignPaths,
     options: CampaignOptions,
 ) -> None:
-    """Save all requested outputs; all contents are complete before the first byte is written."""
     inputs = list(paths.inputs.values())
     contents = dict[Path, str]()
     if options.worst is not None:

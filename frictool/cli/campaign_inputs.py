@@ -1,4 +1,4 @@
-"""Inputs of `frictool campaign`: documents, checked against one another."""
+"""Inputs of `frictool campaign`: the documents, and checks that they fit together."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PACKAGE = Path(__file__).parents[1]
 
 @dataclass(frozen=True)
 class CampaignPaths:
-    """Paths of a campaign's inputs; `recorded` is the log that the scenario replays."""
+    """Paths of the input files of a campaign; `recorded` is the log that the scenario replays."""
 
     model: Path
     controller: Path
@@ -35,16 +35,17 @@ class CampaignPaths:
 
     @property
     def inputs(self) -> dict[str, Path]:
-        """Return field name -> path for each path that is not None."""
+        """Return field name -> path for all paths that are not None."""
         return {name: path for name, path in vars(self).items() if path is not None}
 
 
 def setting_of(
     paths: CampaignPaths, number: ProgramNumber
 ) -> tuple[CampaignSetting, CampaignPaths]:
-    """Load the documents; return the setting of the campaign, and `paths` with `recorded` set.
+    """Load the documents; return the settings of the campaign, and `paths` with `recorded` set.
 
-    Raises InputFileError if the documents do not fit together.
+    `number`: number format of the controller. Raises InputFileError if the documents do not fit
+    together.
     """
     from frictool.campaign.trials.trial_player import CampaignSetting
     from frictool.campaign.trials.varied_space import check_requirements
@@ -83,10 +84,10 @@ def setting_of(
 
 
 def commands_of(paths: CampaignPaths, folder: Path, number: ProgramNumber) -> Commands:
-    """Return a function that maps the name of a scenario file to two commands that simulate it.
+    """Return a function that maps a scenario file to two commands that simulate the scenario.
 
-    The scenario is a file in `folder`. The first command contains the base names of all files, the
-    second command the paths as typed.
+    The scenario is a file in `folder`. In the first command, all files have base names; in the
+    second command, they have the paths that the user typed.
     """
     from frictool.campaign.trials.worst_case import replay_command
 
@@ -111,9 +112,9 @@ def commands_of(paths: CampaignPaths, folder: Path, number: ProgramNumber) -> Co
 def header_of(
     trial: TrialPlayer, paths: CampaignPaths, method: str, count: int | None
 ) -> dict[str, Any]:
-    """Return the values that identify a campaign.
+    """Return the values that identify a campaign, for its stored results.
 
-    `count`: number of draws; included only if the draws of `method` depend on it.
+    `count`: number of random plants; included only if the plants of `method` depend on it.
     """
     from frictool import __version__
     from frictool.documents.provenance import digest
@@ -131,7 +132,7 @@ def header_of(
 
 
 def code_digest(package: Path) -> str:
-    """Return the SHA-256 of the sources in `package` that compute and judge metrics."""
+    """Return the SHA-256 of those sources in `package` that compute and judge metrics."""
     sources = [
         package / "documents/metric_table.py",
         *sorted(package.glob("metrics/*.py")),
@@ -152,7 +153,7 @@ def _plant(path: Path) -> Model | Mechanism:
 
 @contextmanager
 def mechanism_errors_with_line(path: Path) -> Iterator[None]:
-    """Turn an ElementError into a DocumentError with the file and line of the element."""
+    """Replace an ElementError by a DocumentError with the file and line of the element."""
     from frictool.cli.mechanism_file import mechanism_error
     from frictool.plant.mechanism.element_error import ElementError
 

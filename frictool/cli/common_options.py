@@ -1,4 +1,4 @@
-"""Options that several commands have, and the types of their values."""
+"""Options that several commands share, and the types of their values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class NamedPath(click.Path):
-    """Path option that rejects an empty name.
+    """Type of a path option that rejects an empty name.
 
     pathlib turns an empty name, for example from an unset shell variable, into the current folder.
     """
@@ -23,7 +23,10 @@ class NamedPath(click.Path):
     def __init__(
         self, allow_dash: bool = False, writes: Sequence[str] = (), chooses: bool = False
     ) -> None:
-        """Store the formats of an output (see `check_ending`); without `writes` allow any name."""
+        """Store the formats that an output may have; `check_ending` explains the arguments.
+
+        Without `writes`, any name is allowed.
+        """
         self._writes, self._chooses = writes, chooses
         # existence and permission are checked on reading, so that the exit code is 3 and not
         # click's 2
@@ -66,7 +69,7 @@ json_option = click.option(
 
 
 class FiniteRange(click.FloatRange):
-    """Range of a number option that rejects NaN and implausible magnitudes.
+    """Type of a number option that rejects NaN and implausible magnitudes.
 
     click's own range accepts NaN, because every comparison with it is false. A nonzero magnitude
     below LEAST or above LARGEST is probably a typing error.

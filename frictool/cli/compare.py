@@ -46,7 +46,7 @@ as JSON.
 
 
 class LawOption(click.Option):
-    """Option whose help lists the laws, which are imported only when the help is shown."""
+    """Option whose help lists the friction laws; they are imported only when the help is shown."""
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         from frictool.friction.law_registry import LAWS
@@ -167,7 +167,7 @@ def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
 def _supporting(
     setting: ComparisonSetting, laws: tuple[str, ...], requested: bool, path: Path | None
 ) -> tuple[str, ...]:
-    """Return the laws that support the extensions of the setting (backward, position, dwell, ...).
+    """Return the laws that support the extensions in the friction document (backward, dwell, ...).
 
     Any other law is an error if --law names it (`requested`), else it is left out with a warning.
     """
@@ -192,8 +192,9 @@ def _check(
 ) -> None:
     """Raise InputFileError if a parameter is outside a law's range or violates a condition.
 
-    The conditions are the inequalities of friction/hybrid_time_step.py. With --allow, a violated
-    condition is a warning only. A note names each parameter that has its default value.
+    The conditions are the inequalities of friction/hybrid_time_step.py. If `allow` is True
+    (--allow), a violated condition is only a warning. A note names each parameter that has its
+    default value.
     """
     from frictool.compare.law_simulator import LawSimulator, setting_violations
     from frictool.errors import InputFileError
@@ -216,7 +217,6 @@ def _check(
 
 
 def _progress(done: int, total: int) -> None:
-    """Print that kernels are compiled, then print `compared 3 of 16` on a terminal."""
     from frictool.engine.stick_slip import run
     from frictool.runtime.kernels import is_compiled
 
@@ -226,7 +226,7 @@ def _progress(done: int, total: int) -> None:
 
 
 def _workers(laws: tuple[str, ...]) -> int:
-    """Return the number of processes; starting them pays off for more than a few laws."""
+    """Return the number of processes; more than one saves time only for more than a few laws."""
     return (os.cpu_count() or 1) if len(laws) > WORTH_SHARING else 1
 
 

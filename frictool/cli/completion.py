@@ -63,7 +63,7 @@ def command(shell: str | None, output: Path | None, as_json: bool) -> None:
 
 
 def script(shell: str) -> str:
-    """Return the completion script of a shell.
+    """Return the script that adds completion of frictool commands to a shell.
 
     The script calls frictool with the environment variable VARIABLE set.
     """

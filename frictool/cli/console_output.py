@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 class Verbosity:
-    """Amount of text on stderr besides warnings and errors, for this process.
+    """Amount of text on stderr besides warnings and errors, the same for the whole process.
 
-    quiet: no progress and no remarks. verbose: progress also where stderr is no terminal.
+    quiet: no progress and no remarks. verbose: progress also if stderr is not a terminal.
     """
 
     quiet = False
@@ -34,7 +34,7 @@ def shows_progress() -> bool:
 
 
 def say(text: str, output: Path | None = None) -> None:
-    """Print text on stdout, or on stderr if stdout carries the output."""
+    """Print text on stdout, or on stderr if `output` says that stdout carries the output."""
     click.echo(printable(text), err=output == STDOUT)
 
 
@@ -44,7 +44,7 @@ def note(text: str) -> None:
 
 
 def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
-    """Warn that a command uses one temperature, if the model's friction depends on it.
+    """Warn that a command uses a single temperature, if the model's friction depends on it.
 
     vertices: True if the command designs a controller for the vertices of the model.
     """
@@ -57,9 +57,9 @@ def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
 
 
 def note_changes(path: Path, controller: Controller) -> None:
-    """Warn if a block of a controller was changed after the controller was verified.
+    """Warn if a block of the controller was changed after `frictool verify` verified it.
 
-    A document without digests gives no warning.
+    There is no warning for a document without digests.
     """
     from frictool.documents.digests import changed_words
 
@@ -73,7 +73,7 @@ def use_colour(to_stderr: bool) -> bool:
 
 
 def print_json(form: str, value: dict[str, Any], output: Path | None = None) -> None:
-    """Print a JSON object on stdout, or on stderr if stdout carries the output.
+    """Print a JSON object on stdout, or on stderr if `output` says that stdout carries the output.
 
     form: name and version of the object's format (json_formats.yaml), written as the first key of
     the object. Values that are not finite become null.

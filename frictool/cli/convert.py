@@ -1,4 +1,4 @@
-"""`frictool convert`: a log in the formats of other tools."""
+"""`frictool convert`: conversion of a log to the formats of other tools."""
 
 from __future__ import annotations
 

@@ -104,7 +104,6 @@ def _verdict(checks: list[InstallationFinding]) -> str:
 
 
 def _compiled() -> tuple[list[str], dict[str, Any]]:
-    """Compile all kernels; return text lines and JSON values."""
     from frictool.cli.progress import progress
 
     try:
@@ -133,7 +132,6 @@ def _compiled() -> tuple[list[str], dict[str, Any]]:
 
 
 def _cleaned() -> tuple[list[str], dict[str, Any]]:
-    """Remove obsolete files; return text lines and JSON values."""
     from frictool.runtime.part_files import remove_stale_parts
 
     parts = [str(path) for path in remove_stale_parts(Path.cwd())]

@@ -1,4 +1,4 @@
-"""`frictool equations`: symbolic equations of a mechanism."""
+"""`frictool equations`: symbolic equations of motion of a mechanism."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`frictool excite --for`: test with requested precisions, and the half widths to expect."""
+"""`frictool excite --for`: test signals that reach requested precisions of the parameters."""
 
 from __future__ import annotations
 
@@ -38,7 +38,10 @@ class PreciseRun:
 
 
 def write_precise(run: PreciseRun) -> None:
-    """Design, write and report the test; exit code 1 if the test misses a requested precision."""
+    """Design test signals for requested precisions, write them, and print the expected precisions.
+
+    The exit code is 1 if the test misses a requested precision.
+    """
     _check(run)
     ramps, promise = run.precise["ramps"], run.precise["promise"]
     targets = {"-o": run.output, "--plot": run.plot, "--ramps": ramps, "--promise": promise}

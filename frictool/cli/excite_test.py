@@ -1,4 +1,4 @@
-"""Files of a test of `frictool excite`, and its summary as text and JSON."""
+"""Files of the test signals of `frictool excite`, and their summary as text and JSON."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FIGURES = {
 
 
 def bench_of(path: Path) -> Bench:
-    """Return the bench at `path`; warn if `load.most` is missing although the bench has a load."""
+    """Load the bench at `path`; warn if the bench has a load but its key `load.most` is missing."""
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
     from frictool.identify.excite.bench_limits import unsaid_load
@@ -39,14 +39,17 @@ def bench_of(path: Path) -> Bench:
 
 
 def save_plot(sequence: ExcitationSequence, plot: Path, bench: Path) -> None:
-    """Write the picture of a test as SVG."""
+    """Write a figure of the test signals as SVG."""
     from frictool.identify.excite.picture import picture
 
     save_text(plot, picture(sequence) + "\n", [bench])
 
 
 def save_test(sequence: ExcitationSequence, output: Path, words: str, inputs: list[Path]) -> None:
-    """Write a test as CSV or MCAP; the ending of `output` selects the format."""
+    """Write test signals as CSV or MCAP, according to the ending of `output`.
+
+    `words`: text of the command, for the provenance.
+    """
     from frictool.documents.provenance import provenance_of_command
     from frictool.logs.provenance import with_provenance
 
@@ -64,7 +67,7 @@ def save_test(sequence: ExcitationSequence, output: Path, words: str, inputs: li
 
 
 def summary(sequence: ExcitationSequence) -> dict[str, Any]:
-    """Return a test as JSON values."""
+    """Return a summary of the test signals as JSON values."""
     return {
         "kind": sequence.kind,
         "duration_s": sequence.duration,
@@ -76,7 +79,7 @@ def summary(sequence: ExcitationSequence) -> dict[str, Any]:
 
 
 def text(sequence: ExcitationSequence, output: Path, bench: Bench) -> str:
-    """Return a test as text, with the unit of each number."""
+    """Return a summary of the test signals as text."""
     where = "stdout" if output == STDOUT else output.name
     lines = [
         f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.time.size} "
@@ -91,7 +94,7 @@ def text(sequence: ExcitationSequence, output: Path, bench: Bench) -> str:
 
 
 def unit_of_figure(name: str, bench: Bench) -> str:
-    """Return the SI unit of a number that describes a test; "" for a number without a unit."""
+    """Return the SI unit of the number `name` in the summary; "" if it has no unit."""
     from frictool.documents.quantity import drive_dimension, si_unit
     from frictool.identify.model_document import unit_of
 

@@ -183,7 +183,6 @@ def command(
 
 
 def _refuse_same(output: Path, into: Path) -> None:
-    """Raise OutputError if the copy of `into` in the folder `output` would be `into` itself."""
     for target in (output, output / into.name):
         if into.exists() and target.exists() and target.samefile(into):
             raise OutputError(
@@ -255,7 +254,7 @@ def _export_controller(
 def _warn_of_others(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """Warn of other self-tests in the folder.
 
-    Each has a main, so that `cc DIR/*.c` does not link.
+    Each has a main function, so that `cc DIR/*.c` cannot link them together.
     """
     others = sorted(path.name for path in folder.glob("*_selftest.c") if path.name not in files)
     if others:

@@ -1,4 +1,4 @@
-"""Endings of output names and the formats that they indicate."""
+"""Endings of output names, and the file formats that they stand for."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ OTHERS += tuple(suffix for one in LOG_FORMATS for suffix in one.suffixes)
 
 
 def says_file(target: Path) -> bool:
-    """Return True if the name has the ending of a file format and no folder of this name exists."""
+    """Return True if the name has the ending of a file format and no folder has this name."""
     ending = target.suffix.lower()
     return not target.is_dir() and (
         ending in OTHERS or any(ending in endings for endings in FORMATS.values())
@@ -59,9 +59,9 @@ def is_page(target: Path) -> bool:
 
 
 def check_folder(target: Path, otherwise: str = "") -> None:
-    """Raise click.UsageError if the name of a folder has the ending of a file.
+    """Raise click.UsageError if the name of an output folder has the ending of a file.
 
-    `otherwise`: end of the message, on names that are allowed instead of a folder.
+    `otherwise`: text at the end of the message about other allowed outputs.
     """
     if target != Path("-") and says_file(target):
         raise click.UsageError(
@@ -70,11 +70,11 @@ def check_folder(target: Path, otherwise: str = "") -> None:
 
 
 def check_ending(target: Path, writes: Sequence[str], chooses: bool, what: str = "") -> None:
-    """Raise click.UsageError if the ending of `target` belongs to a format that is not in `writes`.
+    """Raise click.UsageError if the ending of `target` stands for a format that is not in `writes`.
 
-    `writes`: names in FORMATS. `chooses`: True if the ending selects the format, so that the name
-    must have an ending of `writes`. Stdout, devices and pipes are allowed without ending. `what`:
-    text that names the output in the message.
+    `writes`: names of formats in FORMATS. `chooses`: True if the ending selects the format, so that
+    an ending is required. Stdout, devices and pipes are allowed without ending. `what`: text that
+    names the output in the message.
     """
     if target == Path("-") or (target.exists() and not target.is_file()):
         return

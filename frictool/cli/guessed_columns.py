@@ -1,4 +1,4 @@
-"""Messages about columns that were guessed from a log."""
+"""Messages about the columns of a log whose meaning was guessed."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ LONGEST_NAMES = 60  # characters of the names of unreadable columns in a line
 
 
 def preset_text(start: StartingRig) -> str:
-    """Return the words that name the preset of a log; empty without a preset."""
+    """Return text that names the drive or robot whose log format was recognised; else ""."""
     return "" if start.preset is None else f" with the preset {start.preset}"
 
 
 def question_lines(start: StartingRig) -> list[str]:
-    """Return the lines on unreadable columns, and on columns and units to fill in.
+    """Return lines of text on columns that cannot be read, and on columns and units to fill in.
 
-    An unreadable column is listed only if its name is the name of a quantity.
+    An unreadable column is listed only if its name is that of a quantity.
     """
     reasons: dict[str, list[str]] = {}
     for column, reason in start.unreadable.items():

@@ -255,7 +255,7 @@ def command(
 
 @dataclass(frozen=True)
 class IdentifyViews:
-    """Views of one model: picture, page, comparison with `promise.yaml`, and JSON."""
+    """Requested views of a model: figure, page, comparison with `promise.yaml`, and JSON."""
 
     plot: Path | None
     page: Path | None
@@ -265,9 +265,9 @@ class IdentifyViews:
 
 @dataclass(frozen=True)
 class IdentifyCommand:
-    """Arguments and options of `frictool identify` for one model, with the loaded bench.
+    """Arguments and options of `frictool identify` for one model, and the loaded bench.
 
-    `shown`: the options that affect the model, name -> value.
+    `shown`: name and value of the options that affect the model, for the provenance.
     """
 
     logs: tuple[Path, ...]
@@ -381,7 +381,6 @@ def _check_options(method: str, values: dict[str, Any]) -> None:
 
 
 def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -> None:
-    """Raise UsageError for an option that --each does not allow, or that requires --each."""
     wrong = [
         name for name, value in (many if each is None else alone).items() if value not in (None, ())
     ]

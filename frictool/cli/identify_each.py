@@ -1,4 +1,4 @@
-"""`frictool identify --each`: a model for each log or folder, and one table."""
+"""`frictool identify --each`: one model for each log or folder, and a table of all models."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ TABLE = "parameters.csv"  # in the folder of the models
 
 @dataclass(frozen=True)
 class IdentifyEachCommand:
-    """Arguments and options of `frictool identify --each`, with the loaded bench.
+    """Arguments and options of `frictool identify --each`, and the loaded bench.
 
-    `shown`: the options that affect a model, name -> value.
+    `shown`: name and value of the options that affect a model, for the provenance.
     """
 
     each: str
@@ -53,7 +53,7 @@ class IdentifyEachCommand:
 
     @property
     def folder(self) -> Path | None:
-        """Return the folder of the models; None if only the table is requested."""
+        """Return the folder for the models; None if only the table is written."""
         is_table = (
             self.output is None or self.output == STDOUT or self.output.suffix.lower() in TABLES
         )
@@ -61,17 +61,17 @@ class IdentifyEachCommand:
 
     @property
     def table(self) -> Path | None:
-        """Return the file of the table; None if stdout carries JSON."""
+        """Return the file for the table; None if stdout carries JSON."""
         if self.folder is not None:
             return self.folder / TABLE
         return self.output if self.output is not None or self.as_json else STDOUT
 
 
 def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
-    """Identify each log or folder and return the exit code.
+    """Identify a model from each log or folder, and return the exit code.
 
-    Each log or folder has an exit code (`frictool.errors`). The returned one is the first of 4, 1,
-    3 and 0 that occurs.
+    The exit codes of the logs (`frictool.errors`) are combined: the result is the first of 4, 1, 3
+    and 0 that occurs.
     """
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest
@@ -125,7 +125,7 @@ def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
 
 
 def _members(line: IdentifyEachCommand, logs: Sequence[Path]) -> list[Any]:
-    """Return the logs, without files that an earlier run wrote into the output folder."""
+    """Return the logs, without files that an earlier call wrote into the output folder."""
     from frictool.logs.fleet import members
 
     fleet = members(logs)

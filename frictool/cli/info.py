@@ -1,4 +1,4 @@
-"""`frictool info`: contents and quality of a log."""
+"""`frictool info`: contents and data quality of a log."""
 
 from __future__ import annotations
 

@@ -175,8 +175,7 @@ def command(
 def _check_guess(guess: bool, of_guess: dict[str, Any], others: dict[str, Any]) -> None:
     """Raise UsageError if an option would be ignored.
 
-    `of_guess` are options that only --guess reads. `others` are options of a log, which --guess
-    does not write.
+    `of_guess`: options that only --guess uses. `others`: options that --guess does not use.
     """
     wrong = [name for name, value in others.items() if value is not None and value is not False]
     if guess and wrong:
@@ -196,9 +195,9 @@ def _propose(
     output: Path,
     as_json: bool,
 ) -> None:
-    """Write a bench guessed from a file.
+    """Write a bench whose columns are guessed from a file.
 
-    No log is read with this bench, because the user must check it first.
+    No log is converted with this bench, because the user must check it first.
     """
     from frictool.cli.standard_input import stdin_as_file
     from frictool.documents.starting_documents import starting_documents
@@ -258,7 +257,7 @@ def _refuse_loss(made: LogAssembly, output: Path) -> None:
 
 
 def summary(ingested: IngestedLog) -> dict[str, Any]:
-    """Return the ingested streams as JSON values."""
+    """Return a summary of the streams of the converted log as JSON values."""
     from frictool.logs.losses import as_rows
 
     made = ingested.assembly
@@ -279,7 +278,7 @@ def summary(ingested: IngestedLog) -> dict[str, Any]:
 
 
 def table(facts: dict[str, Any]) -> str:
-    """Return the ingested streams as text."""
+    """Return the summary `facts` as text."""
     from frictool.logs.losses import loss_text
     from frictool.logs.raw_table import DataLoss
 

@@ -22,13 +22,13 @@ KINDS: dict[str, Any] = {
 
 @cache
 def json_formats() -> dict[str, Any]:
-    """Return name of the format -> its keys; the name includes the version, such as "report/2"."""
+    """Return format name (with version, such as "report/2") -> keys of its objects."""
     text = Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8")
     return {name: keys for name, keys in yaml.safe_load(text).items() if "/" in name}
 
 
 def format_names() -> dict[str, str]:
-    """Return name without version -> name with version, such as "report" -> "report/2"."""
+    """Return format name without version -> name with version, such as "report" -> "report/2"."""
     return {name.partition("/")[0]: name for name in json_formats()}
 
 
@@ -39,7 +39,10 @@ def json_type(name: str) -> Any:
 
 
 def json_format_schema(name: str) -> dict[str, Any]:
-    """Return the JSON Schema of a format; it allows further keys, which later releases may add."""
+    """Return the JSON Schema of a format, such as "report/2".
+
+    The schema allows further keys, because later releases may add keys.
+    """
     schema = msgspec.json.schema(json_type(name))
     for one in schema["$defs"].values():
         if one.get("additionalProperties") is False:
@@ -74,6 +77,5 @@ def _record(title: str, keys: dict[str, Any]) -> Any:
 
 
 def _registered(name: str) -> list[str]:
-    """Return the names in a registry, such as documents.metric_table.HOLD_METRICS."""
     module, _, registry = name.rpartition(".")
     return list(getattr(importlib.import_module(f"frictool.{module}"), registry))

@@ -1,4 +1,7 @@
-"""Option --layout: properties of a raw file that its content does not show, without a bench."""
+"""Option --layout: properties of a raw file that its content does not show.
+
+The option replaces the key `layout` of a bench, for commands without a bench.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ layout_option = click.option(
 
 @contextmanager
 def layout_advice() -> Iterator[None]:
-    """Replace, in messages of a LogError, `layout` of the bench by the option --layout."""
+    """Let messages of a LogError advise the option --layout instead of the bench's key `layout`."""
     try:
         yield
     except LogError as error:
@@ -48,7 +51,7 @@ def _as_option(advice: re.Match[str]) -> str:
 
 
 def layout_of(texts: tuple[str, ...]) -> Layout | None:
-    """Return the layout of the option's values `KEY=VALUE`; None if there are none.
+    """Return the layout that the `KEY=VALUE` texts of the option state; None if there are no texts.
 
     Raises click.UsageError if a key is unknown or occurs twice, or if a value is not allowed.
     """

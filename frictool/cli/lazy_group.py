@@ -1,4 +1,4 @@
-"""Group of commands that are imported on use, so that help is fast."""
+"""Group of commands that are imported only when they are called, so that --help is fast."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from frictool.errors import EXIT_INPUT, EXIT_INTERRUPTED
 
 
 def abandon_stdout() -> None:
-    """Discard the buffered output, so that the interpreter's flush at exit cannot fail."""
+    """Discard the buffered output, so that Python does not fail when it flushes stdout at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 class LazyGroup(click.Group):
     """Group that imports a command only when it is called.
 
-    `table`: name -> (module, one line for --help).
+    `table`: command name -> (module, one line for --help).
     """
 
     def __init__(self, *args: Any, table: dict[str, tuple[str, str]], **kwargs: Any) -> None:
@@ -30,9 +30,9 @@ class LazyGroup(click.Group):
         self.table = table
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command; exit with separate codes for Ctrl-C and for a closed pipe.
+        """Run a command; use separate exit codes for Ctrl-C and for a closed pipe.
 
-        In both cases click returns 1, but the exit code 1 of frictool is a negative answer.
+        click would exit with 1 in both cases, which in frictool means a negative answer.
         """
         try:
             return super().invoke(ctx)
@@ -56,7 +56,7 @@ class LazyGroup(click.Group):
         return command
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        """Return the completions of command names and options."""
+        """Return the completions of command names and options that begin with `incomplete`."""
         names = [
             CompletionItem(name, help=text)
             for name, (_, text) in self.table.items()

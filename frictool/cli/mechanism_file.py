@@ -1,4 +1,4 @@
-"""Loading of a mechanism.yaml, with file and line in errors."""
+"""Loading of a mechanism.yaml; errors state file and line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def load_mechanism(path: Path) -> tuple[Mechanism, AssembledMechanism]:
-    """Return the document at `path` and the assembled mechanism.
+    """Load the document at `path` and assemble the mechanism; return both.
 
     Raises DocumentError with file, line and key.
     """
@@ -31,7 +31,7 @@ def load_mechanism(path: Path) -> tuple[Mechanism, AssembledMechanism]:
 
 
 def print_notes(path: Path, assembled: AssembledMechanism) -> None:
-    """Print the notes on an assembled mechanism on stderr."""
+    """Print the notes that the assembly of a mechanism produced on stderr."""
     from frictool.cli.console_output import note
 
     for message in assembled.notes:
@@ -39,7 +39,7 @@ def print_notes(path: Path, assembled: AssembledMechanism) -> None:
 
 
 def mechanism_error(path: Path, wrong: ElementError) -> DocumentError:
-    """Return the error with the file and line of the element."""
+    """Return a DocumentError with the file and line of the element that `wrong` names."""
     from frictool.documents.key_lines import document_error
 
     return document_error(path, wrong.key, str(wrong))

@@ -1,4 +1,4 @@
-"""Summary of a simulated mechanism: blocks, contacts, events and energy."""
+"""Summary of a simulated mechanism: blocks, contacts, events and energies."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ POSITION, VELOCITY, STUCK, CONTACT = "_position", "_velocity", "_stuck", "_conta
 
 
 def blocks_of(log: Log, stream: Stream) -> dict[str, Any]:
-    """Return a summary of blocks, contacts, energies and events of `stream` as JSON values."""
+    """Summarise blocks, contacts, energies and events of a simulated mechanism as JSON values.
+
+    `stream`: stream `/mechanism` of one variant.
+    """
     names = [name.removesuffix(POSITION) for name in stream.signals if name.endswith(POSITION)]
     contacts = [name.removesuffix(CONTACT) for name in stream.signals if name.endswith(CONTACT)]
     records = {name: log.metadata.get(f"{name}{stream.topic}", {}) for name in ("energy", "events")}
@@ -54,7 +57,7 @@ def _contact(stream: Stream, name: str) -> dict[str, Any]:
 
 
 def block_lines(summary: dict[str, Any]) -> list[str]:
-    """Return the summary as text lines."""
+    """Return the summary of `blocks_of` as lines of text."""
     lines = [
         f"{summary['topic']:<14}{'lowest':>12}{'highest':>12}      {'top speed':>12}      "
         f"  {'stuck':>7}"

@@ -1,4 +1,4 @@
-"""`frictool observe`: design of observers, and estimation along logs."""
+"""`frictool observe`: design of observers, and estimates of velocity, friction and wear."""
 
 from __future__ import annotations
 

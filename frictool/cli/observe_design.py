@@ -1,4 +1,4 @@
-"""`frictool observe design`: observer gains, verified before they are written."""
+"""`frictool observe design`: gains of an observer, which are verified before they are written."""
 
 from __future__ import annotations
 
@@ -44,7 +44,6 @@ prediction when it leaves the measured count. Its only setting is the bandwidth 
 
 
 def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[float, float, float]:
-    """Return the weights of a text such as `1,100,0.001`."""
     try:
         numbers = tuple(float(word) for word in value.split(","))
     except ValueError:

@@ -1,4 +1,4 @@
-"""`frictool observe run` on several logs: one row each, verdicts and trend."""
+"""`frictool observe run` on several logs: a table with a row for each log, verdicts and trend."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def observe_fleet(request: ObserveRequest, logs: Sequence[Path]) -> int:
-    """Observe all logs and return the exit code.
+    """Estimate the wear in all logs, and return the exit code.
 
     The exit code is EXIT_NO if the wear limit is exceeded or undecided, else EXIT_INPUT if a log
     could not be read completely, else EXIT_DONE.
@@ -74,7 +74,6 @@ def observe_fleet(request: ObserveRequest, logs: Sequence[Path]) -> int:
 
 
 def _show(table: list[FleetRow], request: ObserveRequest) -> None:
-    """Print a headline; if the table is in a file, also print the rows that need attention."""
     from frictool.observe.fleet_table import headline, text_table
 
     odd = [row for row in table if row.alarm or row.outcome is None]

@@ -92,7 +92,7 @@ def command(
 
 
 def machine_view(observed: ObservedController) -> dict[str, Any]:
-    """Return the merged controller as JSON values.
+    """Return the controller with its observer as JSON values.
 
     Margins are None if no linear loop uses the speed.
     """

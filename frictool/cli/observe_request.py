@@ -1,4 +1,4 @@
-"""Command line of `frictool observe run`, with checks before the first log is read."""
+"""Options of `frictool observe run`, which are checked before the first log is read."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ObserveRequest:
-    """Options of `frictool observe run` with their documents; `words`: text of the command."""
+    """Options of `frictool observe run` with the loaded documents.
+
+    `words`: text of the command, for the provenance.
+    """
 
     words: str
     model: Path
@@ -37,7 +40,7 @@ class ObserveRequest:
     allow_undecided: bool
 
     def answer_is_no(self, exceeded: bool | None) -> bool:
-        """Return True if the exit code must be 1.
+        """Return True if the exit code must be 1, which means a negative answer.
 
         exceeded: True if the wear limit is exceeded, None if this is undecided.
         """
@@ -53,12 +56,15 @@ class ObserveRequest:
 
     @property
     def stdout(self) -> Path | None:
-        """Return STDOUT if an output goes there, else None."""
+        """Return STDOUT if an output is written to stdout, else None."""
         return STDOUT if STDOUT in (self.output, self.plot) else None
 
 
 def checked_pattern(option: str, text: str | None) -> str | None:
-    """Return `text`; raise UsageError unless `text` is a regular expression."""
+    """Return `text` if it is None or a regular expression; otherwise raise UsageError.
+
+    `option`: name of the option in the message.
+    """
     import re
 
     try:
@@ -71,7 +77,10 @@ def checked_pattern(option: str, text: str | None) -> str | None:
 
 
 def check_outputs(request: ObserveRequest, logs: tuple[Path, ...], several: bool) -> None:
-    """Check the outputs before the first log is read; raise UsageError or OutputError."""
+    """Check that all outputs can be written; raise UsageError or OutputError if not.
+
+    `several`: True if there are several logs.
+    """
     plot, output = request.plot, request.output
     if output is not None:
         check_ending(
@@ -86,7 +95,10 @@ def check_outputs(request: ObserveRequest, logs: tuple[Path, ...], several: bool
 
 
 def observer_of(request: ObserveRequest) -> tuple[Path, Observer] | None:
-    """Return the observer of --observer with its path; None without this option."""
+    """Load the observer of the option --observer.
+
+    Return (path, observer), or None without this option.
+    """
     if request.observer is None:
         return None
     from frictool.documents.observer import Observer
@@ -96,7 +108,7 @@ def observer_of(request: ObserveRequest) -> tuple[Path, Observer] | None:
 
 
 def commissioning_of(request: ObserveRequest) -> Commissioning | None:
-    """Return the wear at commissioning; None without --commissioning.
+    """Load the wear at commissioning from the file of --commissioning; None without this option.
 
     The file is a log, or the --json output of `observe run`. Raises InputFileError if this output
     contains no wear.

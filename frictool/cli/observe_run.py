@@ -1,4 +1,4 @@
-"""`frictool observe run`: velocity, friction and wear along logs, with intervals, and a verdict."""
+"""`frictool observe run`: velocity, friction and wear in logs, and a verdict on the wear."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def check_document(target: Path, text: str) -> None:
-    """Raise NoSolutionError if `text` is a document that no command can read.
+    """Raise NoSolutionError if `text` is a YAML document that commands would refuse to read.
 
     A model must describe an axis that can be simulated. A text that is no document is allowed.
     """

@@ -23,7 +23,7 @@ STDOUT = Path("-")
 def command_line(name: str, arguments: dict[str, Any]) -> str:
     """Return the text of a command for the provenance, with options in the order of `arguments`.
 
-    Input files have their base names; output files are left out.
+    Only the base names of input files are included; output files are left out.
     """
     words = ["frictool", name]
     for key, value in arguments.items():
@@ -40,11 +40,11 @@ def command_line(name: str, arguments: dict[str, Any]) -> str:
 
 @contextmanager
 def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
-    """Yield a binary stream that becomes `target` if the `with` block succeeds.
+    """Yield a binary stream whose content replaces `target` if the `with` block succeeds.
 
     If the block fails, `target` stays as it was. `-` is stdout. A device or a pipe is written to
-    and not replaced. A symbolic link is kept; the file it points to is replaced. Raises OutputError
-    if `target` is an input, is a directory, or cannot be written.
+    and not replaced. If `target` is a symbolic link, the file it points to is replaced. Raises
+    OutputError if `target` is an input, is a directory, or cannot be written.
     """
     if target == STDOUT:
         yield sys.stdout.buffer
@@ -88,7 +88,7 @@ def _device(target: Path) -> Iterator[BinaryIO]:
 
 
 def refuse_inputs(target: Path, inputs: list[Path]) -> None:
-    """Raise OutputError if writing `target` would overwrite one of `inputs`."""
+    """Raise OutputError if `target` is one of the files `inputs`, which would be overwritten."""
     for path in inputs:
         if target.exists() and path.exists() and target.samefile(path):
             raise OutputError(
@@ -115,10 +115,10 @@ def check_output(target: Path, inputs: list[Path]) -> None:
 
 
 def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> None:
-    """Check, before any work, that all targets differ and that each of them can be written.
+    """Check, before any work, that all outputs differ and that each of them can be written.
 
-    `targets`: option -> path or None. Raises click.UsageError if two targets are equal, and
-    OutputError under the conditions of `check_output`.
+    `targets`: name of the option -> path or None. Raises click.UsageError if two paths are equal,
+    and OutputError under the conditions of `check_output`.
     """
     options: dict[Path, str] = {}
     for option, target in targets.items():

@@ -1,4 +1,4 @@
-"""Output of several files into a folder, all of them or none."""
+"""Output of several files into a folder; either all files are written or none."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _bytes(content: str | bytes) -> bytes:
 
 
 def archive(files: Mapping[str, str | bytes]) -> bytes:
-    """Return an uncompressed tar archive of the files.
+    """Return an uncompressed tar archive of the files (name -> content).
 
     The archive contains neither owners nor times, so that the same files give the same bytes.
     """

@@ -1,4 +1,4 @@
-"""`frictool plan`: the next test of a commissioning."""
+"""`frictool plan`: the next test with which a bench should be commissioned."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def command(
 
 
 def view(step: PlanStep) -> dict[str, Any]:
-    """Return a step of the plan as JSON values."""
+    """Return a step of the commissioning plan as JSON values."""
     return {
         "step": step.name,
         "why": step.why,
@@ -132,7 +132,10 @@ def view(step: PlanStep) -> dict[str, Any]:
 
 
 def shown(step: PlanStep, output: Path | None, bench: Bench) -> str:
-    """Return a step of the plan as text; `output`: file of the next test."""
+    """Return a step of the commissioning plan as text.
+
+    `output`: file to which the signals of the next test are written.
+    """
     lines = [
         f"{one.parameter:<18}{one.value:.5g} +-{one.half_width:.2g} {one.unit}"
         + ("" if one.share is None else f" ({100.0 * one.share:.2g} %)")

@@ -1,4 +1,4 @@
-"""Options for the gains of a bench's position loop, common to `validate` and `simulate`."""
+"""Options for the gains of a bench's position loop, which `validate` and `simulate` share."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ OPTIONS = (
 
 
 class ServoGains(NamedTuple):
-    """Gains of the bench's position loop in SI; None for a gain without a value."""
+    """Gains of the bench's position loop in SI; None for a gain that is not set."""
 
     position: float | None
     speed: float | None
@@ -44,7 +44,7 @@ class ServoGains(NamedTuple):
 
     @property
     def closed(self) -> bool:
-        """Return True if position and speed gain are set; raise UsageError if only one is."""
+        """Return True if position and speed gain are set; raise UsageError if only one is set."""
         if (self.position is None) != (self.speed is None) or (
             self.integral is not None and self.speed is None
         ):
@@ -54,11 +54,11 @@ class ServoGains(NamedTuple):
         return self.speed is not None
 
     def servo(self, bench: Bench) -> PositionServo:
-        """Return the loop from position to effort with the drive limit of the bench."""
+        """Return the position loop, from position to effort, with the drive limit of the bench."""
         return self.on_drive(bench.actuator.constant.value, bench.actuator.limit.value)
 
     def on_drive(self, constant: float, limit: float) -> PositionServo:
-        """Return the loop for a drive with this constant (effort per unit) and limit."""
+        """Return the position loop for a drive with this effort per unit and this limit."""
         from frictool.engine.bench_position_loop import PositionServo
 
         position, speed = self.position or 0.0, self.speed or 0.0

@@ -1,4 +1,4 @@
-"""Precision on a command line: a share of a value, for one parameter or for all."""
+"""Type of options for a relative precision, of one parameter or of all parameters."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import click
 
 
 class PrecisionParam(click.ParamType[tuple[str | None, float]]):
-    """Precision option, such as `5%`, `0.05` or `inertia=5%`.
+    """Type of a precision option, such as `5%`, `0.05` or `inertia=5%`.
 
     `named`: True if the value must contain the name of a parameter.
     """

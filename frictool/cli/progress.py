@@ -1,4 +1,4 @@
-"""Progress of long commands on a terminal: a bar on stderr with the remaining time."""
+"""Progress of long commands: a bar on stderr with the remaining time, on a terminal only."""
 
 from __future__ import annotations
 
@@ -42,15 +42,16 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
 
 
 def note_step(step: str) -> None:
-    """Print the step that begins, if progress is shown."""
+    """Print the name of the step that begins, if progress is shown."""
     if shows_progress():
         note(f"{step} ...")
 
 
 def search_progress() -> Callable[[str], None]:
-    """Return a callback that prints each step of a search on stderr.
+    """Return a function that prints each step of a search on stderr.
 
-    Without a terminal, the callback omits the first step, so that a quick search prints nothing.
+    If stderr is not a terminal, the first step is not printed, so that a quick search prints
+    nothing.
     """
     printed = shows_progress()
 
@@ -64,16 +65,20 @@ def search_progress() -> Callable[[str], None]:
 
 
 def show_count(verb: str, done: int, total: int) -> None:
-    """Print `VERB 3 of 17` on a terminal, overwriting the line; nothing if `total` is 1."""
+    """Print `VERB 3 of 17` in place of the last such line on a terminal.
+
+    Nothing is printed if `total` is 1.
+    """
     if total > 1 and shows_progress() and sys.stderr.isatty():
         end = "\n" if done == total else ""
         click.echo(f"\r{verb} {done} of {total}{end}", err=True, nl=False)
 
 
 def note_compiling(everywhere: bool = False) -> None:
-    """Print once, on a terminal, that a kernel is being compiled.
+    """Print once, on a terminal, that kernels are being compiled.
 
-    `everywhere`: print on any stderr, because the compilation takes long.
+    `everywhere`: True to print also if stderr is not a terminal, because the compilation takes
+    long.
     """
     if shows_progress() or (everywhere and not Verbosity.quiet):
         _note_once()

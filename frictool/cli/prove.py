@@ -1,4 +1,4 @@
-"""`frictool prove`: proof of a step test for every initial position within an encoder count."""
+"""`frictool prove`: proof of a step test for all initial positions within an encoder count."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Quantities as options: a number in SI or with its unit, such as `10rad/s` or `"0.4 m/s"`."""
+"""Quantities as options: a number in SI or with a unit, such as `10rad/s` or `"0.4 m/s"`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frictool.documents.quantity_notation import written_quantity
 
 
 def positive_si(option: str, text: str, dimension: str, axis: Axis) -> float:
-    """Return the number of `text` in SI.
+    """Return the quantity `text` as a number in SI.
 
     Raises click.UsageError, with the name of the option, if the number is not above 0 or if its
     unit has another dimension.

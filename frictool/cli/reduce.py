@@ -1,4 +1,4 @@
-"""`frictool reduce`: reduction of a mechanism to one inertia, with the error of each step."""
+"""`frictool reduce`: reduction of a mechanism to a single inertia, with the error of each step."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class ReduceCommand:
 
     @property
     def words(self) -> str:
-        """Return the command for the provenance."""
+        """Return the text of the command for the provenance."""
         travel = self.travel
         arguments = {
             "mechanism": self.mechanism,
@@ -233,9 +233,9 @@ def _show(
 def _bandwidth(
     document: Mechanism, request: ReductionRequest, controller: Path | None
 ) -> float | None:
-    """Return the bandwidth of the controller's loop; None without a controller.
+    """Return the bandwidth of the controller's closed loop; None without a controller.
 
-    Raises UsageError if there is no controller, but the compliant links need a bandwidth.
+    Raises UsageError if compliant links need a bandwidth, but there is no controller.
     """
     if controller is not None:
         from frictool.documents.controller import Controller
@@ -257,7 +257,7 @@ def _bandwidth(
 
 
 def _passing(document: Mechanism, tolerance: float) -> str:
-    """Return advice on the bandwidth up to which all links may be rigid."""
+    """Return advice on the bandwidth below which all links may be treated as rigid."""
     from frictool.errors import NoSolutionError
     from frictool.reduce.advice import passing_bandwidth
 

@@ -1,4 +1,4 @@
-"""`frictool reduce --controller --scenario`: comparison of mechanism and model in the loop."""
+"""`frictool reduce --controller --scenario`: closed-loop comparison of mechanism and model."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 def compare_in_loop(
     mechanism: Path, model: Model, controller: Path, scenario: Path, play: float, tolerance: float
 ) -> LoopComparison:
-    """Simulate the mechanism and the model under the controller; return the comparison of the logs.
+    """Simulate the mechanism and the model under the controller; compare the logs.
 
     play: width of the backlash [rad | m]. tolerance: allowed error, relative to the step.
 

@@ -1,4 +1,4 @@
-"""`frictool report`: verdict of logs against a specification."""
+"""`frictool report`: verdict on logs, which are judged by a specification."""
 
 from __future__ import annotations
 
@@ -171,7 +171,6 @@ def _load(
 
 
 def _proof(path: Path, controller: Controller | None) -> Proof:
-    """Load a proof; raise an error if it was edited or proves another controller."""
     from frictool.documents.proof import Proof, proof_digest
     from frictool.documents.registry import load
     from frictool.errors import DocumentError
@@ -187,7 +186,7 @@ def _proof(path: Path, controller: Controller | None) -> Proof:
 
 
 def _of_this_controller(log: Log, controller: Path, document: Controller) -> None:
-    """Raise LogError if a simulated log has another controller or another speed signal."""
+    """Raise LogError if a log was simulated with another controller or another speed signal."""
     from frictool.documents.provenance import digest
     from frictool.errors import LogError
 

@@ -29,9 +29,10 @@ Objects: {", ".join(format_names())}.
 
 
 def schema_of(name: str) -> dict[str, Any]:
-    """Return the JSON Schema of a document, or of a --json format by its name without version.
+    """Return the JSON Schema of a document, or of a --json format.
 
-    The schema of a mechanism lists the friction laws, including laws that other packages register.
+    `name`: name of the document, or of the format without its version. The schema of a mechanism
+    lists the friction laws, including laws that other packages register.
     """
     if name not in DOCUMENTS:
         return json_format_schema(format_names()[name])

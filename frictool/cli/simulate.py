@@ -1,4 +1,4 @@
-"""`frictool simulate`: simulation of a model or a mechanism in a scenario, as a log."""
+"""`frictool simulate`: simulation of a model or mechanism in a scenario; writes a log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`frictool simulate --as-bench`: a test on a model, with gains and noise of a usual bench."""
+"""`frictool simulate --as-bench`: simulation of a bench test with typical gains and noise."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 def as_bench_log(
     model: Path, test: Path, noise: float | None, seed: int | None, output: Path
 ) -> Log:
-    """Return the log that the bench of a model would record of a test.
+    """Simulate the test signals in the file `test` on the bench of a model; return the log.
 
-    Raises UsageError for a mechanism, whose bench has no usual gains.
+    Raises UsageError for a mechanism, for whose bench no default gains exist.
     """
     if is_mechanism(model):
         raise click.UsageError(

@@ -1,4 +1,4 @@
-"""Inputs of a simulation besides its documents: observer, replayed log and compiled target code."""
+"""Inputs of a simulation besides its documents: observer, log to replay and exported C code."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def with_observer_option(document: Controller, observer: Path | None) -> Controller:
-    """Return the controller with the speed signal of `observer`; unchanged without `observer`."""
+    """Return the controller with `observer` as the source of its speed; unchanged if it is None."""
     if observer is None:
         return document
     from frictool.documents.observer import Observer
@@ -46,7 +46,7 @@ def compile_target(folder: Path, controller: Path, document: Controller) -> Comp
 
 
 def recorded_log(path: Path, scenario: Path, bench: Bench) -> Log:
-    """Return the log that the scenario replays; raise DocumentError if `path` is no file."""
+    """Load the log that the scenario replays; raise DocumentError if `path` is no file."""
     from frictool.documents.key_lines import document_error
     from frictool.logs.log_reader import read_log
 

@@ -29,14 +29,14 @@ def is_mechanism(path: Path) -> bool:
 
 
 class EventsOutput:
-    """Output of --events: path of the file (None without --events) and table of the events."""
+    """Output of --events: path of the file (None without --events), and table of the events."""
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
         self._table: EventCsv | None = None
 
     def add(self, moved: MechanismOutcome) -> None:
-        """Add the events of one run."""
+        """Add the events of one simulated variant."""
         if self.path is None:
             return
         from frictool.simulate.mechanism_events import EventCsv
@@ -45,13 +45,13 @@ class EventsOutput:
         self._table.add(moved)
 
     def save(self, inputs: list[Path]) -> None:
-        """Write the file, if it is requested."""
+        """Write the table to the file, if --events is used."""
         if self.path is not None and self._table is not None:
             save_text(self.path, self._table.text, inputs)
 
 
 def mechanism_plant(path: Path, events: EventsOutput) -> MechanismPlant:
-    """Return the mechanism at `path` as a controller's plant.
+    """Load the mechanism at `path` as the plant of a controller.
 
     Raises DocumentError if a controller cannot drive the mechanism.
     """
@@ -68,7 +68,10 @@ def mechanism_plant(path: Path, events: EventsOutput) -> MechanismPlant:
 
 
 def on_bench(path: Path, gains: ServoGains) -> tuple[MechanismBenchPlant, PositionServo]:
-    """Return the mechanism at `path` as the plant of a bench test, and the position loop."""
+    """Load the mechanism at `path` as the plant of a bench test.
+
+    Return it with the position loop that has the gains `gains`.
+    """
     import math
 
     from frictool.simulate.mechanism_bench import MechanismBenchPlant
@@ -87,7 +90,7 @@ def open_log(
     progress: Callable[[int, int], None],
     events: EventsOutput,
 ) -> tuple[Log, list[Path]]:
-    """Simulate a scenario without a controller; return the log and the input files."""
+    """Simulate a scenario without a controller; return the log and the paths of the input files."""
     from frictool.cli.mechanism_file import load_mechanism, mechanism_error, print_notes
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load

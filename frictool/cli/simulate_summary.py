@@ -1,4 +1,4 @@
-"""Summary of a simulation as text and as JSON."""
+"""Summary of a simulation, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -36,10 +36,6 @@ def summary(log: Log) -> dict[str, Any]:
 
 
 def _axis(stream: Stream) -> dict[str, Any]:
-    """Return the summary of one axis.
-
-    Without a reference, the final position replaces the final error.
-    """
     position, command, reference = (
         stream.signals.get(name) for name in ("position", "command", "reference")
     )
@@ -62,9 +58,9 @@ def _axis(stream: Stream) -> dict[str, Any]:
 
 
 def _rests(velocity: Vector) -> bool:
-    """Return True if nothing moves in the last tenth, within rounding.
+    """Return True if nothing moves in the last tenth of the simulation, within rounding.
 
-    A limit cycle stands still between its jumps, so that the last sample alone decides nothing.
+    The last sample alone would not suffice: in a limit cycle, the axis stands still between jumps.
     """
     speed = abs(velocity)
     return bool(speed[-max(1, speed.size // 10) :].max() <= STANDING * speed.max())
@@ -77,7 +73,7 @@ def _duration(stream: Stream) -> float:
 
 
 def run_text(log: Log) -> str:
-    """Return the summary of a scenario as text."""
+    """Return the summary of a simulated scenario as text."""
     view = summary(log)
     rows = view["streams"]
     mechanisms = view.get("mechanisms", [])

@@ -1,6 +1,6 @@
-"""Standard input as an input file (`-`), through a temporary file.
+"""Standard input in place of an input file (`-`), copied to a temporary file.
 
-The file is needed because a log is read more than once.
+The copy is needed because a log is read more than once.
 """
 
 from __future__ import annotations

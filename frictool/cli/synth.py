@@ -1,4 +1,4 @@
-"""`frictool synth`: a verified controller from model, specification and design."""
+"""`frictool synth`: synthesis of a verified controller from model, specification and design."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Simulated test of the controller at the end of `frictool synth`."""
+"""Simulated step test of the new controller at the end of `frictool synth`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlayedTest:
-    """Simulated test with the verdict on a controller.
+    """Simulated test of a controller, and the verdict on it.
 
     compensated: True if the controller has a friction compensation.
     """
@@ -30,7 +30,7 @@ class PlayedTest:
 
     @property
     def passed(self) -> bool:
-        """Return True if every requirement is met on every plant."""
+        """Return True if every requirement is met with every simulated plant."""
         from frictool.campaign.views.played_view import all_met
 
         return all_met(self.verdict)
@@ -50,7 +50,10 @@ class PlayedTest:
 
 
 def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | None:
-    """Return the test to simulate; print a note and return None if nothing can be simulated."""
+    """Return the test to simulate; print a note and return None if no test can be simulated.
+
+    `scenario`: scenario of the test; None for the default test.
+    """
     from frictool.campaign.played_design import design_test, unjudged_target, untested_reason
     from frictool.documents.registry import load, same_axis
     from frictool.documents.scenario import Scenario
@@ -68,6 +71,6 @@ def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | N
 
 
 def play(test: DesignTest, controller: Controller) -> PlayedTest:
-    """Simulate the test with a controller; return the test with the verdict."""
+    """Simulate a test with a controller; return the test with the verdict."""
     note_step(f"simulating {len(test.plants)} plants")
     return PlayedTest(test, test.judge(controller), controller.friction_compensation is not None)

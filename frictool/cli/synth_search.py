@@ -1,4 +1,4 @@
-"""Search for a design in `frictool synth` without `--design`."""
+"""Search for a controller design by `frictool synth` without `--design`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SearchOutputs:
-    """Outputs of a search: design, picture, the controller's file, and JSON on stdout."""
+    """Outputs of a search: files of design, figure and controller, and JSON on stdout."""
 
     design: Path | None
     plot: Path | None
@@ -31,14 +31,14 @@ class SearchOutputs:
 
 @dataclass(frozen=True)
 class FoundDesign:
-    """Result of a search that passed; `path` is the file of the design."""
+    """Design that a search has found; `path` is the file of the design."""
 
     found: AutomaticDesign
     path: Path | None
 
     @property
     def design(self) -> Design:
-        """Return the design that passed."""
+        """Return the design that met the requirements."""
         return self.found.design
 
     def lines(self) -> list[str]:
@@ -49,21 +49,21 @@ class FoundDesign:
         return [design_line(self.found), *written]
 
     def json(self) -> dict[str, Any]:
-        """Return the search as JSON values."""
+        """Return the result of the search as JSON values."""
         from frictool.campaign.views.search_view import search_json
 
         return search_json(self.found)
 
 
 def beside(controller: Path | None) -> Path | None:
-    """Return the path of the design in the folder of `controller`; None if no file is written."""
+    """Return the path of the design's file, in the folder of `controller`; None without a file."""
     if controller is None or controller == STDOUT:
         return None
     return controller.with_name(f"{controller.stem}.design.yaml")
 
 
 def unplayable(model: Model, spec: Spec) -> FrictoolError:
-    """Return the error that says why a search cannot simulate its candidates."""
+    """Return an error that says why a search cannot simulate the designs it tries."""
     from frictool.campaign.played_design import has_requirements, untested_reason
     from frictool.errors import FrictoolError, NoSolutionError
 
@@ -80,10 +80,10 @@ def unplayable(model: Model, spec: Spec) -> FrictoolError:
 def search_design(
     test: DesignTest, outputs: SearchOutputs, inputs: list[Path], wishes: Design | None
 ) -> FoundDesign:
-    """Search for a design, and write the design and the picture of the search.
+    """Search for a design that meets the requirements; write it and a figure of the search.
 
     `wishes`: design with method `auto`, if the user provides one. Raises NoSolutionError if no
-    design passes.
+    design meets the requirements.
     """
     from frictool.campaign.automatic_design import design_automatically
     from frictool.campaign.views.search_picture import search_picture

@@ -1,4 +1,4 @@
-"""Escapes for control characters in texts of files, because a terminal would execute them."""
+"""Escapes for control characters in the texts of files, because a terminal would execute them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _UNSAFE = re.compile(
 
 
 def printable(text: str) -> str:
-    r"""Return the text with each control character as an escape.
+    r"""Return the text with an escape sequence in place of each control character.
 
     >>> printable("log\x1b[31m.csv")
     'log\\x1b[31m.csv'
@@ -21,7 +21,7 @@ def printable(text: str) -> str:
 
 
 def printable_json(text: str) -> str:
-    """Return an equivalent JSON text without control characters."""
+    """Return a JSON text with the same meaning but without control characters."""
     return _UNSAFE.sub(lambda match: f"\\u{ord(match.group()):04x}", text)
 
 

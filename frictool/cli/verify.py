@@ -1,4 +1,4 @@
-"""`frictool verify`: repeated proof of a controller's certificate, or of a step test."""
+"""`frictool verify`: check of a controller's certificate, or of the proof of a step test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options `--from` and `--to`: part of a log, in the log's time."""
+"""Options `--from` and `--to`: time window of a log, in the log's own time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def window_options(function: F) -> F:
-    """Add the parameters `start` and `end` [s] to a command; their default is None."""
+    """Add `--from` and `--to` to a command, as parameters `start` and `end` [s] or None."""
     end = click.option(
         "--to",
         "end",
@@ -35,7 +35,7 @@ def window_options(function: F) -> F:
 
 
 def window_of(start: float | None, end: float | None) -> TimeWindow:
-    """Return the window; raise UsageError for an empty window or a time beyond LATEST."""
+    """Return the time window; raise UsageError if it is empty or a time is beyond LATEST."""
     from frictool.logs.canonical.mcap_layout import LATEST
     from frictool.logs.log_assembly import TimeWindow
 

@@ -1,4 +1,4 @@
-"""Options `--cores` and `--cluster`: distribution of independent work."""
+"""Options `--cores` and `--cluster`: distribution of independent jobs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ cores_option = click.option(
 
 
 def workers_options(function: F) -> F:
-    """Add the parameters `cores` (int or None) and `cluster` (address or None) to a command."""
+    """Add the options `--cores` and `--cluster` to a command.
+
+    They become the parameters `cores` (int or None) and `cluster` (address or None).
+    """
     cluster = click.option(
         "--cluster",
         metavar="ADDRESS",
@@ -30,7 +33,7 @@ def workers_options(function: F) -> F:
 
 
 def refuse_both(cores: int | None, cluster: str | None) -> None:
-    """Raise UsageError if --cores and --cluster are combined."""
+    """Raise UsageError if --cores and --cluster are used together."""
     if cores is not None and cluster is not None:
         raise click.UsageError(
             "--cores applies to this machine; with --cluster, the cluster determines the "

@@ -89,7 +89,7 @@ class StreamEvidence:
 
     @property
     def drawing_order(self) -> int:
-        """Return the rank for drawing: 0 for variants, 1 for nominal streams, 2 and 3 for the worst."""
+        """Return the rank for drawing: 0 for a variant, 1 if nominal, from 2 for the worst."""
         return 2 * self.worst + self.nominal
 
     @property

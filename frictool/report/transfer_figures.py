@@ -34,7 +34,7 @@ def transfer_views(controller: Controller, curves: VertexTransfers) -> list[Page
 
 
 def symbols(controller: Controller) -> dict[str, str]:
-    """Return the symbols y (controlled quantity) and u (drive), and the name of y, for the titles."""
+    """Return the symbols y (controlled quantity) and u (drive), and the name of y, for titles."""
     rotary, position = controller.axis == "rotary", controller.structure == "position"
     y = ("θ" if rotary else "x") if position else ("ω" if rotary else "v")
     return {

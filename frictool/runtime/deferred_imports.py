@@ -1,4 +1,4 @@
-"""Deferred import of parts of numpy and scipy that other packages import without need.
+"""Deferred import of parts of numpy and scipy that numba and other packages import needlessly.
 
 This module is imported before the first kernel is called.
 """
@@ -20,7 +20,7 @@ UNUSED = ("f2py", "testing")
 def import_array_functions() -> None:
     """Import numba's array functions, which compilation needs, but do not import scipy.linalg.
 
-    For numpy.cov, which no kernel uses, numba tries to import scipy's BLAS. This function hides the
+    numba tries to import scipy's BLAS for numpy.cov, which no kernel uses. This function hides the
     BLAS during that import. For other functions of linear algebra, numba imports the BLAS later.
     """
     hidden = BLAS not in sys.modules
@@ -34,7 +34,7 @@ def import_array_functions() -> None:
 
 
 def defer_parts_of_numpy() -> None:
-    """Let numpy load its unused parts when an attribute of them is read."""
+    """Make numpy load its rarely used modules only when one of their attributes is read."""
     for part in UNUSED:
         name = f"numpy.{part}"
         spec = importlib.util.find_spec(name) if name not in sys.modules else None

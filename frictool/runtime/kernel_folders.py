@@ -1,4 +1,4 @@
-"""Management of the folders with compiled kernels: names, use, the lock for writing, removal.
+"""Management of the folders with compiled kernels: names, last use, write lock and removal.
 
 machine_code_store.py saves and loads the code in these folders.
 
@@ -49,7 +49,7 @@ class KernelFolder:
     """Folder of compiled kernels.
 
     size: total size of the files [bytes].
-    used: last start of a process that uses the folder [s since 1970].
+    used: start time of the last process that used the folder [s since 1970].
     busy: True if a process uses the folder now.
     """
 
@@ -65,10 +65,10 @@ def folder_name(toolchain: str) -> str:
 
 
 def untrusted_reason(folder: Path, sources: Path) -> str:
-    """Return why code from `folder` must not be loaded; "" if only trusted users can write there.
+    """Return why code from `folder` must not be loaded; "" if it can be trusted.
 
-    Trusted users are this user, root, and the owner of `sources`. The files are machine code and
-    pickles: whoever can write them can run code as the user who loads them.
+    Only this user, root and the owner of `sources` may be able to write in the folder. The files
+    are machine code and pickles: whoever can write them can run code as the user who loads them.
     """
     if not hasattr(os, "geteuid"):
         return ""  # Windows, on which the user's folders belong to the user
@@ -88,7 +88,7 @@ def untrusted_reason(folder: Path, sources: Path) -> str:
 
 @contextmanager
 def restricted_umask() -> Iterator[None]:
-    """Create files in the with-block without write permission for other users."""
+    """Let files in the with-block be created without write permission for other users."""
     before = os.umask(0o022)
     os.umask(before | 0o022)
     try:
@@ -115,14 +115,16 @@ def _size(folder: Path) -> int:
 
 
 def _last_used(folder: Path) -> float:
-    """Return the date of the lock file or, without one, of the newest entry [s since 1970]."""
     with suppress(OSError):
         return (folder / USED).stat().st_mtime
     return max(path.stat().st_mtime for path in (folder, *folder.iterdir()))
 
 
 def mark_used(folder: Path) -> None:
-    """Mark an existing folder as used until this process ends; do nothing without file locks."""
+    """Mark an existing folder as used until this process ends.
+
+    The function does nothing on systems without file locks.
+    """
     with suppress(OSError):
         while True:
             handle = os.open(folder / USED, os.O_RDWR | os.O_CREAT, 0o666)
@@ -170,7 +172,7 @@ def _take(folder: Path) -> int | None:
 
 
 def remove(folder: Path, now: float | None = None) -> bool:
-    """Remove a kernel folder; return False if it is kept, because it was used recently."""
+    """Remove a kernel folder; return False if it is kept because it was used recently."""
     now = time.time() if now is None else now
     try:
         rested = now - _last_used(folder) > REST_S
@@ -198,7 +200,8 @@ def remove(folder: Path, now: float | None = None) -> bool:
 def prune(parent: Path, current: Path) -> list[Path]:
     """Remove old kernel folders in `parent`; return the removed folders.
 
-    The `KEPT` most recently used folders stay, unless they were unused for a fortnight.
+    The folder `current` stays. Of the others, the `KEPT` most recently used folders stay, unless
+    they were unused for a fortnight.
     """
     now = time.time()
     others = []
@@ -217,9 +220,10 @@ def prune(parent: Path, current: Path) -> list[Path]:
 
 
 def prune_states(current: Path) -> list[Path]:
-    """Remove old states of the module with the folder `current`; return the removed folders.
+    """Remove folders with code of old sources of one module; return the removed folders.
 
-    The `KEPT` most recently used folders stay, unless they were unused for a fortnight.
+    `current`: folder with the code of the present sources. The `KEPT` most recently used folders
+    stay, unless they were unused for a fortnight.
     """
     now = time.time()
     others = [
@@ -232,7 +236,10 @@ def prune_states(current: Path) -> list[Path]:
 
 
 def states(folder: Path) -> list[KernelFolder]:
-    """Return the folders of module states in a toolchain's folder, last used first."""
+    """Return the subfolders for module states in a toolchain's folder, last used first.
+
+    A state is one version of the sources of a module.
+    """
     cached = []
     with suppress(OSError):
         for entry in os.scandir(folder):
@@ -243,17 +250,20 @@ def states(folder: Path) -> list[KernelFolder]:
 
 
 def module_of(state: Path) -> str:
-    """Return the module to which the folder `state` belongs, without the prefix `frictool.`."""
+    """Return the name of the module (without `frictool.`) whose code is in the folder `state`."""
     return state.name.rpartition("-")[0]
 
 
 def sized(state: KernelFolder) -> KernelFolder:
-    """Return the folder with `size` filled in."""
+    """Return a copy of the record with the `size` of its folder."""
     return replace(state, size=_size(state.path))
 
 
 def remove_state(state: Path, now: float | None = None) -> bool:
-    """Remove the folder of a state; return False if it is kept, because it was used recently."""
+    """Remove the code of one state of a module's sources; return False if the folder is kept.
+
+    It is kept if it was used recently.
+    """
     away = state.parent / f"{REMOVED}{state.name}-{os.getpid()}"
     with writing(state.parent) as mine:
         try:

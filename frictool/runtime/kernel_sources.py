@@ -3,7 +3,7 @@
 Comments and docstrings are ignored. Imports are read from the syntax tree, also inside functions;
 imports for type checkers are skipped. Some imports cannot be resolved from the tree: a star import,
 a package used as a whole, a name that a package computes, a module imported by a computed name.
-Each of these counts as an import of every module that it could mean. Other sources, such as those
+Such an import counts as an import of every module that it could mean. Other sources, such as those
 of numpy and numba, belong to the toolchain and are not followed.
 """
 
@@ -48,7 +48,7 @@ class UnknownSourcesError(Exception):
 
 @dataclass(frozen=True)
 class State:
-    """Names of the modules that machine code depends on, and the digest of their sources."""
+    """Names of the modules on which machine code depends, and the digest of their sources."""
 
     modules: frozenset[str]
     digest: str
@@ -56,12 +56,11 @@ class State:
 
 @dataclass(eq=False)
 class Sources:
-    """Sources of the modules of frictool, and of modules in the folder `root`.
+    """Sources of the modules of frictool, and of user modules in the folder `root`.
 
     package: folder of frictool.
-    only: name of the only package that is followed in `root`; "" for all packages.
-    memo: folder of a file with the analyses of sources, so that they are not repeated; None for no
-        file.
+    only: name of the package in `root` whose imports are followed; "" for all packages.
+    memo: folder of a file that stores analysed sources for the next process; None for no file.
     """
 
     root: Path
@@ -86,7 +85,8 @@ class Sources:
     def state(self, modules: Iterable[str]) -> State:
         """Return the state of `modules` and all modules that they import, directly or indirectly.
 
-        Raises UnknownSourcesError if a source cannot be read, or has changed since its import.
+        The state contains the names and the digest of the sources. Raises UnknownSourcesError if a
+        source cannot be read, or has changed since its import.
         """
         key = frozenset(modules)
         if key not in self._states:
@@ -116,7 +116,7 @@ class Sources:
         return State(frozenset(reached), seen.hexdigest()[:16])
 
     def holds(self, name: str) -> bool:
-        """Return True if `name` is a module or package that is followed."""
+        """Return True if the module or package `name` is one whose imports are followed."""
         if self.only and name.split(".")[0] not in ("frictool", self.only):
             return False
         return self._path(name) is not None or self._folder(name).is_dir()
@@ -148,7 +148,6 @@ class Sources:
         return self._paths[name]
 
     def _imported(self, name: str) -> frozenset[str]:
-        """Return the modules that `name` imports directly, including its parent packages."""
         if name not in self._edges:
             parts = name.split(".")
             modules = {".".join(parts[:count]) for count in range(1, len(parts))}
@@ -215,7 +214,6 @@ class Sources:
         return self._sources[name]
 
     def _is_as_imported(self, name: str, path: Path, stamp: tuple[int, ...]) -> bool:
-        """Return False if this process imported another version of the file."""
         if path in self._declared:
             return self._declared[path] == stamp
         return name not in sys.modules or max(stamp[:2]) < _START * 1e9

@@ -1,4 +1,4 @@
-"""Exports of a package that are imported at first use, so that the package is imported fast."""
+"""Exports of a package that are imported on first use, so that importing the package is fast."""
 
 from __future__ import annotations
 
@@ -13,18 +13,12 @@ def lazy_exports(
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return `__getattr__`, `__dir__` and `__all__` of a package that exports names of its modules.
 
-    Parameters
-    ----------
-    package : str
-        Full name of the package.
-    modules : dict
-        Name of a module, relative to the package -> names that this module exports.
+    Parameters ---------- package : str Full name of the package. modules : dict
+        Key: name of a module, relative to the package. Value: names that this module exports.
 
-    Returns
-    -------
-    tuple
-        `__getattr__`, `__dir__` and `__all__`. `__getattr__` imports the module of a name, and
-        keeps the value in the package; it raises AttributeError for a name that is not exported.
+    Returns ------- tuple `__getattr__`, `__dir__` and `__all__`. `__getattr__` imports the module
+    that exports a name, and stores the value in the package. It raises AttributeError for a name
+    that is not exported.
     """
     where = {name: f"{package}.{module}" for module, names in modules.items() for name in names}
     exported = sorted(where)

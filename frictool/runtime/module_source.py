@@ -20,10 +20,10 @@ ANALYSIS = (
 
 @dataclass(frozen=True)
 class ModuleSource:
-    """Digest of a module's syntax tree, its imports, and the names that it binds.
+    """Digest of a module's syntax tree, its imports, and the names that it defines or imports.
 
-    names: names that the module binds.
-    table: lazily exported name -> module, relative to the package.
+    names: names that the module defines or imports.
+    table: name that the package exports lazily -> module that defines it, relative to the package.
     is_open: True if the module imports another module by a computed name.
     """
 
@@ -35,7 +35,7 @@ class ModuleSource:
 
 
 def analyse(content: bytes) -> ModuleSource:
-    """Return the analysis of a module; raise SyntaxError or ValueError if `content` is invalid."""
+    """Analyse the source of a module; raise SyntaxError or ValueError if `content` is invalid."""
     tree = ast.parse(content)
     names = frozenset(_bound(tree))
     table = _table(tree)
@@ -95,7 +95,6 @@ def _bound(tree: ast.Module) -> set[str]:
 
 
 def _table(tree: ast.Module) -> dict[str, str]:
-    """Return name -> module, relative to the package, for the names that `lazy_exports` exports."""
     calls = [
         node
         for node in ast.walk(tree)

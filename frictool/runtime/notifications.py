@@ -1,4 +1,4 @@
-"""Notifications to the user: compilation, remarks, and values that were not measured.
+"""Notifications to the user: compilation, remarks, and document values that were not measured.
 
 A notification goes to the receiver in the current context (`contextvars`). Without a receiver, the
 notification is dropped, so that frictool is silent as a library. A thread does not inherit the
@@ -14,9 +14,9 @@ from typing import TypedDict, Unpack
 
 
 class Receivers(TypedDict, total=False):
-    """Functions that receive notifications, one for each kind.
+    """Functions that receive notifications, one for each kind of notification.
 
-    Each receiver has the same name and arguments as the function below that sends the notification.
+    A receiver has the same name and arguments as the function below that sends the notification.
     """
 
     compiling: Callable[[], None]
@@ -30,7 +30,7 @@ _receivers: ContextVar[Receivers] = ContextVar("receivers")
 
 @contextmanager
 def receiving(**receivers: Unpack[Receivers]) -> Iterator[None]:
-    """Send notifications to `receivers` within the with-block."""
+    """Send the notifications of the with-block to `receivers`."""
     token = _receivers.set(_current() | receivers)
     try:
         yield
@@ -57,7 +57,10 @@ def example_values(path: str, keys: tuple[str, ...]) -> None:
 
 
 def bench_values(path: str, reason: str) -> None:
-    """Notify that the model at `path` contains only values of the bench, and give the reason."""
+    """Notify that no value of the model at `path` was identified; `reason` says why.
+
+    All values of the model are those of the bench.
+    """
     if receiver := _current().get("bench_values"):
         receiver(path, reason)
 

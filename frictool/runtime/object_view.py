@@ -62,7 +62,7 @@ class ResultView(ObjectView):
 
 
 def same(one: Any, other: Any) -> bool:
-    """Return True if two values have the same types and contents; NaN is equal to NaN."""
+    """Return True if two values have equal types and equal contents; NaN is equal to NaN."""
     if one is other:
         return True
     if type(one) is not type(other):
@@ -144,7 +144,6 @@ def _quantity(value: Any) -> str:
 
 
 def _cell(value: Any, nested: bool = True) -> str:
-    """Return a value as HTML; a value with fields becomes a table if `nested` is True."""
     if nested and not _is_quantity(value):
         if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
             return _table([(key, entry) for key, entry in value.items()])
@@ -164,7 +163,6 @@ def _table(rows: list[tuple[str, Any]]) -> str:
 
 
 def _records(records: Sequence[Any]) -> str:
-    """Return records as a table with a column for each field of any record."""
     rows = [dict(_fields(one)) for one in records[:MOST_ROWS]]
     columns = list(dict.fromkeys(name for row in rows for name in row))
     head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)

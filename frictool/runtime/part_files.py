@@ -1,8 +1,8 @@
 """Output files that appear complete or not at all.
 
-An output is written next to its target under a name that ends in `.part`, then renamed. The writing
-process locks this part file until it exits. A process killed with SIGKILL leaves an unlocked part
-file; the next process that writes in the folder removes this file.
+An output is written next to its target, into a part file whose name ends in `.part`. The part file
+is then renamed. The writing process locks it until it exits. A process killed with SIGKILL leaves
+an unlocked part file; the next process that writes in the folder removes it.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def stale_parts(folder: Path) -> list[Path]:
 
 
 def remove_stale_parts(folder: Path) -> list[Path]:
-    """Remove the `stale_parts` of a folder; return the removed paths."""
+    """Remove part files and part folders that no process is writing; return the removed paths."""
     gone = []
     for part in stale_parts(folder):
         handle = _lock(part)
@@ -106,7 +106,7 @@ def _clean_once(folder: Path) -> None:
 
 
 def _locked_file(target: Path) -> tuple[int, Path]:
-    """Return the open handle and the path of a new part file, which is locked.
+    """Make a locked part file; return its open handle and its path.
 
     If another process removes the file before it is locked, a new file is made.
     """
@@ -124,7 +124,7 @@ def _locked_file(target: Path) -> tuple[int, Path]:
 
 
 def _locked_folder(target: Path) -> tuple[int | None, Path]:
-    """Return the handle that locks a new part folder (None without locks), and its path."""
+    """Make a part folder; return the handle of its lock (None without locks) and its path."""
     while True:
         part = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=SUFFIX))
         handle = _lock(part, wait=True)
@@ -151,7 +151,6 @@ def _lock(part: Path, wait: bool = False) -> int | None:
 
 
 def _is_stale(part: Path) -> bool:
-    """Return True if `part` belongs to this user and no process is writing it."""
     try:
         status = part.lstat()
     except OSError:
