@@ -1,10 +1,10 @@
-"""Friction of an axis with friction laws (plant/axis_friction_laws.py).
+"""Friction of an axis with `AxisLaws` (plant/axis_friction_laws.py).
 
-The friction depends on direction, speed, position and time at rest. The speed w >= 0 is the speed
-in the direction of motion. A knee is a speed at which the viscous coefficient changes. In the
-Stribeck layer, the range of low speeds, friction falls with speed. An axis that slows down passes
-the limit between two speed ranges at a lower speed than an axis that speeds up; otherwise a motion
-could chatter between the two ranges.
+This friction depends on the direction, speed, position and time at rest. The speed w >= 0 is
+measured in the direction of motion. A knee is a speed at which the viscous coefficient changes. In
+the Stribeck layer, the range of low speeds, friction falls with speed. An axis that slows down
+changes from one speed range to the next at a lower speed than an axis that speeds up. Otherwise an
+axis could change back and forth between two ranges without end.
 """
 
 from __future__ import annotations
@@ -35,14 +35,13 @@ def _side(direction: float) -> int:
 
 @kernel
 def _mapped(p: Vector, maps: int, direction: float, x: float) -> float:
-    """Return a friction polynomial at x; outside its range, at the nearest end of the range."""
     first = maps + al.MAX_TERMS * _side(direction)
     return polynomial(p[first : first + al.MAX_TERMS], min(max(x, p[al.MAP_LOW]), p[al.MAP_HIGH]))
 
 
 @kernel
 def coulomb_at(p: Vector, direction: float, x: float) -> float:
-    """Return the Coulomb friction [N m | N] of an axis with friction laws at x [rad | m]."""
+    """Return the Coulomb friction [N m | N] at position x; p: parameters with `AxisLaws`."""
     return (
         _mapped(p, al.COULOMB_MAPS, direction, x)
         if p[al.MAPPED] > 0.0
@@ -61,9 +60,10 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return (F, r): the breakaway at x is F after a long rest, and r F just after a stop.
+    """Return (full, fresh) of the breakaway at position x; p: parameters with `AxisLaws`.
 
-    F is in N m | N; r F is at least the Coulomb friction. The axis must have friction laws.
+    full [N m | N]: breakaway after a long rest. fresh: breakaway just after a stop, divided by
+    `full`. The product `fresh` * `full` is at least the Coulomb friction.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -72,20 +72,23 @@ def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
 
 @kernel
 def breakaway_at(p: Vector, direction: float, x: float, rested: float) -> float:
-    """Return the breakaway [N m | N] of an axis with friction laws after `rested` [s] at rest."""
+    """Return the breakaway [N m | N] at position x after `rested` [s] at rest.
+
+    p: parameters with `AxisLaws`.
+    """
     full, fresh = strength(p, direction, x)
     return full * dwell_factor(rested, fresh, p[al.RISE_TIME])
 
 
 @inner_kernel
 def at_edge(state: Vector, p: Vector, direction: float) -> bool:
-    """Return True if the backlash is closed in this direction, so that the motor moves the load."""
+    """Return True if the backlash is closed in `direction`, so that the motor moves the load."""
     return bool(direction * state[ax.GAP] >= 0.5 * p[ax.BACKLASH])
 
 
 @inner_kernel
 def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
-    """Return the largest effort [N m | N] in a direction under which an axis stays at rest.
+    """Return the largest effort [N m | N] in `direction` under which the axis stays at rest.
 
     The result is infinite if the axis touches the end stop in this direction.
     """
@@ -100,15 +103,15 @@ def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
 
 @kernel
 def distance_to_stop(p: Vector, x: float, direction: float) -> float:
-    """Return the distance to the end stop in this direction [rad | m]."""
+    """Return the distance [rad | m] from x to the end stop in `direction`."""
     return float(direction * (p[al.STOP_PAIR + _side(direction)] - x))
 
 
 @kernel
 def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
-    """Return the distance [rad | m] from x to the next boundary in this direction, and its kind.
+    """Return the distance [rad | m] from x to the next boundary in `direction`, and its code.
 
-    The kind is END_STOP, or MAP_EDGE for an end of the range of the position polynomials.
+    The code is END_STOP, or MAP_EDGE for an end of the range of the position polynomials.
     """
     length = distance_to_stop(p, x, direction)
     kind = END_STOP
@@ -124,9 +127,9 @@ def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
 
 @kernel
 def is_curved(state: Vector, p: Vector, direction: float) -> bool:
-    """Return True if the friction varies with position, or nonlinearly with speed.
+    """Return True if the friction now varies with position, or nonlinearly with speed.
 
-    The axis must have friction laws, and its backlash must be closed.
+    p: parameters with `AxisLaws`. The backlash must be closed.
     """
     if abs(state[ax.VELOCITY]) < p[al.LAYER]:
         return True
@@ -139,7 +142,8 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 def is_straight(p: Vector, load: Vector) -> bool:
     """Return True if every slip of an axis with parameters p and load (l,) has a closed form.
 
-    The friction is then linear in speed between knees and does not depend on the position.
+    This requires a friction that is linear in speed between two knees and independent of the
+    position.
     """
     if load.shape[0] > 0:
         return False
@@ -150,7 +154,7 @@ def is_straight(p: Vector, load: Vector) -> bool:
 
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
-    """Return (a, b): friction at speed w is Coulomb friction + a + b w + Stribeck term.
+    """Return (a, b) such that the friction is Coulomb friction + a + b w + Stribeck term.
 
     a is in N m | N, b in N m s/rad | N s/m.
     """
@@ -167,7 +171,7 @@ def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
 
 @kernel
 def speed_band(p: Vector, w: float) -> tuple[float, float]:
-    """Return the lowest and highest speed of the range around w in which the law is smooth."""
+    """Return the lowest and highest speed of the interval around w in which friction is smooth."""
     lower = 0.0
     upper = math.inf
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
@@ -184,9 +188,10 @@ def speed_band(p: Vector, w: float) -> tuple[float, float]:
 def slip_line(
     state: Vector, p: Vector, laws: Laws, direction: float, driving: bool
 ) -> tuple[float, float]:
-    """Return (coulomb, viscous): friction at speed w is coulomb + viscous w + Stribeck term.
+    """Return (c, b) such that the friction at the present speed w is c + b w + Stribeck term.
 
-    driving: True if the backlash is closed, so that the motor moves the load.
+    driving: True if the backlash is closed, so that the motor moves the load. laws: `p` if the axis
+    has `AxisLaws`, else None.
     """
     if not driving:
         return p[ax.BACKLASH_COULOMB], 0.0
@@ -198,5 +203,5 @@ def slip_line(
 
 @kernel
 def has_stribeck(p: Vector) -> bool:
-    """Return True if the friction falls with speed."""
+    """Return True if the axis has a Stribeck layer, in which the friction falls with speed."""
     return bool(p[al.STRIBECK_VELOCITY] > 0.0)

@@ -1,16 +1,18 @@
-"""Motion of one axis under a held command from event to event, in closed form if possible.
+"""Motion of one axis under a constant command, from event to event, in closed form if possible.
 
     at rest    until the drive, an exponential of time, reaches the breakaway
     slipping   until the speed falls to zero or the backlash closes; solved to rounding
                (engine/slip_closed_form.py)
 
-With friction laws (plant/axis_friction_laws.py) a slip also ends at an end stop, at a knee, at the
-limit of the Stribeck layer and at an end of the position polynomials. If the breakaway grows with
-the time at rest, engine/drive_lag.py computes the time of the breakaway. A slip has a closed form
-unless friction is nonlinear in speed or position, or a load depends on the position
-(plant/position_load.py); any other slip is integrated in steps (engine/slip_integration.py). A
-dynamic law, which neither sticks nor slips, is integrated by engine/dynamic_law_axis.py. Most axes
-need only the closed form; `advance_axis` with `curved` None is compiled without the integrators.
+With `AxisLaws` (plant/axis_friction_laws.py) a slip also ends at an end stop, at a knee of the
+viscous friction, at the limit of the Stribeck layer, and at an end of the position polynomials. If
+the breakaway grows with the time at rest, engine/drive_lag.py computes the time of the breakaway.
+
+A slip has a closed form unless friction is nonlinear in speed or position, or a load depends on the
+position (plant/position_load.py). Without a closed form, a slip is integrated in steps
+(engine/slip_integration.py). A dynamic law such as LuGre has neither stick nor slip and is
+integrated by engine/dynamic_law_axis.py. Most axes need only the closed form: `advance_axis` with
+`curved` None is compiled without the integrators.
 
 The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the
@@ -75,10 +77,10 @@ def _opposing(p: Vector, laws: Laws, x: float) -> float:
 def _rest(
     state: Vector, command: float, p: Vector, laws: Laws, remaining: float, refused: float
 ) -> tuple[float, float]:
-    """Keep the axis at rest for up to `remaining` [s] and advance the drive.
+    """Keep the axis at rest for up to `remaining` [s]; return the duration and the final direction.
 
-    Returns the duration, and the direction of the breakaway that ends the rest (0: none). refused:
-    direction in which the axis cannot break away, because a slip has just failed to start there.
+    The direction is 0 unless a breakaway ends the rest. refused: direction in which the axis cannot
+    break away, because a slip in this direction has just failed to start.
     """
     lag = p[ax.LAG]
     drive = state[ax.DRIVE]
@@ -104,7 +106,6 @@ def _rest(
 
 @kernel
 def _wait(state: Vector, command: float, p: Vector, direction: float, remaining: float) -> float:
-    """Return the time [s] until the drive reaches the breakaway, which grows at rest, or NEVER."""
     full, fresh = strength(p, direction, state[ax.POSITION])
     settled = direction * (p[ax.CONSTANT] * command - opposing_effort(p, state[ax.POSITION]))
     losing = direction * p[ax.CONSTANT] * (command - state[ax.DRIVE])
@@ -117,7 +118,7 @@ def _wait(state: Vector, command: float, p: Vector, direction: float, remaining:
 def _phase(
     state: Vector, command: float, p: Vector, direction: float, coulomb: float, viscous: float
 ) -> Phase:
-    """Return the phase of a slip (slip_closed_form.py) that begins now.
+    """Return the tuple `phase` (slip_closed_form.py) of a slip that begins at the present state.
 
     If the breakaway equals the Coulomb friction, the initial acceleration is zero up to a rounding
     error. The error is removed, because it could make the axis stop and break away again.
@@ -158,7 +159,7 @@ def _straight_slip(
     driving: bool,
     to_edge: float,
 ) -> tuple[float, float, float, int]:
-    """Return duration, distance, final speed and reason for the end of a slip in closed form.
+    """Return duration, distance, final speed and cause of the end of a slip in closed form.
 
     The state is not changed. to_edge: distance to the closing of the backlash.
     """
@@ -202,8 +203,8 @@ def _straight_slip(
 def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
     """Pass the end of the position polynomials or hit the end stop; return the new direction.
 
-    An axis that is pressed against the stop would rebound infinitely often in a finite time;
-    rebounds shorter than SHORTEST_FLIGHT are therefore left out.
+    An axis that is pressed against the stop would rebound infinitely often in a finite time.
+    Rebounds shorter than SHORTEST_FLIGHT are therefore left out.
     """
     _, kind_of_end = next_place(p, start, direction)
     if kind_of_end == MAP_EDGE:
@@ -236,10 +237,9 @@ def _slip(
     direction: float,
     remaining: float,
 ) -> tuple[float, float, int]:
-    """Let the axis slip for up to `remaining` [s]; curved: as in `advance_axis`.
+    """Let the axis slip for up to `remaining` [s]; return (duration, direction, cause of the end).
 
-    Returns the duration, the direction of the further motion (0 after a stop), and the reason for
-    the end.
+    The direction is that of the further motion, 0 after a stop.
     """
     to_edge = 0.5 * p[ax.BACKLASH] - direction * state[ax.GAP]
     driving = to_edge <= 0.0
@@ -319,8 +319,8 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
     """Return True if the axis rests and stays at rest as long as `command` [A | V] acts.
 
     The test is exact, because the drive tends monotonically to the command and the breakaway does
-    not fall at rest. The result is always False for an axis with a winding, whose drive limit
-    changes within a period, and for a dynamic law, which deflects under any effort.
+    not fall during a rest. The result is False for any axis with a winding, because its drive limit
+    changes within a period, and for any axis with a dynamic law, which deflects under any effort.
     """
     if state[ax.VELOCITY] != 0.0 or p[ax.RESISTANCE] > 0.0:
         return False
@@ -332,9 +332,9 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
 
 @kernel
 def rest_on(state: Vector, command: float, p: Vector, duration: float, decay: float) -> None:
-    """Advance an axis for which `is_held` is True; the result equals the result of `advance`.
+    """Advance an axis that stays at rest (`is_held`), exactly as `advance` does, but faster.
 
-    decay: e^(-duration/lag), 0 without a lag.
+    decay: e^(-duration/lag) of the drive, 0 for a drive without lag.
     """
     command = min(max(command, -p[ax.DRIVE_LIMIT]), p[ax.DRIVE_LIMIT])
     if decay == 0.0:
@@ -347,7 +347,7 @@ def rest_on(state: Vector, command: float, p: Vector, duration: float, decay: fl
 
 @kernel
 def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
-    """Return the lowest and highest drive [A | V] that drive and winding allow at `velocity`."""
+    """Return the lowest and highest drive [A | V] that the drive limit and the winding allow."""
     low = -p[ax.DRIVE_LIMIT]
     high = p[ax.DRIVE_LIMIT]
     if p[ax.RESISTANCE] > 0.0:
@@ -359,9 +359,10 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 
 @kernel
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
-    """Return the present drive [A | V], limited to `drive_range`.
+    """Return the present drive [A | V] within `drive_range`.
 
-    The drive before the limit is an entry of the state if the drive has a lag, else the command.
+    If the drive has a lag, its value before this limitation is in `state`; otherwise it is
+    `command`.
     """
     low, high = drive_range(p, state[ax.VELOCITY])
     return float(min(max(state[ax.DRIVE] if p[ax.LAG] > 0.0 else command, low), high))
@@ -369,13 +370,13 @@ def drive_from_now(state: Vector, command: float, p: Vector) -> float:
 
 @kernel
 def advance(state: Vector, command: float, parameters: Vector, duration: float) -> int:
-    """Advance `state` (7,), in place, by `duration` [s] under a held `command` [A | V].
+    """Advance `state` (7,), in place, by `duration` [s] under a constant `command` [A | V].
 
-    plant/axis.py lists the entries of `state` and of `parameters` (14,). Friction laws extend
+    plant/axis.py lists the entries of `state` and of `parameters` (14,). `AxisLaws` extend
     `parameters` to (EXTENDED_SIZE,). A dynamic law (engine/dynamic_law_axis.py) and a load
     (plant/position_load.py `with_load`) append values to `parameters`; a dynamic law also appends
-    its states to `state`. With a winding, supply voltage and back-EMF limit the current; the limit
-    is computed for the speed at the beginning of the call. Returns a status of
+    its internal states to `state`. With a winding, supply voltage and back-EMF limit the current.
+    This limit is computed for the speed at the beginning of the call. Returns a status of
     engine/status_codes.py.
     """
     return int(advance_axis(state, command, parameters, parameters, duration))
@@ -385,7 +386,7 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
 def advance_axis(
     state: Vector, command: float, parameters: Vector, curved: Laws, duration: float
 ) -> int:
-    """Advance `state` as `advance` does.
+    """Advance `state` as `advance` does, with or without the integrators for slips.
 
     curved: None if every slip has a closed form (axis_friction.py `is_straight`), else
     `parameters`.

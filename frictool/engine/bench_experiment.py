@@ -4,9 +4,9 @@
     ramps       a list of drive values, one per sample, in segments; a segment ends, and the
                 direction changes, at certain encoder readings (figure 4.6)
 
-The position loop computes rates as differences of encoder counts over a period. An effort computed
-at sample k acts from sample k + `delay` on; until then the drive is 0. The results are the measured
-`position` (n,) and the `drive` (n,) at the samples.
+The position loop computes rates as differences of encoder counts over a period. The effort that
+the loop computes at sample k acts from sample k + `delay` on; until then the drive is 0. The
+results are the measured `position` (n,) and the `drive` (n,) at the samples.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ def next_place(
     rules: Vector,
     measured: float,
 ) -> RampProgress:
-    """Return the progress after a sample; `progress.row` equals `rows` at the end of the test.
+    """Return the progress after a sample; `progress.row` is `rows` at the end of the test.
 
-    `play_ramps` explains the arguments.
+    measured: encoder reading at the sample. The other arguments are those of `play_ramps`.
     """
     row = progress.row
     if measured > rules[2] if progress.segment > 0.0 else measured < rules[1]:
@@ -96,11 +96,12 @@ def play_reference(
     position: Vector,
     drive: Vector,
 ) -> int:
-    """Follow `reference` (n,) from `state` (7,), in place; fill `position` and `drive` (n,).
+    """Simulate the axis under its position loop with the `reference` (n,); return a status.
 
-    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo`; its limit is not
-    applied, so that only the axis's drive limits the effort. Returns a status of
-    engine/status_codes.py.
+    axis: parameters (plant/axis.py). load: plant/position_load.py. `state` (7,) is changed in
+    place, `position` and `drive` (n,) are filled. servo (5,): `PositionServo`; its limit is not
+    applied, so that only the axis's drive limits the effort. engine/status_codes.py lists the
+    statuses.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)
@@ -132,13 +133,13 @@ def play_one_ramp(
     advance_on: float,
     extremes: Vector,
 ) -> tuple[bool, int]:
-    """Advance `state` (7,), in place, through one ramp of the drive [A | V] in a direction (1, -1).
+    """Simulate the axis under one ramp of the drive [A | V] in `direction` (1, -1).
 
     The drive is 0 for `pause` samples and then rises by `slope` per second up to `top`. The ramp
     ends after `samples` samples. If `advance_on` [rad | m] is finite, the ramp ends earlier if the
-    axis has moved by `advance_on` or passed the position `turn`. extremes (3,): lowest position,
-    highest position and largest speed so far, updated. Returns True if the axis ends beyond `turn`,
-    and a status of engine/status_codes.py.
+    axis has moved by `advance_on` or passed the position `turn`. `state` (7,) is changed in place.
+    extremes (3,): lowest position, highest position and largest speed so far, updated. Returns True
+    if the axis ends beyond `turn`, and a status of engine/status_codes.py.
     """
     start = state[POSITION]
     is_beyond = False
@@ -174,11 +175,11 @@ def play_ramps(
 ) -> int:
     """Apply the drive values `rows` (n,) of a ramp test; fill `position` and `drive` (n,).
 
-    segment (n,): number of each value's segment; its sign is the direction. following (n,): index
-    of the first value of the next segment. turning (n,): index of the first value of the next
-    segment in the opposite direction. Without a further segment, the index is n. rules (3,)
-    [rad | m]: displacement after which a segment ends; lower and upper position at which the
-    direction changes. played (1,): set to the number of values applied. Returns a status of
+    segment (n,): number of the segment of each value; its sign is the direction. following (n,):
+    index of the first value of the next segment. turning (n,): index of the first value of the next
+    segment in the opposite direction. An index is n if there is no such segment. rules (3,) [rad |
+    m]: displacement after which a segment ends; lower and upper position at which the direction
+    changes. played (1,): set to the number of values applied. Returns a status of
     engine/status_codes.py.
     """
     p = with_load(axis, load)

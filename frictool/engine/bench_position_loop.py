@@ -6,8 +6,8 @@
 P, I and D are gains. The controller runs once per period; derivatives are backward differences.
 With r = 1 the derivative acts on the error, with r = 0 on the position alone. A cascade of a
 position gain k_p and a speed gain k_v has P = k_v k_p, D = k_v, r = 0. The effort acts without
-delay and is held for a period; the drive may have a lag. Without the encoder's quantisation, the
-simulation is a smooth function of the axis's parameters.
+delay and is constant for a period; the drive may have a lag. Without quantisation, the simulated
+motion is a smooth function of the axis's parameters.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ PROPORTIONAL, INTEGRAL, DERIVATIVE, REFERENCE_RATE = 0, 1, 2, 3
 class PositionServo(NamedTuple):
     """Gains of the bench's position loop [N/m, N/(m s), N s/m]; rotary: with N m and rad.
 
-    reference_rate: weight r of the reference in the derivative term. limit: largest effort [N | N
-    m].
+    reference_rate: weight r of the reference in the derivative term. limit [N | N m]: largest
+    effort.
     """
 
     proportional: float
@@ -56,13 +56,12 @@ def follow_reference(
     velocities: Vector,
     efforts: Vector,
 ) -> int:
-    """Follow `reference` (n,) from `state` (7,), in place.
+    """Simulate the axis under its position loop with the `reference` (n,); return a status.
 
-    Fills positions, velocities and efforts (n,).
-
-    p: engine/effort_replay.py `replay_parameters`. load: plant/position_load.py. servo (5,):
-    `PositionServo`. start: first effort [N m | N], from which the initial integral is computed if
-    the loop has an integral gain. Returns a status of engine/status_codes.py.
+    p: parameters (engine/effort_replay.py `replay_parameters`). load: plant/position_load.py.
+    `state` (7,) is changed in place; positions, velocities and efforts (n,) are filled. servo (5,):
+    `PositionServo`. start [N m | N]: first effort; if the loop has an integral gain, the initial
+    integral is computed from `start`. engine/status_codes.py lists the statuses.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

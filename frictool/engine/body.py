@@ -3,10 +3,10 @@
              ◀── friction
     effort u ──▶ [ m ] ──▶ v          lower stop │        x        │ upper stop
 
-The friction law consists of a kernel `slip_force(v, direction, law)` and two breakaway forces.
-Above the speed `straight_from`, the friction is the straight line `direction * coulomb + viscous *
-v` up to rounding, and the engine uses a closed form. Below this speed, in the Stribeck layer, the
-engine integrates in steps.
+The friction law consists of a function `slip_force(v, direction, law)` and two breakaway forces.
+Above the speed `straight_from`, the friction is `direction * coulomb + viscous * v` up to rounding,
+and the motion has a closed form. Below this speed, in the Stribeck layer, the motion is integrated
+in steps.
 """
 
 from __future__ import annotations
@@ -57,10 +57,9 @@ TOLERANCE_DEFAULT = 1e-8
 class FrictionBody:
     """Mass [kg | kg m2] with friction, SI; forces in N for a linear axis, N m for a rotary one.
 
-    slip_force: kernel (v, direction, law) -> force. law: parameters of the kernel. `breakaway`,
+    slip_force: kernel (v, direction, law) -> force. law: parameters of this kernel. `breakaway`,
     `coulomb`, `viscous` and `viscous_beyond` are pairs (backward, forward), >= 0; `stops` is (low,
-    high). tolerance: largest error of the speed, relative to the speed or, below `speed_scale`,
-    to `speed_scale`. The function `law_simulation.body_of` returns the body of a friction law.
+    high). tolerance: allowed error of the speed, relative to max(speed, `speed_scale`).
     """
 
     mass: float
@@ -81,13 +80,13 @@ class FrictionBody:
     extension: PackedExtension | None = None
 
     def law_in(self, direction: float) -> Vector:
-        """Return the parameters of `slip_force` in a direction."""
+        """Return the parameters of `slip_force` for a direction of slip."""
         if self.extension is None:
             return self.law
         return self.extension.forward if direction > 0.0 else self.extension.backward
 
     def as_array(self) -> Vector:
-        """Return the parameters (16,) for the kernels; raise ValueError if they are invalid."""
+        """Return the parameters of the body (16,); raise ValueError if they are invalid."""
         array = np.empty(BODY_SIZE)
         array[MASS] = self.mass
         for base, pair in (

@@ -1,7 +1,7 @@
 """Sampled controller and axis in closed loop: controller at every sample, axis motion in between.
 
     sample k:  position --[encoder: floor(x/step) step]--> y[k] --[controller]--> u[k]
-    --[delay_samples]--> held until k+1
+    --[delay_samples]--> constant until k+1
 
 An incremental encoder counts the edges below the position; the formula therefore has floor. The
 command of sample k acts from sample k + delay_samples on. Before the first command acts, the drive
@@ -10,8 +10,8 @@ the record contains the value after the jump.
 
 A load that depends on position (plant/position_load.py) is part of the integrated equations. At
 rest neither position nor load changes, so that the position of an axis at rest is exactly constant.
-The limit of a winding (plant/axis.py) is updated PARTS times per period, with the speed at the
-beginning of each part. Each sample has one row of disturbances, drifts and faults
+The current limit of a winding (plant/axis.py) is updated PARTS times per period, with the speed at
+that time. Each sample has one row of disturbances, drifts and faults
 (engine/disturbances_and_faults.py). A speed sensor, if the controller uses one, measures the true
 speed at the sample.
 """
@@ -46,12 +46,12 @@ PARTS = 4  # parts of a period for an axis with a winding
 
 @kernel
 def measure(position: float, step: float) -> float:
-    """Return an encoder's reading [rad | m] of a position; the position itself if step is 0."""
+    """Return the encoder's reading [rad | m] of a position; step 0 means no quantisation."""
     return math.floor(position / step) * step if step > 0.0 else position
 
 
 def load_of_run(axis: Vector, load: Vector) -> Vector | None:
-    """Return the argument `load` of `run` for the parameters `axis` (a,) and a load (l,).
+    """Return the argument `load` of `run` for an axis (a,) with a load (l,).
 
     The result is None if every slip has a closed form; `run` is then compiled without the
     integrators.
@@ -73,13 +73,13 @@ def run(
 ) -> int:
     """Simulate the loop over `reference` (n,), one value per `period` [s]; fill `record` (n, 7).
 
-    axis (a,), state (7,): plant/axis.py. controller: control/compiled_program.py, started at the
-    measured position. State and controller are changed in place. load: plant/position_load.py;
-    None if every slip has a closed form (`load_of_run`). conditions (n, 8):
+    axis (a,), state (7,): plant/axis.py. controller: array of control/compiled_program.py,
+    initialised at the measured position. State and controller are changed in place. load:
+    plant/position_load.py; None if every slip has a closed form (`load_of_run`). conditions (n, 8):
     engine/disturbances_and_faults.py, or (0, 8) for none.
 
-    Returns a status of engine/status_codes.py; if it is not OK, the record is filled up to the
-    failing sample.
+    Returns a status of engine/status_codes.py. If the status is not OK, the record is filled up to
+    the failing sample.
     """
     if load is not None:
         axis = with_load(axis, load)
@@ -99,7 +99,10 @@ def run(
 
 @inner_kernel
 def encoder_reading(axis: Vector, state: Vector, last: float, conditions: Vector, k: int) -> float:
-    """Return the encoder's reading at sample k [rad | m]; `last`: reading at sample k - 1."""
+    """Return the encoder's reading [rad | m] at sample k.
+
+    last: reading at sample k - 1, which a stuck encoder repeats.
+    """
     reported = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
     return (
         faulty(reported, axis[ax.ENCODER_STEP], last, conditions[k])
@@ -156,7 +159,7 @@ def begin_sample(
 ) -> tuple[float, bool]:
     """Fill the record's row (7,) of sample k; return the acting command, and True if `p` changed.
 
-    `advance_sample` explains the arguments.
+    The arguments are those of `advance_sample`.
     """
     slots = waiting.shape[0]
     waiting[k % slots] = command

@@ -1,7 +1,7 @@
 """Closed loop of engine/closed_loop.py with a controller as machine code (control/machine_code.py).
 
-The record equals the record of `closed_loop.run` bit by bit. While the command cannot move the
-resting axis, only the state of the drive is computed.
+The record equals the record of `closed_loop.run` bit by bit. While the axis rests and the command
+cannot move it, only the state of the drive is computed.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ def replay_coded(
 ) -> None:
     """Run a controller's machine code over recorded samples; write its commands to `returned` (n,).
 
-    controller (v,), changed in place, and code: as in `run_coded`. reference, position, velocity
-    (n,): inputs of the controller.
+    controller (v,): values of the controller's program, changed in place. code: address of the
+    machine code (machine_code.MachineCode). reference, position, velocity (n,): inputs of the
+    controller.
     """
     memory = np.int64(controller.ctypes.data)
     for k in range(reference.shape[0]):

@@ -9,15 +9,16 @@ col.  name             meaning
 0     DISTURBANCE      external effort on the axis [N m | N]; positive values drive forward
 1     FRICTION         factor of all dry friction: Coulomb, breakaway, their position maps, and
                        the friction inside the backlash
-2     VISCOUS_FACTOR   factor of the viscous coefficients of all regimes, not of the knees
+2     VISCOUS_FACTOR   factor of the viscous coefficients of all speed ranges
 3     CONSTANT_FACTOR  factor of the drive's constant, in effort and back-electromotive force
 4     LOST             counts lost by the encoder so far; the reading is too low by this number
 5     ENCODER_FAULT    STUCK: the reading does not change; INVALID: it is NaN; 0: no fault
-6     SENSOR_OFFSET    a of the drive's sensor, which measures b drive + a; 0 without fault
-7     SENSOR_GAIN      b of the drive's sensor; 1 without fault
+6     SENSOR_OFFSET    offset a of the sensor of the drive [A | V]; 0 without fault
+7     SENSOR_GAIN      gain b of the sensor of the drive; 1 without fault
 ====  ===============  =========================================================================
 
-The inner loop of the drive makes the measured drive equal to the command.
+The sensor of the drive measures b drive + a. The inner loop of the drive makes the measured drive
+equal to the command.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ def neutral(samples: int) -> Vector:
 
 @kernel
 def constant(row: Vector, samples: int) -> Vector:
-    """Return conditions (samples, 8) that all have the values of `row` (8,)."""
+    """Return conditions (samples, 8) in which every row equals `row` (8,)."""
     rows = np.empty((samples, CONDITIONS_SIZE))
     for k in range(samples):
         for column in range(CONDITIONS_SIZE):
@@ -65,7 +66,7 @@ def constant(row: Vector, samples: int) -> Vector:
 
 @kernel
 def extremes(values: Vector) -> tuple[float, float]:
-    """Return the smallest and the largest of the values (n,), n >= 1, all finite."""
+    """Return the smallest and the largest of the values (n,); all values must be finite, n >= 1."""
     low = high = values[0]
     for value in values:
         low = min(low, value)
@@ -75,9 +76,9 @@ def extremes(values: Vector) -> tuple[float, float]:
 
 @kernel
 def impose(axis: Vector, p: Vector, row: Vector) -> None:
-    """Fill `p` with the parameters `axis` (plant/axis.py) changed by the conditions `row` (8,).
+    """Fill `p` with the parameters `axis` (plant/axis.py), changed by the conditions `row` (8,).
 
-    Both arrays have the same length.
+    `axis` and `p` have the same length.
     """
     friction, viscous = row[FRICTION], row[VISCOUS_FACTOR]
     p[ax.COULOMB], p[ax.BREAKAWAY] = friction * axis[ax.COULOMB], friction * axis[ax.BREAKAWAY]
@@ -102,7 +103,7 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
 def with_friction(axis: Vector, viscous: float, dry: float) -> Vector:
     """Return the parameters `axis` with friction multiplied by the factors `viscous` and `dry`.
 
-    The axis's drive must have no limit.
+    The drive of the axis must have no limit.
     """
     row = neutral(1)[0]
     row[VISCOUS_FACTOR], row[FRICTION] = viscous, dry
@@ -113,7 +114,7 @@ def with_friction(axis: Vector, viscous: float, dry: float) -> Vector:
 
 @kernel
 def changes_parameters(before: Vector, row: Vector) -> bool:
-    """Return True if `before` and `row` (8,) give the axis different parameters (`impose`)."""
+    """Return True if two rows (8,) of the conditions differ in a parameter factor."""
     return bool(
         row[DISTURBANCE] != before[DISTURBANCE]
         or row[FRICTION] != before[FRICTION]
@@ -124,9 +125,9 @@ def changes_parameters(before: Vector, row: Vector) -> bool:
 
 @kernel
 def true_command(command: float, limit: float, row: Vector) -> float:
-    """Return the true drive [A | V] for which the drive's sensor measures the limited command.
+    """Return the drive [A | V] that results from a command when the drive's sensor has a fault.
 
-    A command that is not finite is returned unchanged.
+    The command is limited first. A command that is not finite is returned unchanged.
     """
     if not math.isfinite(command):
         return command
@@ -135,9 +136,10 @@ def true_command(command: float, limit: float, row: Vector) -> float:
 
 @kernel
 def faulty(reported: float, step: float, last: float, row: Vector) -> float:
-    """Return the reading [rad | m] of an encoder with faults; without faults it is `reported`.
+    """Return the reading [rad | m] of an encoder with the faults of `row`.
 
-    last: reading at the previous sample. step: resolution [rad | m].
+    reported: reading without faults. last: reading at the previous sample. step: resolution [rad |
+    m].
     """
     if row[ENCODER_FAULT] == INVALID:
         return math.nan

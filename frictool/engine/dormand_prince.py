@@ -77,10 +77,7 @@ ERRORS = np.array((E1, 0.0, E3, E4, E5, E6, E7))
 
 
 class _Slip(NamedTuple):
-    """Slip in one direction: v' = (effort - force(v, direction, law)) mobility.
-
-    mobility: 1/mass.
-    """
+    """Slip in one direction: v' = (effort - force(v, direction, law)) mobility."""
 
     force: Force
     law: Vector
@@ -97,7 +94,7 @@ def _rate(slip: _Slip, t: float, x: float, v: float, q: float) -> float:
 
 @bare_kernel
 def fill_row(row: Vector, k: tuple[float, float, float, float, float, float, float]) -> None:
-    """Fill a row with the derivatives k at the seven stages of a step."""
+    """Copy the derivatives k of the seven stages of a step to a row (7,)."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = k
 
 
@@ -156,7 +153,7 @@ def layer_step(
 
 @bare_kernel
 def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
-    """Fill the first 5 columns of `piece` with the polynomials of the step's dense output.
+    """Fill the first 5 columns of `piece` with the coefficients of the step's dense output.
 
     The polynomials are functions of the time since the step's start. `piece` and `slopes` (rows, 7)
     have one row for each state.
@@ -174,7 +171,10 @@ def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
 
 @bare_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
-    """Fill `point` (n,) with the state at which a stage is evaluated; slopes (7, n)."""
+    """Fill `point` (n,) with the state at which the derivatives of a stage are evaluated.
+
+    y (n,): state at the start of the step. slopes (7, n): derivatives of the earlier stages.
+    """
     for row in range(y.shape[0]):
         total = 0.0
         for j in range(stage):

@@ -4,12 +4,13 @@
            - proportional (x - r) - derivative v - integral q
     r(t) = target + target_speed t              q' = x - r
 
-held, ramped    offset and slope
+constant, ramp  offset and slope
 sine            amplitude, frequency, phase
 spring          proportional = stiffness, r = free end of the spring (3.7.2)
 PID             all three gains (3.40)
 
-lag of a drive  u has a further term decaying e^(-decay_rate t), for dynamic laws only
+With a lag of the drive, u has the further term decaying e^(-decay_rate t); only the simulation of
+dynamic friction laws supports this term.
 
 u is the effort, x the position, v the velocity, r the position reference, q the integral of x - r.
 Apart from the sine, u is linear in time and state. With a fixed sign of the friction, the motion
@@ -73,25 +74,25 @@ class EffortFunction(NamedTuple):
 
 
 def held(effort: float) -> EffortFunction:
-    """Return a constant effort [N | N m]."""
+    """Return a drive with a constant effort [N | N m]."""
     return EffortFunction(offset=effort)
 
 
 def ramped(effort: float, rate: float, start: float = 0.0) -> EffortFunction:
-    """Return a ramp that has the value `effort` [N] at `start` [s] and grows by `rate` [N/s]."""
+    """Return a ramp whose effort equals `effort` [N] at `start` [s] and grows by `rate` [N/s]."""
     return EffortFunction(offset=effort - rate * start, slope=rate)
 
 
 def spring(stiffness: float, speed: float, position: float = 0.0) -> EffortFunction:
     """Return the effort of a spring [N/m] whose free end moves at `speed` [m/s] (3.7.2).
 
-    position [m]: free end at t = 0.
+    position [m]: position of the free end at t = 0.
     """
     return EffortFunction(proportional=stiffness, target=position, target_speed=speed)
 
 
 def pid(proportional: float, derivative: float, integral: float, target: float) -> EffortFunction:
-    """Return the position loop (thesis 3.40) towards the position `target` [m].
+    """Return the effort of a PID position controller (thesis 3.40) with the reference `target` [m].
 
     The gains are Kp [N/m], Kv [N s/m] and Ki [N/(m s)].
     """

@@ -1,6 +1,6 @@
-"""Drive with a first-order lag under a held command, and the time at which it reaches a breakaway.
+"""Drive with a first-order lag, and the time at which its effort reaches the breakaway.
 
-The breakaway rises with the axis's time at rest.
+The command is constant, and the breakaway rises with the axis's time at rest.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ NEVER = -1.0
 
 @inner_kernel
 def lagged_drive(drive: float, command: float, lag: float, t: float) -> float:
-    """Return the drive after t [s] under a held command."""
+    """Return the drive after t [s] under a constant command."""
     return (
         command
         if drive == command or lag == 0.0
@@ -26,7 +26,6 @@ def lagged_drive(drive: float, command: float, lag: float, t: float) -> float:
 
 @kernel
 def _steepness(age: float, lag: float, t: float) -> float:
-    """Return (age + t)^2 e^{-t/lag}, which has its maximum at t = 2 lag - age."""
     return (age + t) * (age + t) * math.exp(-t / lag)
 
 
@@ -59,7 +58,7 @@ def outgrowing_time(
     lag: float,
     remaining: float,
 ) -> float:
-    """Return the first t in [0, remaining] at which the drive reaches the breakaway, or NEVER.
+    """Return the first t in [0, remaining] at which the effort reaches the breakaway, or NEVER.
 
     effort(t)    = settled - losing e^{-t/lag}              losing > 0, lag > 0
     breakaway(t) = full dwell_factor(rested + t, fresh, rise)
@@ -67,8 +66,8 @@ def outgrowing_time(
 
     `full` is the breakaway after a long rest, and `rested` [s] the time at rest before t = 0. At
     t = 0 the effort must be below the breakaway. The difference breakaway - effort falls while
-    (age + t)^2 e^{-t/lag} > lost lag/losing. This is at most one interval, which contains the first
-    zero of the difference.
+    (age + t)^2 e^{-t/lag} > lost lag/losing. This condition holds on at most one interval, which
+    contains the first zero of the difference.
     """
     lost = (1.0 - fresh) * full * rise
     age = rise + rested

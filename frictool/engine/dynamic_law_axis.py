@@ -1,15 +1,16 @@
-"""Motion of an axis whose friction is a dynamic law, such as LuGre, under a held command.
+"""Motion of an axis with a dynamic friction law, such as LuGre, under a constant command.
 
     J v' = K i(t) - offset - load(x) - F(z, z', v)        x' = v        z' = rate(z, v)
 
-x is the position, v the velocity, z the inner state of the law, F the friction, and J the inertia.
-The effort K i(t) of the drive is an exponential of time. The contact deflects under any effort, so
-that the axis has no exact rest, and does not stick and slip as in engine/axis_motion.py. The motion
-is integrated by the Rosenbrock method of engine/dynamic_law_motion.py. The length of a step is kept
-from one call to the next. Impacts at end stops are located on the dense output of a step. An axis
-that is pressed against a stop rests there exactly. The axis has no backlash.
+x is the position, v the velocity, z the internal state of the law, F the friction, and J the
+inertia. The effort K i(t) of the drive is an exponential of time. The contact deflects under any
+effort, so that the axis is never exactly at rest, unlike an axis of engine/axis_motion.py. The
+motion is integrated by the Rosenbrock method of engine/dynamic_law_motion.py. The step length at
+the end of a call is the first step length of the next call. Impacts at end stops are located on the
+dense output of a step. An axis that is pressed against a stop rests there exactly. Backlash is not
+supported.
 
-The parameters of the axis (plant/axis_friction_laws.py) are followed by the DYNAMIC_SIZE values of
+The parameters of the axis (plant/axis_friction_laws.py) are followed by DYNAMIC_SIZE values of
 the law, and then by the load. The values of the law are: HEAD numbers (addresses of kernels, sizes
 and tolerance), the reference sizes of `dynamic_law_motion.run_dynamic`, the kind of drift of each
 parameter, and the arrays of friction/law_extension.py. The state (7,) of the axis is followed by
@@ -70,7 +71,7 @@ BISECTIONS = 60
 
 
 def with_dynamic_law(axis: Vector, dynamic: AxisDynamicLaw) -> Vector:
-    """Return the parameters of `axis` with a dynamic law, for the kernels.
+    """Return the parameter array of an axis with a dynamic friction law.
 
     Raises ValueError if the law does not support its extension.
     """
@@ -94,7 +95,7 @@ def with_dynamic_law(axis: Vector, dynamic: AxisDynamicLaw) -> Vector:
 
 
 def with_contact(state: Vector, dynamic: AxisDynamicLaw) -> Vector:
-    """Return the state (7,) of an axis, extended by a step length of 0 and an undeflected z."""
+    """Return the state (7,) of an axis, extended by a step length of 0 and z without deflection."""
     kernels = dynamic.law.kernels
     assert isinstance(kernels, DynamicKernels)
     return np.concatenate([state, [0.0], kernels.reset(dynamic.p)])
@@ -102,7 +103,7 @@ def with_contact(state: Vector, dynamic: AxisDynamicLaw) -> Vector:
 
 @inner_kernel
 def has_dynamic_law(p: Vector) -> bool:
-    """Return True if the friction of an axis with laws is a dynamic law."""
+    """Return True if the parameters p contain a dynamic friction law; p must contain `AxisLaws`."""
     return bool(p[al.DYNAMIC_SIZE] > 0.0)
 
 
@@ -147,7 +148,6 @@ def _drive(state: Vector, command: float, p: Vector) -> Vector:
 
 @inner_kernel
 def _wall(x: float, p: Vector) -> float:
-    """Return 1 or -1 at the upper or lower end stop, 0 between them."""
     return 1.0 if x >= p[al.STOP_PAIR + 1] else -1.0 if x <= p[al.STOP_PAIR] else 0.0
 
 
@@ -169,9 +169,10 @@ def _released(driven: DrivenContact, t: float, wall: float, outwards: float) -> 
 def _meet_stop(
     y: Vector, after: Vector, stages: Vector, rows: int, wall: float, place: float, at: Vector
 ) -> float:
-    """Move y to the end stop at `place`, between y and `after`; return the fraction of the step.
+    """Move y to the end stop at `place`; return the fraction of the step before the impact.
 
-    An axis that is already at the stop stays there for the whole step.
+    `after` is the state at the end of the step, beyond the stop. An axis that is already at the
+    stop stays there for the whole step.
     """
     if y[0] == place:
         y[:rows] = after[:rows]
@@ -195,8 +196,8 @@ def _meet_stop(
 def move_under_law(state: Vector, command: float, p: Vector, duration: float) -> int:
     """Advance the state of an axis with a dynamic law, in place, by `duration` [s].
 
-    `axis_motion.advance` explains the arguments; here `command` is within the drive's limits.
-    Returns a status of engine/status_codes.py.
+    The arguments are those of `axis_motion.advance`, but `command` must be within the drive's
+    limits. Returns a status of engine/status_codes.py.
     """
     head = p[al.EXTENDED_SIZE : al.EXTENDED_SIZE + HEAD]
     count = int(head[PARAMETERS])

@@ -7,15 +7,15 @@ the friction. `run_dynamic` simulates a run of a mass without load; engine/dynam
 the steps of this module for an axis in a sampled loop. The kernels of the law are called by their
 addresses, so that the steps are compiled once for all laws.
 
-A dynamic law has no modes: in stick v is small, but not zero. In slip the equations are stiff,
-because the contact relaxes in microseconds. The integrator is therefore an implicit Rosenbrock
-method (engine/rosenbrock.py) with error control on v and z.
+A dynamic law does not switch between stick and slip: in stick v is small, but not zero. In slip the
+equations are stiff, because the contact relaxes in microseconds. The integrator is therefore an
+implicit Rosenbrock method (engine/rosenbrock.py) with error control on v and z.
 
-Some laws have a memory in z, which is updated after accepted steps only. A step ends at each
-reversal, because the memory must register the reversal. An extension (friction/law_extension.py)
-provides Coulomb friction and breakaway for the current position and direction, and adds the force
-of speed regimes. The Jacobian neglects the change of friction with position, which is small
-compared with the contact stiffness.
+In laws with hysteresis, some elements of z are a memory of past reversals, which is updated after
+accepted steps only. A step ends at each reversal, because the memory must register the reversal.
+An extension (friction/law_extension.py) makes Coulomb friction and breakaway depend on position and
+direction, and adds viscous friction by ranges of speed. The Jacobian neglects the change of
+friction with position, which is small compared with the contact stiffness.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class LawKernels(NamedTuple):
 
 
 class DrivenContact(NamedTuple):
-    """A body with a dynamic law under one drive and a load (plant/position_load.py)."""
+    """Body with a dynamic law under one drive and a load (plant/position_load.py)."""
 
     kernels: LawKernels
     laws: Laws
@@ -79,7 +79,7 @@ class Linearisation(NamedTuple):
 
 
 def law_kernels(kernels: DynamicKernels) -> LawKernels:
-    """Return the addresses of a law's kernels."""
+    """Return the addresses of the kernels of a dynamic law."""
     return LawKernels(
         function_pointer(kernels.rate, s.RATE).address,
         function_pointer(kernels.force, s.FORCE).address,
@@ -90,10 +90,11 @@ def law_kernels(kernels: DynamicKernels) -> LawKernels:
 def virgin_contact(
     kernels: DynamicKernels, p: Vector, speed_scale: float, length_scale: float
 ) -> tuple[Vector, int, Vector]:
-    """Return (z, m, scales) of a contact that never moved.
+    """Return (z, m, scales) of a contact that has never moved.
 
-    z (n,): inner state, of which the first m elements have a rate; the others are memory. scales
-    (n,): change of each element of z over `length_scale` [m | rad], for error control.
+    z (n,): internal state. The first m elements follow differential equations; the others are
+    memory. scales (n,): change of each element of z over `length_scale` [m | rad], for error
+    control.
     """
     z = kernels.reset(p)
     rates = np.zeros_like(z)
@@ -104,9 +105,9 @@ def virgin_contact(
 
 @kernel
 def hold_levels(laws: Laws, y: Vector) -> float:
-    """Write the law's parameters at the state y to p, the last array of `laws`.
+    """Write the parameters of the law at the state y to the last array of `laws`.
 
-    Returns the friction that the speed regimes add [N | N m].
+    Returns the viscous friction [N | N m] that the extension adds at the speed in y.
     """
     forward, backward, table, p = laws
     if table.shape[0] == 0:
@@ -118,7 +119,7 @@ def hold_levels(laws: Laws, y: Vector) -> float:
 
 @kernel
 def law_field(driven: DrivenContact, t: float, y: Vector, out: Vector) -> int:
-    """Fill `out` with the rate y' of the state y; return a status code."""
+    """Fill `out` with the derivative y' at the state y; return a status code."""
     kernels, laws, mass, drive, load = driven
     added = hold_levels(laws, y) + load_effort(load, y[0])
     law = laws[3]
@@ -134,7 +135,7 @@ def law_field(driven: DrivenContact, t: float, y: Vector, out: Vector) -> int:
 def linearise(
     driven: DrivenContact, t: float, y: Vector, slope: Vector, scales: Vector, linear: Linearisation
 ) -> int:
-    """Fill the derivatives of y' at the state y for engine/rosenbrock.py; `slope`: y' at y.
+    """Fill `linear` with the derivatives of y' at the state y; `slope`: y' at y.
 
     The derivatives are difference quotients. The step of the velocity leads away from 0. The step
     of z has the direction in which z moves, because a hysteresis is stiffer in the opposite
@@ -190,7 +191,8 @@ def try_law_step(
 ) -> float:
     """Try one step of length h [s] from the state y to `end`; return error/tolerance.
 
-    The result is inf if a kernel of the law fails. slope: rate y' at y. stages (6, n): filled.
+    The result is inf if a kernel of the law fails. slope: derivative y' at y. stages (6, n):
+    filled.
     """
     gains, couplings, in_time = linear
     rows = CONTACT + couplings.shape[1]
@@ -230,7 +232,7 @@ def _sample(driven: DrivenContact, t: float, y: Vector, zdot: Vector, row: Vecto
 
 @kernel
 def step_factor(error: float) -> float:
-    """Return (next step)/(last step) for an `error` relative to the tolerance."""
+    """Return the factor from the last step length to the next; error: relative to the tolerance."""
     if not math.isfinite(error):
         return SHRINKAGE
     return GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.25))
@@ -248,7 +250,7 @@ def _segment(
     samples: Vector,
     filled: int,
 ) -> tuple[int, float, int]:
-    """Simulate one drive up to `end`; return status, time reached and number of samples filled."""
+    """Simulate one drive up to `end` [s]; return status, time reached and number of samples."""
     laws = driven.laws
     n = y.shape[0]
     slope = np.zeros(n)
@@ -309,14 +311,14 @@ def run_dynamic(
 ) -> tuple[int, float]:
     """Simulate y = (x, v, q, z...), in place, from `start` [s] under successive drives.
 
-    ends (s,), drives (s, 10): drive i acts up to ends[i] [s]. kernels: `law_kernels`. laws: arrays
-    of a PackedExtension (forward, backward, table), then a workspace for the current parameters;
-    without an extension the workspace contains the parameters of the law. moving: number of leading
-    elements of z with a rate; the others are memory. scales: relative tolerance, reference speed
-    [m/s], 0 (q has no error control), and a reference size for each element of z. times (n,):
-    ascending, within the run. samples (n, 5): filled.
+    ends (s,), drives (s, 10): drive i acts up to ends[i] [s]. kernels: `law_kernels`. laws: the
+    arrays forward, backward and table of a PackedExtension, then a workspace for the current
+    parameters; without an extension the last array contains the parameters of the law. moving:
+    number of leading elements of z with a differential equation; the others are memory. scales:
+    relative tolerance, reference speed [m/s], 0 (q has no error control), and a reference size for
+    each element of z. times (n,): ascending, within the run. samples (n, 5): filled.
 
-    Returns a status of engine/status_codes.py and the time reached.
+    Returns a status of engine/status_codes.py and the time reached [s].
     """
     t = start
     filled = 0

@@ -2,16 +2,17 @@
 
     effort[k] --> axis --> position[k+1], velocity[k+1]
 
-The effort is held for a period, or moves to effort[k+1] with the drive's lag.
+The effort is constant within a period, or approaches effort[k+1] with the drive's lag.
 
 In most periods the axis slips in one direction under linear friction, without an event. The motion
 over such a period is linear in the state, with coefficients computed once. A test excludes events
-exactly: under the lower of the period's two efforts the axis is slower at every instant, so that a
-slip that lasts under the lower effort also lasts under the real one. All other periods are
-simulated by engine/axis_motion.py. A load that depends on position (plant/position_load.py) keeps
-its value of the middle of the period; the error is of second order in the period.
+exactly: under the lower of the period's two efforts the axis is slower at every instant. A slip
+that does not stop under the lower effort therefore does not stop under the real one. All other
+periods are simulated by engine/axis_motion.py. A load that depends on position
+(plant/position_load.py) is evaluated once per period, at its middle; the error is of second order
+in the period.
 
-The correction works as a stationary observer: before each period, `gains` times (measured -
+The correction is that of a stationary observer: before each period, `gains` times (measured -
 position) is added to position and velocity. With zero gains, the simulation is open loop. With the
 gains of a Kalman filter, measured - position is the innovation.
 """
@@ -36,7 +37,7 @@ FREE = np.zeros(2)  # gains without correction
 
 
 def replay_parameters(axis: AxisParameters) -> Vector:
-    """Return the parameter array of an axis whose command is an effort [N m | N].
+    """Return the parameters of `axis`, changed such that the command is an effort [N m | N].
 
     The drive constant is 1, and the drive has no limits.
     """
@@ -47,8 +48,8 @@ def replay_parameters(axis: AxisParameters) -> Vector:
 def period_coefficients(p: Vector, period: float, out: Vector) -> None:
     """Fill `out` (2, 6) with the coefficients of a slip over one period: rows backward, forward.
 
-    Column 0 is the Coulomb friction. Speed and distance follow from the other columns
-    (engine/slip_closed_form.py).
+    Column 0 is the Coulomb friction. The speed and the distance after the period follow from the
+    other columns (engine/slip_closed_form.py).
     """
     rate = 1.0 / p[ax.LAG] if p[ax.LAG] > 0.0 else 0.0
     for side in range(2):
@@ -67,10 +68,10 @@ def period_coefficients(p: Vector, period: float, out: Vector) -> None:
 def slip_through_period(
     state: Vector, first: float, last: float, command: float, p: Vector, c: Vector
 ) -> bool:
-    """Advance a slipping axis by a period in closed form, and return True.
+    """Advance a slipping axis by one period in closed form; return False if an event may occur.
 
-    If the period may contain an event, return False and leave the state unchanged. c (2, 6):
-    `period_coefficients`.
+    If the result is False, the state is unchanged. c (2, 6): `period_coefficients`. first, last,
+    command: efforts at the start and the end of the period, and the command [N m | N].
     """
     velocity = state[ax.VELOCITY]
     if velocity == 0.0:
@@ -127,9 +128,9 @@ def replay(
 
     p: `replay_parameters`. load: plant/position_load.py. measured (n,): measured positions [rad |
     m]. gains (2,): gains of the correction [-, 1/s]; `measured` is ignored if both are zero. Fills
-    positions and velocities (n,) at the samples. With a lag in p, the effort moves from each
-    sample's value to the next value; without a lag, each value is held. Returns a status of
-    engine/status_codes.py.
+    positions and velocities (n,) at the samples. With a lag in p, the effort approaches the next
+    sample's value within each period; without a lag, it is constant within the period. Returns a
+    status of engine/status_codes.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

@@ -1,6 +1,6 @@
 """Integrals of decaying exponentials, accurate also for rates that are zero, equal or nearly equal.
 
-With x <= 0:   phi1(x) = (e^x - 1)/x        phi2(x) = (e^x - 1 - x)/x^2
+For x <= 0:   phi1(x) = (e^x - 1)/x        phi2(x) = (e^x - 1 - x)/x^2
 For two rates a, b >= 0 over a time t:
     convolved(a, b, t) = int_0^t e^{-a (t-s)} e^{-b s} ds                  two lags in series
     convolved_integral(a, b, t) = int_0^t convolved(a, b, s) ds
@@ -56,7 +56,7 @@ def phi1_slope(x: float) -> float:
 
 @kernel
 def convolved(a: float, b: float, t: float) -> float:
-    """Return int_0^t e^{-a (t-s)} e^{-b s} ds [s]; symmetric in the rates a, b [1/s]."""
+    """Return int_0^t e^{-a (t-s)} e^{-b s} ds [s] for the rates a, b [1/s]."""
     return math.exp(-min(a, b) * t) * t * phi1(-abs(a - b) * t)
 
 

@@ -1,13 +1,13 @@
-"""Events that end a piece of slip with extended friction, and the state after them.
+"""Events that end a piece of slip with extended friction, and the state after the event.
 
 The functions correspond to those of slip_events.py, but use a larger state:
 
     state (8,)   state of engine/body.py, then the lagged velocity of the lubricant film, the time
-                 at rest, the number of knees below the speed
+                 at rest, the number of knees of the viscous friction below the speed
 
 The time at rest is measured from the stop, or from the start of a run that begins at rest; during
 slip it is the duration of the last rest. A pure delay of the film is not supported here, since each
-event would cause a further event after the delay; engine/fixed_step_laws.py supports it.
+event would cause a further event after the delay; engine/fixed_step_laws.py supports such a delay.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from frictool.typing import Vector
 
 @kernel
 def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
-    """Set the speed regime and the region in `state`; without a lag, also the film's velocity.
+    """Set the speed range and the region in `state`; without a film lag, also the film's velocity.
 
     The region states whether the velocity of the film is in the Stribeck layer or above it.
     """
@@ -53,7 +53,6 @@ def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
 def _layer_event(
     laws: ExtendedLaws, body: Vector, state: Vector, piece: Vector, spent: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return time [s] and kind of the film's entry into, or exit from, the Stribeck layer."""
     row = 3 if laws[2][LAG] > 0.0 else 1
     if state[fb.REGION] == fb.IN_LAYER:
         if body[fb.LAYER] == math.inf:
@@ -75,7 +74,11 @@ def _layer_event(
 def extended_slip_event(
     laws: ExtendedLaws, body: Vector, state: Vector, piece: Vector, longest: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return time and kind of a slip's first event: stop, knee, edge of the layer or end stop."""
+    """Return time [s] and kind of the first event of a slip within `longest` [s].
+
+    An event is a stop, a knee of the viscous friction, the edge of the Stribeck layer, or an end
+    stop.
+    """
     regimes = regime_table(laws[2])
     passed = int(state[KNEES_PASSED])
     direction = state[fb.DIRECTION]
@@ -126,7 +129,10 @@ def extended_arrival(
     towards: float,
     span: float,
 ) -> int:
-    """Update the state after an event; `slip_events.arrive` explains parameters and result."""
+    """Update the state after an event of the given `kind` at t; return the final kind of the event.
+
+    Parameters and result are those of `slip_events.arrive`.
+    """
     body = driven.body
     if kind == fb.PASSES_KNEE:
         _pass_knee(laws, state)

@@ -1,15 +1,15 @@
 """Motion of a body with extended friction (friction/law_extension.py), one piece per call.
 
-    at rest    the threshold of the breakaway grows with the time at rest and as the film decays; it
-               never falls
+    at rest    the breakaway threshold never falls: it grows with the time at rest, and while the
+               film decays
     in slip    Dormand-Prince with error control on speed and film; there is no closed form if
                Coulomb friction and breakaway vary with position
 
 The lubricant film is described by a lagged velocity, which determines the Stribeck effect. Within a
 piece of slip the derivatives are smooth, because four quantities are constant: the direction, the
-speed regime between two knees, the region inside or above the Stribeck layer, and the time at rest
-before the slip. The time at rest determines the breakaway, which is the value of the Stribeck curve
-at speed 0.
+speed range between two knees of the viscous friction, the region inside or above the Stribeck
+layer, and the time at rest before the slip. The time at rest determines the breakaway, which is the
+value of the Stribeck curve at speed 0.
 """
 
 from __future__ import annotations
@@ -58,9 +58,9 @@ DENSE_TERMS = 5  # terms of the polynomials of an integrated piece
 def slip_friction(
     force: Force, laws: ExtendedLaws, state: Vector, x: float, v: float, w: float
 ) -> float:
-    """Return the friction of a slip at position x, velocity v and lagged velocity w.
+    """Return the friction of a slip at position x, velocity v and lagged velocity w of the film.
 
-    `state` contains the direction, the speed regime, the region and the time at rest.
+    `state` contains the direction, the speed range, the region and the time at rest.
     """
     forward, backward, table, p = laws
     direction = state[fb.DIRECTION]
@@ -79,10 +79,10 @@ def slip_friction(
 def threshold(
     driven: DrivenBody, laws: ExtendedLaws, x: float, direction: float, rested: float, w: float
 ) -> float:
-    """Return the largest effort in a direction under which a body stays at rest.
+    """Return the largest effort in `direction` under which the body stays at rest.
 
     Without a film, this effort is the breakaway. A film with the lagged velocity w lowers the
-    friction at the start of a slip, and this effort by the same amount.
+    friction at the start of a slip, and lowers this effort by the same amount.
     """
     force, body = driven.force, driven.body
     forward, backward, table, p = laws
@@ -100,7 +100,7 @@ def threshold(
 
 @kernel
 def film_at_rest(w: float, lag: float, spent: float) -> float:
-    """Return the lagged velocity w of the lubricant film after the time `spent` [s] at rest."""
+    """Return the lagged velocity of the film after `spent` [s] at rest; w: velocity before."""
     return w * math.exp(-spent / lag) if lag > 0.0 else 0.0
 
 
@@ -115,7 +115,7 @@ def sampled_friction(
 ) -> float:
     """Return the friction `ahead` [s] after the start of a piece of motion.
 
-    At rest this is the effort u, limited by the thresholds of both directions. y: position,
+    At rest the result is the effort u, limited by the thresholds of both directions. y: position,
     velocity and lagged velocity at that time.
     """
     force = driven.force
@@ -135,7 +135,7 @@ def pass_time(laws: ExtendedLaws, state: Vector, film: Vector, spent: float) -> 
     """Advance the film's velocity and the time at rest in `state` by the time `spent` [s].
 
     `state` must already contain the body's velocity at the end of this time. film: polynomial of
-    the film's velocity in slip; at rest this velocity decays exponentially.
+    the film's velocity in slip. During a rest the film's velocity decays exponentially.
     """
     lag = laws[2][LAG]
     if state[fb.DIRECTION] == 0.0:
@@ -240,9 +240,9 @@ def rest_piece(
     refused: float,
     piece: Vector,
 ) -> tuple[float, float]:
-    """Return the duration [s] of a rest, and the direction of the final breakaway (0: none).
+    """Return the duration [s] of a rest, and the direction of the breakaway that ends it (0: none).
 
-    `motion_pieces.rest_piece` explains the parameters.
+    The parameters are those of `motion_pieces.rest_piece`.
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
@@ -301,7 +301,7 @@ def slip_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """Take one accepted step of a slip with a film; return its length [s] and a status.
+    """Take one accepted step of a slip with a film; return the step's length [s] and a status.
 
     pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4).
     """

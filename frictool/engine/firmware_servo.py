@@ -1,9 +1,10 @@
 """Axis under the firmware of a smart servo, which follows a logged goal.
 
-plant/servo_firmware.py defines the firmware, which runs the position loop of
-engine/bench_position_loop.py at a higher rate than the log. The effort is the drive constant times
-the voltage; the back-EMF is part of the axis's viscous friction. While the torque is disabled, the
-motor is an open circuit: the effort is 0, and the viscous friction is the mechanical one alone.
+plant/servo_firmware.py defines the parameters of the firmware. Its position loop is that of
+engine/bench_position_loop.py and runs at a higher rate than the log. The effort is the drive
+constant times the voltage; the back-EMF is part of the axis's viscous friction. While the torque is
+disabled, the motor is an open circuit: the effort is 0, and the viscous friction is purely
+mechanical.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from frictool.typing import Vector
 
 @kernel
 def limited_profile(goal: Vector, start: float, largest: float) -> Vector:
-    """Return a profile (n,) that follows `goal` from `start` in steps of at most `largest`."""
+    """Return a profile (n,) that follows `goal`; each step from `start` on is at most `largest`."""
     out = np.empty(goal.shape[0])
     at = start
     for k in range(goal.shape[0]):
@@ -35,7 +36,7 @@ def limited_profile(goal: Vector, start: float, largest: float) -> Vector:
 def profile_of(goal: Vector, law: FirmwareLaw, period: float) -> Vector:
     """Return the position profile (n s,) [rad] of a goal (n,), with s firmware periods per sample.
 
-    The profile is a continuous function of the firmware's delay.
+    The profile depends continuously on the delay of the firmware.
     """
     steps = law.steps(period)
     times = np.arange(goal.size * steps) / steps
@@ -114,7 +115,7 @@ def follow_goal(
 def _mean_over_step(switch: NDArray[np.bool_], late: Vector, step: float) -> Vector:
     """Return the mean (m,) of a switch (n,) from each index of `late` (m,) to that index + `step`.
 
-    The mean makes the simulation a continuous function of the delay.
+    With a mean, the simulation depends continuously on the delay.
     """
     held = np.concatenate(([0.0], np.cumsum(switch)))
     at = np.arange(held.size)

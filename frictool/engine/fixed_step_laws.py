@@ -1,15 +1,15 @@
-"""Laws with a fixed time step: hybrid A, B, C, and banded laws (thesis 3.28-3.39, 2.32, 2.35).
+"""Laws with a fixed time step: hybrid A, B, C (thesis 3.28-3.39), and laws with a rest band.
 
-The step T_e is a parameter of these laws, not a tolerance: thesis (3.11) limits T_e by the capture
-velocity. Each step uses the midpoint rule; the mode is determined at the start of the step. A
-banded law treats a band of low velocities as rest, and reports the velocity 0 in this band
-(Karnopp's v_m).
-The rate of the position and the drive's derivative term use the reported velocity.
+Thesis (2.32) and (2.35) define the laws with a rest band. Such a law treats velocities below a
+limit (Karnopp's v_m) as rest, and reports the velocity 0 there. The rate of the position and the
+drive's derivative term use the reported velocity. The step T_e is a parameter of all these laws,
+not a tolerance: thesis (3.11) limits T_e by the capture velocity. Each step uses the midpoint rule;
+the mode is determined at the start of the step.
 
 The extensions (friction/law_extension.py) are the same as in the event-driven engine; Coulomb
 friction and breakaway are constant in each step. A pure delay of the film is a whole number of
-steps. A film does not affect the banded laws, because their friction in slip has no Stribeck
-effect.
+steps. A film does not affect the laws with a rest band, because their friction in slip has no
+Stribeck effect.
 """
 
 from __future__ import annotations
@@ -47,7 +47,6 @@ DRY = 1e-300  # stands for the film speed 0, so that the film has a direction
 
 @kernel
 def _switch(events: Vector, happened: int, t: float, stuck: bool, x: float, v: float) -> int:
-    """Record a stop or a breakaway; return the number of events, or -1 if the array is full."""
     if happened == events.shape[0]:
         return -1
     row = events[happened]
@@ -69,7 +68,7 @@ def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool
 
 @kernel
 def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) -> None:
-    """Set the law's parameters for the direction of the velocity v, or of the effort u at rest."""
+    """Set the law's parameters for the direction of the velocity v; at rest, of the effort u."""
     forward, backward, table, p = laws
     if table.shape[0] > 0:
         direction = math.copysign(1.0, u if stuck or v == 0.0 else v)
@@ -78,7 +77,6 @@ def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) 
 
 @kernel
 def _film(laws: Laws, v: float, u: float, w: float) -> float:
-    """Return the film's velocity, with the sign of the slip, for the dry friction."""
     return math.copysign(max(DRY, abs(boundary_film(w, laws[2][BOUNDARY]))), v if v != 0.0 else u)
 
 
@@ -124,7 +122,7 @@ def _hold_breakaway(force: Valued, u: float, z: Vector, laws: Laws, w: float) ->
 def _film_after(laws: Laws, w: float, v: float, after: float, span: float) -> float:
     """Return the film's lagged velocity after `span` [s], in which v changes linearly to `after`.
 
-    The velocity of a film with a pure delay changes only between steps.
+    The velocity of a film with a pure delay is updated between steps only.
     """
     table = laws[2]
     if table.shape[0] == 0:
@@ -152,7 +150,7 @@ def run_hybrid(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1].
+    """Simulate state = (x, v, q) and z, in place, from rest at `start` [s] to ends[-1].
 
     x is the position, v the velocity, q the integral of the position error, and z the law's state.
     step [s]: length of a step. ends (s,), drives (s, 10): drive i acts up to ends[i] [s]; each step
@@ -269,7 +267,7 @@ def run_band(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate like `run_hybrid`, for a law in which velocities up to `band` are treated as rest.
+    """Simulate as `run_hybrid` does, for a law that treats velocities up to `band` as rest.
 
     Thesis (2.32) and (2.35)-(2.36) define these laws.
     """

@@ -1,11 +1,11 @@
 """Simulation of a mass with any law of friction/law_registry.py under successive drives.
 
-    static    without a band of rest    event-driven engine with error control
-              with a band of rest       the thesis's equations with a fixed time step
-    dynamic                             Rosenbrock method with error control
-    hybrid                              the thesis's equations with a fixed time step
+    static    without a rest band    event-driven engine with error control
+              with a rest band       the thesis's equations with a fixed time step
+    dynamic                          Rosenbrock method with error control
+    hybrid                           the thesis's equations with a fixed time step
 
-A band of rest is a range of low velocities that a law treats as rest. Each of these integrators is
+A rest band is a range of low velocities that a law treats as rest. Each of these integrators is
 compiled once for all laws and calls the kernels of the law through pointers.
 """
 
@@ -39,11 +39,11 @@ STEP_TOLERANCE = 1e-7  # relative tolerance of the dynamic laws
 def body_of(
     law: Law, p: Vector, mass: float, extension: FrictionExtension | None = None
 ) -> FrictionBody:
-    """Return a body with a static law without a band of rest, for the event-driven engine.
+    """Return a body with a static friction law, for the event-driven engine.
 
     p: parameter array, `law.pack(...)`. Fields of the body that do not follow from the law have
-    their default values. Raises ValueError for any other law, and for an extension that the law
-    does not support.
+    their default values. Raises ValueError for a law that is not static or treats low velocities as
+    rest, and for an extension that the law does not support.
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
@@ -98,14 +98,14 @@ def run_law(
     times: ArrayLike,
     settings: LawRunSettings | None = None,
 ) -> Trajectory:
-    """Simulate a mass with a friction law from rest at 0 through `segments`.
+    """Simulate a mass with a friction law under successive drives, from rest at position 0.
 
     Parameters
     ----------
     law, p
         The law and its parameters, `law.pack(...)`.
     mass
-        Mass [kg | kg m2]; a hybrid law also has it in p.
+        Mass [kg | kg m2]. The parameters of a hybrid law contain the same mass.
     segments
         Pairs (end [s], drive) in order of time.
     times
@@ -191,7 +191,7 @@ def _run_dynamic(
     samples: Vector,
     scales: Vector,
 ) -> Trajectory:
-    """Simulate a dynamic law; the trajectory has no events, because such a law has no modes."""
+    """Simulate a dynamic law; the trajectory has no events, because the law never sticks."""
     z, moving, sizes = virgin_contact(kernels, laws[3], scales[1], scales[CONTACT])
     y = np.concatenate([np.zeros(CONTACT), z])
     scales = np.concatenate([scales[:CONTACT], sizes])

@@ -52,7 +52,7 @@ def side(direction: float) -> int:
 
 @bare_kernel
 def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
-    """Return (friction, viscous) of the signed friction force `friction + viscous * v`."""
+    """Return (c, b) such that the signed friction force in a region is c + b v."""
     index = side(direction)
     coulomb = direction * body[fb.COULOMB + index]
     viscous = body[fb.VISCOUS + index]
@@ -64,7 +64,7 @@ def friction_line(body: Vector, region: float, direction: float) -> tuple[float,
 
 @bare_kernel
 def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
-    """Return the friction at speed v; at rest the friction is the effort up to the breakaway.
+    """Return the friction at velocity v; at rest it equals the effort, limited by the breakaway.
 
     At an end stop, the stop balances the remaining effort.
     """
@@ -81,7 +81,7 @@ def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
 
 @kernel
 def gross(state: Vector, t: float, drive: Vector) -> float:
-    """Return the scale of the effort's rounding error: the sum of the magnitudes of all terms.
+    """Return the sum of the magnitudes of all terms of the effort, as scale of its rounding error.
 
     The sum includes the effect of the rounding of t.
     """
@@ -110,10 +110,10 @@ def rest_piece(
     piece: Vector,
     probe: Vector,
 ) -> tuple[float, float]:
-    """Return the duration [s] of a rest, and the direction of the final breakaway (0: none).
+    """Return the duration [s] of a rest, and the direction of the breakaway that ends it (0: none).
 
-    refused: direction of a slip that has just ended at the instant at which it began (0: none). In
-    this direction the threshold is raised slightly.
+    refused: direction of a slip that has just ended at the instant of its start (0: none). In
+    this direction the breakaway threshold is raised slightly.
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
@@ -157,7 +157,7 @@ def _acceleration(driven: DrivenBody, state: Vector, t: float) -> float:
 
 @bare_kernel
 def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
-    """Set the next step length in `pace`, at least `least`, after a step of length h.
+    """Set the next step length in `pace`, at least `least`, after an accepted step of length h.
 
     error: the step's error divided by the tolerance.
     """
@@ -182,7 +182,7 @@ def layer_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """Take one accepted step in the Stribeck layer; return its length [s] and a status.
+    """Take one accepted step in the Stribeck layer; return the step's length [s] and a status.
 
     pace (3,): step length to try [s], 0 at first; logarithm of the last error; time at which the
     body entered the layer [s]. An error of v shifts the motion in time by error/acceleration. This

@@ -1,4 +1,4 @@
-"""Many runs in parallel on all cores, without a controller.
+"""Many open-loop runs of axes in parallel on all cores.
 
 The results do not depend on the number of threads.
 """
@@ -26,7 +26,7 @@ def replay_axes(
 ) -> None:
     """Simulate many axes (m, a) with states (m, 7), in place, under commands (m, n).
 
-    Each command is held for a `period` [s]. positions (m, n) [m | rad]: filled with the positions
+    Each command acts for one `period` [s]. positions (m, n) [m | rad]: filled with the positions
     at the beginning of each period. statuses (m,): engine/status_codes.py; a run ends when it
     fails.
     """

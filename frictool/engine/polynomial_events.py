@@ -2,8 +2,8 @@
 
     p(t) = c[0] + c[1] t + ... + c[n-1] t^(n-1)          0 <= t <= h
 
-No zero between two evaluated points a and b is missed, because the coefficients give a bound of
-|p''|:
+No zero between two evaluated points a and b is missed, because |p''| has an upper bound, computed
+from the coefficients:
 
     p(t) >= min(p(a), p(b)) - bound (b - a)^2 / 8        on [a, b]
 """
@@ -40,7 +40,7 @@ def value_and_slope(c: Vector, t: float) -> tuple[float, float]:
 
 @kernel
 def curvature_bound(c: Vector, h: float) -> float:
-    """Return an upper bound of a polynomial's second derivative, in magnitude, on [0, h]."""
+    """Return an upper bound of |p''(t)| on [0, h] for the polynomial p with the coefficients c."""
     total = 0.0
     for k in range(c.shape[0] - 1, 1, -1):
         total = total * h + k * (k - 1) * abs(c[k])

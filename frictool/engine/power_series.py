@@ -74,7 +74,8 @@ def motion(
 def reach(c: Vector) -> float:
     """Return the time for which the series c (TERMS,) is exact to rounding; inf for a polynomial.
 
-    Up to that time the last two terms are below EXACT times the largest term of the first half.
+    Up to that time the last two terms are below EXACT times the largest term of the first half of
+    the series.
     """
     longest = math.inf
     for k in (TERMS - 2, TERMS - 1):

@@ -73,7 +73,10 @@ DENSE = np.array(
 
 @kernel
 def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> None:
-    """Fill the first `rows` of out (n,) with the point at which stage i evaluates y'."""
+    """Fill the first `rows` of out (n,) with the point at which stage i evaluates y'.
+
+    y: state at the start of the step. stages: results k of the earlier stages.
+    """
     for row in range(rows):
         total = y[row]
         for j in range(i):
@@ -113,9 +116,9 @@ def complete_stage(
 
 @kernel
 def between(y: Vector, end: Vector, stages: Vector, share: float, rows: int, out: Vector) -> None:
-    """Fill the first `rows` of out with the dense output of the step from y to `end`.
+    """Fill the first `rows` of out with the dense output of a step at the time fraction `share`.
 
-    share: time since the beginning of the step, divided by the step length.
+    y, end: states at the start (`share` 0) and at the end of the step (`share` 1).
     """
     left = 1.0 - share
     for row in range(rows):

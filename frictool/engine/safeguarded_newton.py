@@ -15,7 +15,7 @@ def bracket_step(
     """Take one step towards the root in [low, high] of a falling function.
 
     ahead, slope: value and derivative of the function at t. Returns low, high, the next t, and True
-    if t is the root.
+    if this t is the root.
     """
     if ahead > 0.0:
         low = t

@@ -1,8 +1,8 @@
 """One phase of slip in closed form: the motion, its stop, and the time to cover a distance.
 
 Speed w >= 0 and distance y >= 0 are measured in the direction of motion. The sign of the friction
-is fixed and the command is held. The drive decays at `rate` = 1/lag, the speed at `decay` =
-viscous/inertia:
+is fixed and the command is constant. The drive approaches the command with `rate` = 1/lag; friction
+damps the speed with `decay` = viscous/inertia:
 
     w' = -decay w + settled + transient e^{-rate t}
 
@@ -12,7 +12,7 @@ transient   additional acceleration at t = 0, since the drive differs from its f
 
 A phase is the tuple (w0, settled, transient, decay, rate) in SI units; w0 is the initial speed. The
 acceleration has at most one zero, which splits a phase into at most two intervals with a monotone
-speed. The time of the stop, or of any other speed, is therefore bracketed without a search.
+speed. Each time at which the speed has a given value is therefore bracketed without a search.
 """
 
 from __future__ import annotations
@@ -84,8 +84,8 @@ def _root(phase: Phase, quantity: int, level: float, low: float, high: float) ->
 def fall_time(phase: Phase, level: float, duration: float) -> float:
     """Return the first t in [0, duration] at which the speed falls to `level`, or NEVER.
 
-    level: at most the initial speed w0; level 0 is the stop. If w0 equals `level`, the result is 0
-    unless the speed rises at t = 0.
+    level: a speed of at most w0, the initial speed; 0 for the stop. If `level` equals w0, the
+    result is 0 unless the speed rises at t = 0.
     """
     w0, settled, transient, decay, rate = phase
     if w0 - level > (abs(settled) + abs(transient) + decay * max(abs(w0), abs(level))) * duration:
@@ -110,7 +110,7 @@ def fall_time(phase: Phase, level: float, duration: float) -> float:
 def rise_time(phase: Phase, level: float, duration: float) -> float:
     """Return the first t in [0, duration] at which the speed rises to `level`, or NEVER.
 
-    level: at least the initial speed w0.
+    level: a speed of at least w0, the initial speed.
     """
     w0, settled, transient, decay, rate = phase
     return fall_time((-w0, -settled, -transient, decay, rate), -level, duration)
@@ -118,7 +118,7 @@ def rise_time(phase: Phase, level: float, duration: float) -> float:
 
 @kernel
 def travel_time(phase: Phase, length: float, duration: float) -> float:
-    """Return the time in (0, duration] at which `length` is covered, or NEVER.
+    """Return the time in (0, duration] at which the distance `length` is covered, or NEVER.
 
     The speed must not fall below zero within `duration`.
     """

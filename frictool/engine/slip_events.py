@@ -1,4 +1,4 @@
-"""Events that end a piece of slip (engine/motion_pieces.py), and the state after them."""
+"""Events that end a piece of slip (engine/motion_pieces.py), and the state after the event."""
 
 from __future__ import annotations
 
@@ -56,8 +56,9 @@ def slip_event(
 ) -> tuple[float, int]:
     """Return time [s] and kind of the first event on a piece of slip, within `longest` [s].
 
-    An event occurs when the body stops, reaches an end stop, or reaches the speed of the knee or of
-    the edge of the Stribeck layer. Without an event the result is (longest, NO_EVENT).
+    An event occurs when the body stops, reaches an end stop, or reaches the speed at which the
+    viscous coefficient changes or the Stribeck layer ends. Without an event the result is (longest,
+    NO_EVENT).
     """
     direction = state[fb.DIRECTION]
     here = state[fb.REGION]
@@ -99,7 +100,7 @@ def slip_event(
 
 @kernel
 def _bounce(driven: DrivenBody, state: Vector, t: float, span: float) -> int:
-    """Reverse the body at an end stop with its restitution, or put it to rest; return the event."""
+    """Rebound from an end stop with its restitution, or rest at the stop; return the event."""
     body, drive = driven.body, driven.drive
     direction = state[fb.DIRECTION]
     state[fb.POSITION] = body[fb.UPPER_STOP] if direction > 0.0 else body[fb.LOWER_STOP]
@@ -127,8 +128,8 @@ def arrive(
 ) -> int:
     """Update the body's direction, region and speed after an event of the given `kind`.
 
-    Returns the kind, or RESTS_AT_STOP if the flight of a rebound (BOUNCES) would be too short.
-    towards: direction of a breakaway. span [s]: duration of the run.
+    Returns the kind, but RESTS_AT_STOP instead of BOUNCES if the flight after the rebound would be
+    too short. towards: direction of a breakaway. span [s]: duration of the run.
     """
     body = driven.body
     direction = state[fb.DIRECTION]

@@ -5,13 +5,13 @@
 
 Here d is the direction of motion, y the distance from the initial position x0, w >= 0 the speed, K
 the effort per unit of the drive i, J the inertia, F_c the Coulomb friction and F_s the breakaway.
-In the speed regime of w, the viscous friction is added + viscous w. i(t) is an exponential, and the
-load (plant/position_load.py) depends on the position. While the motor moves inside the backlash,
-the Coulomb friction of the backlash replaces all other friction.
+The viscous friction is added + viscous w, with coefficients that depend on the speed range of w.
+i(t) is an exponential, and the load (plant/position_load.py) depends on the position. While the
+motor moves inside the backlash, the Coulomb friction of the backlash replaces all other friction.
 
-Knees of the friction, the edge of the Stribeck layer, ends of the position maps and the flank of
-the backlash are events. They are located as roots of the dense output. Between two events, all
-derivatives are smooth.
+A slip ends at the limits of its speed range and of the Stribeck layer, at the ends of the position
+polynomials, and when the backlash closes. These events are located as roots of the dense output.
+Between two events, all derivatives are smooth.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ DRIVING = 5  # index in `law`: 1 if the motor moves the load, 0 if it moves insi
 
 
 class _Slip(NamedTuple):
-    """Slip from a state under a held command.
+    """Slip under a constant command.
 
     law (6,): workspace for friction/stribeck.py, then DRIVING. line: (added, viscous).
     """
@@ -73,7 +73,7 @@ class _Slip(NamedTuple):
 
 @inner_kernel
 def _acceleration(slip: _Slip, t: float, y: float, w: float) -> float:
-    """Return the acceleration at t [s] after the slip's start, at distance y and speed w."""
+    """Return the acceleration t [s] after the slip's start, at distance y and speed w."""
     state, command, p, direction, law, line = slip
     x = state[ax.POSITION] + direction * y
     if law[DRIVING] > 0.0:
@@ -124,7 +124,6 @@ def _step(slip: _Slip, t: float, h: float, start: float, at: Vector, slopes: Vec
 def _end_of(
     piece: Vector, h: float, lower: float, upper: float, length: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return time and kind of the first event within a step, (h, HELD) if there is none."""
     spent, kind = h, HELD
     crossing = sooner(piece, TERMS, SPEED, 1.0, lower, spent, probe)
     if crossing != NEVER:
@@ -166,9 +165,9 @@ def curved_slip(
 ) -> tuple[float, float, float, int]:
     """Integrate a slip for up to `remaining` [s] from `state`, which is not changed.
 
-    The slip ends at the limits of `speed_band` and at the boundary of `next_place`. to_edge [rad |
-    m]: distance to the flank of the backlash, at most 0 if the flank touches. Returns duration [s],
-    distance [rad | m], final speed, and the reason for the end.
+    The slip ends at a limit of `speed_band` or at the boundary of `next_place`. to_edge [rad | m]:
+    distance after which the backlash closes, at most 0 if it is closed. Returns duration [s],
+    distance [rad | m], final speed, and the cause of the end.
     """
     at = np.zeros(ROWS)
     slopes = np.zeros((ROWS, dp.STAGES))

@@ -4,8 +4,8 @@ The simulation is exact to rounding, except at low speed, in the Stribeck layer 
 
     at rest            x and v are constant; the effort is a power series; the body breaks away
                        where the effort crosses the threshold, solved to rounding
-    in the layer       Dormand-Prince with error control; events on its dense output
-    straight           power series to rounding: Coulomb and viscous friction of fixed sign
+    Stribeck layer     Dormand-Prince with error control; events on its dense output
+    above the layer    power series to rounding: Coulomb and viscous friction of fixed sign
                        (engine/power_series.py)
 
 The direction of slip is fixed within a piece: no integrator ever evaluates sign(v). Rules prevent
@@ -16,8 +16,8 @@ endless cycles:
 - A slip whose initial acceleration is zero to rounding starts with acceleration zero.
 - After a slip that ends at the instant of its start, the threshold in that direction is slightly
   above the breakaway.
-- A body leaves the layer at a higher speed than it enters the layer, and passes a knee upwards at a
-  higher speed than downwards.
+- A body leaves the Stribeck layer at a higher speed than it enters the layer. Likewise, the viscous
+  coefficient changes at a higher speed while the body speeds up than while it slows down.
 - A rebound from an end stop with a flight shorter than SHORTEST_FLIGHT times the duration of the
   run ends at rest there (event RESTS_AT_STOP).
 
@@ -73,8 +73,8 @@ Extension = ExtendedLaws | None
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
     """Return a number of pieces of motion that only an endless cycle exceeds.
 
-    The number grows with `events` and with the fastest rate of the loop. In an unbounded Stribeck
-    layer the number also grows with the rate of the law.
+    The number grows with `events` and with the fastest rate of the equations of motion. In an
+    unbounded Stribeck layer the number also grows with the rate of the law.
     """
     viscous = max(
         body[fb.VISCOUS], body[fb.VISCOUS + 1], body[fb.VISCOUS_BEYOND], body[fb.VISCOUS_BEYOND + 1]
@@ -195,7 +195,7 @@ def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
 
 @kernel
 def record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
-    """Write one event; a breakaway at the instant of a stop is written as a reversal."""
+    """Write one event to `events`; record a breakaway at the instant of a stop as a reversal."""
     if (
         kind == fb.BREAKS_AWAY
         and happened > 0
@@ -329,12 +329,12 @@ def run(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate `state` (5,), in place, from `start` [s] under successive drives.
+    """Simulate a body with friction from `start` [s] under successive drives.
 
-    The segments end at `ends` (s,) and have the `drives` (s, 10) of engine/drive.py. law:
-    parameters of `force(v, direction, law)`. times (n,): ascending, within the run. Fills samples
-    (n, 5) and events (m, 4). engine/body.py lists the entries of `state`, `body` (16,), and of the
-    rows of `samples` and `events`.
+    `state` (5,) is changed in place. ends (s,), drives (s, 10) of engine/drive.py: drive i acts up
+    to ends[i] [s]. law: parameters of `force(v, direction, law)`. times (n,): ascending, within the
+    run. samples (n, 5) and events (m, 4) are filled. engine/body.py lists the entries of `state`,
+    of `body` (16,), and of the rows of `samples` and `events`.
 
     Returns a status of engine/status_codes.py, the time reached and the number of events. If the
     status is not OK, samples after the time reached are unchanged.
@@ -357,9 +357,10 @@ def run_extended(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate like `run`, with `state` (8,) of extended_friction_events.py and an extension.
+    """Simulate as `run` does, for extended friction and the larger `state` (8,).
 
-    forward, backward, table: arrays of a PackedExtension. `body` is overwritten as workspace.
+    extended_friction_events.py defines `state`. forward, backward, table: arrays of a
+    PackedExtension. `body` is overwritten as workspace.
     """
     laws = (forward, backward, table, np.empty_like(forward))
     return _run(force, forward, laws, body, state, start, ends, drives, times, samples, events)

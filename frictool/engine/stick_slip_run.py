@@ -61,7 +61,7 @@ class Trajectory:
 
     @property
     def mode(self) -> Vector:
-        """Return the mode (n,): 0 at rest, else the direction of slip."""
+        """Return the mode (n,): 0 at rest, 1 or -1 in slip (the direction)."""
         return self.samples[:, fb.SAMPLE_MODE]
 
     def times_of(self, kind: int = fb.BREAKS_AWAY) -> Vector:
@@ -93,9 +93,9 @@ def segment_arrays(
 
 
 def _extended(state: Vector) -> Vector:
-    """Return the state (8,) of an extended body from a state (8,) or (5,).
+    """Return the state (8,) of a body with extended friction from a state (8,) or (5,).
 
-    A state (5,) gets a film in steady state, and the time at rest 0 at rest or inf in slip.
+    A state (5,) gets a film in steady state. The time at rest is 0 for a body at rest, inf in slip.
     """
     if state.size == EXTENDED_SIZE:
         return state
@@ -112,7 +112,7 @@ def simulate(
     start: float = 0.0,
     most_events: int = ROOM_FOR_EVENTS,
 ) -> Trajectory:
-    """Simulate a body from `start` [s] through `segments`, sampled at `times` (n,).
+    """Simulate a body from `start` [s] under successive drives, sampled at `times` (n,).
 
     Parameters
     ----------
@@ -123,13 +123,14 @@ def simulate(
     times
         Ascending times [s] within the run.
     state
-        State (5,) at the start, not changed; by default at rest at 0. A body with an extension has
-        a state (8,) (engine/extended_friction_events.py). If its state is (5,), the film is in
-        steady state, a body at rest has just stopped, and a slipping body rested long before.
+        State (5,) at the start, not changed; by default at rest at 0. A body with extended friction
+        has a state (8,) (engine/extended_friction_events.py). If such a body gets a state (5,), its
+        film is in steady state; a body at rest has just stopped, and a slipping body had rested
+        long.
     start
         Start of the run [s].
     most_events
-        Largest number of events; one more ends the run with status EVENTS_FULL.
+        Allowed number of events; a further event ends the run with status EVENTS_FULL.
 
     Returns
     -------

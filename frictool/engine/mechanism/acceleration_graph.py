@@ -1,6 +1,7 @@
-"""Effort Lambda(x) that a tree of joints needs for an acceleration x of its root; zeros of Lambda.
+"""Force Lambda(x) that a tree of joints needs for an acceleration x of its root; zeros of Lambda.
 
-Lambda is piecewise linear (engine/mechanism/tree_solver.py).
+Without an external force on the root, the acceleration x solves Lambda(x) = 0. Lambda is piecewise
+linear (engine/mechanism/tree_solver.py).
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ PASSED = 1e-9  # overshoot of a search step beyond the end of a piece, relative 
 
 
 class JointTree(NamedTuple):
-    """Tree of joints up to its open contacts, with the arrays for its solution.
+    """Tree of blocks that rigid joints and closed contacts connect, with work arrays.
 
     k, p: integers and floats of the compiled mechanism (array_layout.py). members: the tree's
     blocks, root first, as indices in ORDER. modes, y: state.py. w: work array (workspace_rows.py).
@@ -42,10 +43,10 @@ class JointTree(NamedTuple):
 
 @part_kernel
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
-    """Fill the rows VALUE and SLOPE of a tree's blocks for the acceleration x of its root.
+    """Fill the rows VALUE and SLOPE of a tree's blocks for the acceleration x of the root.
 
-    VALUE is Lambda(x) of the block's subtree, SLOPE its derivative (workspace_rows.py). towards:
-    direction of the root's motion if it starts from rest, 0 if the root moves already.
+    VALUE of a block is Lambda(x) of its subtree, SLOPE the derivative (workspace_rows.py). towards:
+    direction of the root's motion if the root starts from rest, 0 if the root moves already.
     """
     k, p, modes, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -101,10 +102,10 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 
 @inset_kernel
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
-    """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at that zero.
+    """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at this zero.
 
-    towards: 0 for a moving root; for a root that starts from rest, the direction in which it
-    starts, so that x * towards >= 0. gross: sum of the magnitudes of the efforts.
+    towards: direction in which a root at rest starts, so that x * towards >= 0; 0 for a moving
+    root. gross: sum of the magnitudes of the efforts.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])
@@ -142,10 +143,10 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
 
 @inset_kernel
 def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
-    """Return the distance from x, in the direction `going`, to the end of a linear piece of Lambda.
+    """Return the distance from x, in the direction `going`, to the next change of Lambda's slope.
 
-    A piece ends where the force of a joint passes the kink of the joint's loss (joint_losses.py),
-    or the force of a flank passes 0.
+    The slope changes where the force of a joint passes the kink of the joint's loss
+    (joint_losses.py), or the force of a flank passes 0.
     """
     k, p, _, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -174,7 +175,7 @@ def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float
 
 @inset_kernel
 def total_inertia(tree: JointTree) -> float:
-    """Return the inertia of all members, reflected to the root without losses."""
+    """Return the inertia of all blocks of the tree, reflected to the root without losses."""
     k, p, _, members, _, w = tree
     inertia = 0.0
     for m in range(members.size):
@@ -185,7 +186,7 @@ def total_inertia(tree: JointTree) -> float:
 
 @inset_kernel
 def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple[bool, float]:
-    """Return (True, stable zero of Lambda that x reaches from `start`); (False, x) if x diverges.
+    """Return (True, zero of Lambda that x reaches from `start`), or (False, x) if x diverges.
 
     With slightly compliant, damped links, x would move in the direction of -Lambda(x) to a zero at
     which Lambda rises (a stable zero).

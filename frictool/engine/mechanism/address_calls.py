@@ -1,8 +1,8 @@
 """Calls of kernels by address, through wrappers generated from the kernels' types.
 
-Numba compiles a caller without the kernels that it calls by address. The engine calls friction laws
-by address and is therefore compiled once for all laws. It also calls four of its own large kernels
-by address, so that numba does not compile them again with each caller. An address is valid in one
+A kernel is a compiled function. Numba does not compile a kernel that is called by its address again
+with each caller. The engine calls friction laws by address and is therefore compiled once for all
+laws. It also calls four large kernels of the engine itself by address. An address is valid in one
 process only.
 """
 
@@ -24,12 +24,12 @@ INDEX_ROWS: Any = types.int64[:, ::1]
 
 
 def record_type(record: type, *fields: Any) -> Any:
-    """Return the numba type of a NamedTuple class whose fields have these numba types."""
+    """Return the numba type of a NamedTuple class; the class's annotations are numba types."""
     return types.BaseTuple.from_types(fields, record)  # type: ignore[no-untyped-call]  # numba has no types
 
 
 def function_type(result: Any, *arguments: Any) -> Any:
-    """Return the type of a kernel that is called by its address."""
+    """Return the numba type of a kernel from the types of its result and arguments."""
     return types.FunctionType(result(*arguments))
 
 

@@ -3,11 +3,11 @@
 A compiled mechanism consists of an array of integers (`whole`, in kernels `k`), an array of floats
 (`numbers`, in kernels `p`), and the addresses of the kernels of the friction laws. The first two
 arrays are divided into sections. `whole` begins with HEADER entries: the numbers of blocks, joints
-and other elements, and the index at which each section begins. In section X with WIDTH columns, the
-entry in row r and column c is at index whole[X] + r * WIDTH + c.
+and other elements, and the index at which each section begins. Section X with WIDTH columns has the
+entry of row r and column c at the index whole[X] + r * WIDTH + c.
 
 Joints form trees, without loops. Section ORDER lists the blocks in preorder: a parent precedes its
-children. Blocks that rigid joints connect form a group.
+children. A group is a set of blocks that rigid joints connect.
 """
 
 from __future__ import annotations
@@ -105,7 +105,6 @@ def _first(section: int, width: int, column: int = 0) -> Callable[..., Any]:
 
 
 def _row(section: int, width: int) -> Callable[[IntVector, int], int]:
-    """Return f(k, row): the index at which the row begins."""
     first = _first(section, width)
 
     @intrinsic
@@ -118,7 +117,6 @@ def _row(section: int, width: int) -> Callable[[IntVector, int], int]:
 
 
 def _entry(section: int, width: int = 1, column: int = 0) -> Callable[[IntVector, int], int]:
-    """Return f(k, row): the entry in the row of a section of integers."""
     first = _first(section, width, column)
 
     def code(context: Any, builder: Any, _: Any, a: Any) -> Any:
@@ -132,7 +130,6 @@ def _entry(section: int, width: int = 1, column: int = 0) -> Callable[[IntVector
 
 
 def _number(section: int) -> Callable[[IntVector, Vector, int], float]:
-    """Return f(k, p, row): the entry in the row of a section of floats with one column."""
     first = _first(section, 1)
 
     def code(context: Any, builder: Any, _: Any, a: Any) -> Any:
@@ -146,8 +143,6 @@ def _number(section: int) -> Callable[[IntVector, Vector, int], float]:
 
 
 def _column(column: int, kind: Any, result: Any) -> Callable[..., Any]:
-    """Return f(array, row): the entry of a column in the row that begins at index `row`."""
-
     def code(context: Any, builder: Any, _: Any, a: Any) -> Any:
         return _load(context, builder, kind, a[0], builder.add(a[1], _integer(column)))
 
@@ -200,11 +195,11 @@ block, kind, level, straight = map(_place, (BLOCK, KIND, LEVEL, STRAIGHT))
 
 @inset_kernel
 def law_values(k: IntVector, row: int) -> slice:
-    """Return the indices in p of a friction law's parameters; row: result of `friction_row`."""
+    """Return the indices in p of a friction law's parameters; row: `friction_row`."""
     return slice(k[LAW_VALUES] + k[row + VALUES], k[LAW_VALUES] + k[row + VALUES_END])
 
 
 @inset_kernel
 def inner_states(k: IntVector, row: int) -> slice:
-    """Return the indices in y of a friction law's inner states; row: result of `friction_row`."""
+    """Return the indices in y of a friction law's internal states; row: `friction_row`."""
     return slice(2 * k[BLOCKS] + k[row + FIRST_INNER], 2 * k[BLOCKS] + k[row + INNER_END])

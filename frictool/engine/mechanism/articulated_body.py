@@ -8,11 +8,12 @@ INERTIA x + NEED from the joint to its parent; at the root this force is 0. A bl
 force in [NEED, NEED_HIGH]. A tree stays at rest as long as the interval of its root contains 0, and
 a contact at rest stays closed as long as its interval contains a pressing force.
 
-A mode is, for example, the rest of a block or the contact of two flanks. Each mode has a guard: the
-distance of a force, a speed or a position from the value at which the mode ends, in units of the
-tolerance. The mode continues while its guard is above -1. The array `guard` has the sections of the
-modes (motion, contact, branch, flank, stop). A position is guarded by the distance of an open flank
-or stop. A speed is guarded only at a root, and is positive in the direction of motion.
+A mode is, for example, the rest of a block or the contact of two flanks of a backlash. Each mode
+has a guard: the distance of a force, a speed or a position from the value at which the mode ends,
+in units of the tolerance. The mode continues while its guard is above -1. The array `guard` has the
+sections of the modes (motion, contact, branch, flank, stop). For an open flank or stop, the guard
+is the distance to contact. For a moving tree, the guard is the speed of the root in the direction
+of motion.
 
 Stages within a step need fewer results: with `whole` False, the guards of speeds and positions and
 the scale GROSS of rounding errors are not computed.
@@ -105,7 +106,7 @@ def _hand_over_rest(
 def _guard_load(
     k: IntVector, p: Vector, i: int, modes: IntVector, w: Vector, guard: Vector
 ) -> None:
-    """Set the guard of a self-locking joint at rest, which is passed when the load changes sign."""
+    """Set the guard of a self-locking joint at rest, which is 0 when the load changes sign."""
     joint = ly.joint_of(k, i)
     row = ly.joint_row(k, joint)
     at = k[ly.BLOCKS] + k[ly.JOINTS] + joint
@@ -118,7 +119,7 @@ def _guard_load(
 
 @inset_kernel
 def direction_of(modes: IntVector, y: Vector, n: int, block: int) -> float:
-    """Return the direction of motion of a block, +1 or -1 (0 at rest)."""
+    """Return the direction of motion of a block: +1, -1, or 0 at rest."""
     if modes[block] == FREE:
         return math.copysign(1.0, y[n + block])
     return float(modes[block])
@@ -156,7 +157,7 @@ def _hand_over(
 def _gather(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, whole: bool
 ) -> bool:
-    """Sweep from the leaves to the roots; fill guards, and the accelerations of the roots.
+    """Sweep from the leaves to the roots; fill the guards and the accelerations of the roots.
 
     Returns False if the effective inertia of a moving tree is <= 0.
     """
@@ -273,7 +274,7 @@ def rates_of_state(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Evaluate the rates for `field`, which calls this kernel by its address."""
+    """Fill rates, guards and powers as `field` does; `field` calls this kernel by its address."""
     return _rates(machine, t, y, modes, inputs, out, True)
 
 
@@ -286,7 +287,7 @@ def field_within(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Evaluate like `field`, but without the sums GROSS and the guards of speeds and positions."""
+    """Fill the results of `field` except the sums GROSS and the guards of speeds and positions."""
     return _rates(machine, t, y, modes, inputs, out, False)
 
 
@@ -308,7 +309,6 @@ def field(
     """Fill the rates y' of the state, the modes' guards and the elements' powers; return a status.
 
     t [s]: time since the command. The accelerations are NaN if a tree's effective inertia is <= 0.
-    The implementation is called by its address, so that callers are compiled without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.FIELD]
     status: int = _rates_of_state(address, machine, t, y, modes, inputs, out)

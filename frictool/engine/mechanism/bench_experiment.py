@@ -1,4 +1,4 @@
-"""Simulation of a bench test on a mechanism, as engine/bench_experiment.py does on one axis."""
+"""Simulation of a bench test on a mechanism, with the tests of engine/bench_experiment.py."""
 
 from __future__ import annotations
 
@@ -36,10 +36,11 @@ def play_reference(
     position: Vector,
     drive: Vector,
 ) -> int:
-    """Follow `reference` (n,) under the bench's position loop; fill `position` and `drive` (n,).
+    """Simulate a mechanism under the bench's position loop with the `reference` (n,).
 
     servo (5,): `PositionServo`. inputs, drifting, out: records of engine/mechanism/closed_loop.py;
-    `inputs` must have no signals, `drifting` no drifts. Returns a status of engine/status_codes.py.
+    `inputs` must have no signals, `drifting` no drifts. `position` and `drive` (n,) are filled.
+    Returns a status of engine/status_codes.py.
     """
     constant = ly.constant(machine.numbers, ly.source_row(machine.whole, sight.source))
     waiting = np.zeros(delay + 1)
@@ -74,10 +75,11 @@ def play_ramps(
     drive: Vector,
     played: IntVector,
 ) -> int:
-    """Apply the drive values `rows` (n,) of a ramp test, as engine/bench_experiment.py does.
+    """Apply the drive values `rows` (n,) of a ramp test to a mechanism.
 
-    Fills `position` and `drive` (n,), and `played` (1,) with the number of applied values. Returns
-    a status of engine/status_codes.py.
+    The arguments are those of `play_ramps` in engine/bench_experiment.py. `position` and `drive`
+    (n,) are filled; played (1,) is set to the number of applied values. Returns a status of
+    engine/status_codes.py.
     """
     waiting = np.zeros(delay + 1)
     progress = RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step))

@@ -1,11 +1,11 @@
 """Mechanism in closed loop with a sampled controller, or with sources that follow signals.
 
     sample k:  sensor's block --[encoder]--> y[k] --[controller]--> u[k] --[delay_samples]-->
-    controlled source, held until k + 1
+    controlled source, constant until k + 1
 
 engine/closed_loop.py describes the loop. A sample period is divided into parts with constant inputs
 (`MechanismInputs`). With a winding, whose drive limit changes with speed, each part is divided
-again into PARTS shorter ones with constant limits. Drifts change parameters of the mechanism from
+again into PARTS intervals with constant limits. Drifts change parameters of the mechanism from
 sample to sample (`DriftedNumbers`).
 """
 
@@ -46,10 +46,11 @@ NOBODY = -1  # index for no controlled source
 
 
 class ControlPorts(NamedTuple):
-    """Indices of the controlled source, the sensor's block and the load's block.
+    """Controlled source, block of the sensor and block of the load, as indices.
 
     source: NOBODY if no source is controlled. step: encoder resolution [rad | m]. The load's
-    position q is recorded in the sensor's coordinate: sensor_start + (q - load_start)/load_ratio.
+    position q is recorded in the coordinate of the sensor: sensor_start + (q -
+    load_start)/load_ratio.
     """
 
     source: int
@@ -64,10 +65,10 @@ class ControlPorts(NamedTuple):
 class MechanismInputs(NamedTuple):
     """Inputs of a mechanism, constant in each of the parts into which a sample period is divided.
 
-    first (n + 1,): index of the first part of each of n samples, then the number m of parts.
-    durations (m,): durations of the parts [s]. drives (m, u): commands of the u sources [A | V | N
-    m | N]; (0, u) stands for zeros. blocks (d,): indices of the blocks on which `efforts` act.
-    efforts (m, d): efforts [N m | N], or (0, d) for none.
+    first (n + 1,): index of the first part of each of the n samples; the last entry is the number m
+    of all parts. durations (m,) [s]: durations of the parts. drives (m, u): commands of the u
+    sources [A | V | N m | N], or (0, u) if all commands are zero. blocks (d,): indices of the
+    blocks on which `efforts` act. efforts (m, d): efforts [N m | N], or (0, d) for none.
     """
 
     first: IntVector
@@ -78,11 +79,11 @@ class MechanismInputs(NamedTuple):
 
 
 class DriftedNumbers(NamedTuple):
-    """Conditions at each sample, and the parameters of the mechanism that they multiply.
+    """Conditions at each sample, and the parameters of the mechanism that are multiplied by them.
 
     conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) for none. At sample k,
     machine.numbers[indices[i]] is values[i] times conditions[k, columns[i]]. limit: limit of the
-    controlled drive, as its sensor measures the drive.
+    controlled drive, as measured by the sensor of the drive.
     """
 
     conditions: Vector
@@ -129,7 +130,10 @@ def flowing(
 def encoder_reading(
     sight: ControlPorts, state: MechanismState, last: float, conditions: Vector, k: int
 ) -> float:
-    """Return the encoder's reading at sample k [rad | m]; `last`: reading at sample k - 1."""
+    """Return the encoder's reading [rad | m] at sample k.
+
+    last: reading at sample k - 1, which a stuck encoder repeats.
+    """
     reported = measure(state.y[sight.sensor], sight.step)
     return (
         faulty(reported, sight.step, last, conditions[k]) if conditions.shape[0] > 0 else reported
@@ -259,7 +263,7 @@ def run(
 ) -> tuple[int, int]:
     """Simulate samples begin .. end - 1 of the loop over `reference` (n,), and fill `out`.
 
-    Changed in place: machine, state, controller (control/compiled_program.py, started at the
+    Changed in place: machine, state, controller (control/compiled_program.py, initialised at the
     measured position), waiting (delay_samples + 1,), and shown (1,), the last reading of the
     encoder. Returns a status of engine/status_codes.py, and the sample reached.
     """
@@ -288,7 +292,7 @@ def follow(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> tuple[int, int]:
-    """Simulate like `run`, but without a controller; the sources follow their signals."""
+    """Simulate as `run` does, but without a controller: signals drive the sources."""
     for k in range(begin, end):
         shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
         out.record[k, MEASURED] = shown[0]

@@ -41,7 +41,7 @@ class JointForest(NamedTuple):
 
 
 class _SectionWriter:
-    """Writer of a mechanism's sections into one array of integers and one of floats."""
+    """Writer of a mechanism's sections: integers to one array, floats to another."""
 
     def __init__(self) -> None:
         self.header = np.zeros(ly.HEADER, dtype=np.int64)
@@ -51,14 +51,12 @@ class _SectionWriter:
         self.floats = 1  # number of floats so far
 
     def put_whole(self, section: int, *columns: Any) -> None:
-        """Append a section with `columns` to the integers; write its start into the header."""
         table = np.column_stack([np.asarray(column, dtype=np.int64) for column in columns]).ravel()
         self.header[section] = self.integers
         self.whole.append(table)
         self.integers += table.size
 
     def put(self, section: int, *columns: Any) -> None:
-        """Append a section with `columns` to the floats; write its start into the header."""
         table = np.column_stack(
             [np.asarray(column, dtype=np.float64) for column in columns]
         ).ravel()
@@ -156,10 +154,11 @@ def _dry(packed: PackedMechanism, kinds: list[int]) -> IntVector:
 
 
 def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Vector, Vector]:
-    """Return three arrays (n,): the group of each block, its ratio, and its group mass.
+    """Return three arrays (n,): the rigid group of each block, its speed ratio and its group mass.
 
-    A group is numbered by its first block. The ratio is the speed of the block divided by the speed
-    of the first block. The group mass is the mass of the whole group reflected to the first block.
+    A group has the number of its first block. The ratio is the speed of the block divided by the
+    speed of this first block. The group mass is the mass of the whole group reflected to the first
+    block.
     """
     n = packed.inertia.size
     joints = packed.joints
@@ -188,7 +187,7 @@ def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
 
 
 def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
-    """Return the sections of a mechanism.
+    """Return the sections of a mechanism as two arrays.
 
     Raises ValueError if the joints have no solution, or a friction law is not in the registry.
     """

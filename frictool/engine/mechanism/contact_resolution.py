@@ -18,7 +18,7 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None:
-    """Fill AHEAD and BEHIND with the friction at the start of a slip, without joint losses."""
+    """Fill AHEAD and BEHIND, each block's friction at the start of a slip, without joint losses."""
     k, p, laws = machine
     n = k[ly.BLOCKS]
     for i in range(n):
@@ -50,9 +50,9 @@ def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None
 def _flanks(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector, work: Vector
 ) -> None:
-    """Change the modes of compliant flanks that have met or separated.
+    """Update the modes of compliant flanks that have met or separated.
 
-    A flank may separate while its spring is still strained; its damper then absorbs the elastic
+    A flank may separate while its spring is still strained. The damper then absorbs the elastic
     energy.
     """
     first = k[ly.BLOCKS] + 2 * k[ly.JOINTS]
@@ -73,7 +73,6 @@ def _flanks(
 
 @inset_kernel
 def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
-    """Set the motion modes for the evaluation of the efforts, and mark the blocks at end stops."""
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for i in range(n):
@@ -90,11 +89,12 @@ def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
 def resolve(
     machine: CompiledMechanism, state: MechanismState, t: float, out: RateEvaluation
 ) -> int:
-    """Set all modes, t [s] after the command; return a status code.
+    """Determine all modes, t [s] after the command; return a status code.
 
     Before the call, set the modes of flanks that touch without relative speed and of blocks that
     rest at a stop. out: guards of the present modes, and workspace. If a self-locking link wedges,
-    the last entry of the integer row FOUND is the index in ORDER of the jammed part's first block.
+    the last entry of the row FOUND of the integers is the index in ORDER of the jammed part's first
+    block.
     """
     k, p, _ = machine
     y = state.y

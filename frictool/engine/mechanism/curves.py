@@ -1,4 +1,4 @@
-"""Values of the curves of `PackedMechanism`: piecewise cubic, constant beyond their ends."""
+"""Values of the curves of `PackedMechanism`: piecewise cubic, constant outside their range."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def _piece(k: IntVector, p: Vector, curve: int, x: float) -> tuple[int, float]:
-    """Return the index of the piece that contains x, and x limited to the curve's range."""
     first = k[k[ly.CURVE_START] + curve]
     last = k[k[ly.CURVE_START] + curve + 1]
     breaks = k[ly.BREAKS] + curve
@@ -36,7 +35,7 @@ def curve_value(k: IntVector, p: Vector, curve: int, x: float) -> float:
 
 @inset_kernel
 def curve_integral(k: IntVector, p: Vector, curve: int, x: float) -> float:
-    """Return the integral of a curve from its first break to x."""
+    """Return the integral of a curve from the start of its range to x."""
     first = k[k[ly.CURVE_START] + curve]
     breaks = k[ly.BREAKS] + curve
     piece, at = _piece(k, p, curve, x)

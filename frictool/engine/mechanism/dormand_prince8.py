@@ -1,8 +1,8 @@
 """Coefficients of the Dormand-Prince method 8(5,3) with its dense output of order 7.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10. A
-step has thirteen slopes, the derivatives at its stages. The last is also the first slope of the
-next step. Three more slopes give the dense output.
+slope is the derivative y' at a stage. A step has thirteen stages; the last slope is also the first
+slope of the next step. Three further stages give the dense output.
 """
 
 from __future__ import annotations

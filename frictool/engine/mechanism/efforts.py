@@ -35,7 +35,7 @@ STIFF_MARGIN = 1e-10  # tolerance of the contact of a compliant flank, relative 
 def _driving(
     k: IntVector, p: Vector, t: float, y: Vector, inputs: Vector, out: RateEvaluation, whole: bool
 ) -> None:
-    """Fill the rows of w with the efforts of sources and pushes, and with external efforts.
+    """Fill the rows of w with the efforts of sources, pushes and external efforts.
 
     DRIVEN contains the sources only, `power` the powers of sources and external efforts.
     """
@@ -96,7 +96,8 @@ def _at_flank(
 ) -> tuple[float, bool]:
     """Set guard[index] of a compliant flank; return its deflection, and True if it is pressed.
 
-    e, rate: stretch of the coupling and its rate. mode: -1, +1: pressed at that flank; OPEN.
+    e, rate: stretch of the coupling and its rate. mode: -1 or +1 if pressed at that flank, else
+    OPEN.
     """
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
@@ -173,7 +174,7 @@ def _couplings(
 def _frictions(
     machine: CompiledMechanism, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> int:
-    """Add the friction of each law; fill the rates of inner states; return a status code."""
+    """Add the friction of each law; fill the rates of internal states; return a status code."""
     k, p, laws = machine
     rates, w, power = out.rates, out.w, out.power
     n = k[ly.BLOCKS]
@@ -249,10 +250,11 @@ def efforts(
     out: RateEvaluation,
     whole: bool,
 ) -> int:
-    """Fill the rows of `out.w` that the module docstring names, and the other arrays of `out`.
+    """Fill the efforts on each block in `out.w`, and the other arrays of `out`.
 
-    These are the rates of the inner states of friction laws, the guards of flanks, and the powers.
-    Returns a status of friction/status_codes.py.
+    The module docstring names the rows of `out.w`. The other arrays are the rates of the internal
+    states of friction laws, the guards of flanks, and the powers. Returns a status of
+    friction/status_codes.py.
     """
     k, p, _ = machine
     _driving(k, p, t, y, inputs, out, whole)
@@ -270,5 +272,5 @@ def all_efforts(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Evaluate `efforts` with `whole` True, as a separately compiled kernel."""
+    """Fill all results of `efforts`, as a separately compiled kernel."""
     return efforts(machine, t, y, modes, inputs, out, True)

@@ -1,10 +1,10 @@
 """Energy of a mechanism: kinetic energy, and energy stored in compliant links and pushes.
 
-A push is a constant or position-dependent effort. Together with the `work` of the state, these
-energies give the balance:
+A push is a constant or position-dependent effort. The energies and the entries of `work`
+(engine/mechanism/state.py) satisfy the balance:
 
     kinetic + stored - (kinetic + stored at the start) = work of sources and external efforts
-        - losses in joints, couplings, frictions, cams, impacts and stops
+        - losses in joints, couplings, friction, cams, impacts and stops
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from frictool.typing import IntVector, Vector
 class EnergyBalance(NamedTuple):
     """Energies of a mechanism [J].
 
-    stored: energy in couplings, 0 if they are unstrained, and in pushes, 0 at position 0 or at the
-    first point of a curve. put_in: work of sources and external efforts. lost: work that all other
+    stored: energy in couplings (0 if unstrained) and in pushes (0 at position 0, or at the first
+    point of a curve). put_in: work of sources and external efforts. lost: work that all other
     elements absorb, minus the work that they return.
     """
 
@@ -41,7 +41,6 @@ class EnergyBalance(NamedTuple):
 
 @kernel
 def _held(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> tuple[float, float]:
-    """Return kinetic and stored energy [J]."""
     n = k[ly.BLOCKS]
     kinetic = 0.0
     stored = 0.0

@@ -1,4 +1,4 @@
-"""Event-driven simulation of a mechanism under held commands.
+"""Event-driven simulation of a mechanism under constant commands.
 
     machine = prepare(packed)                   engine/mechanism/preparation.py, once
     state = rest(packed, machine, start)        engine/mechanism/state.py
@@ -7,9 +7,9 @@
 
 Between events all modes are constant and the rates smooth. The motion is integrated by the
 Dormand-Prince method 8(5,3) with error control. A guard (mode_guards.py) measures how far a mode is
-from its end. If a guard is passed within a step, the step is shortened to that instant, which is
-located to rounding on the step's dense output. Then the modes are determined again. If nothing
-moves and all drives are steady, the remaining duration is skipped.
+from its end. If a guard falls to its limit within a step, the step is shortened to that instant,
+which is located to rounding on the step's dense output. Then the modes are determined again. If
+nothing moves and all drives are steady, the remaining duration is skipped.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def _is_settled(k: IntVector, state: MechanismState) -> bool:
 
 @inset_kernel
 def _change(error: float) -> float:
-    """Return (next step)/(last step) for an `error` relative to the tolerance."""
+    """Return the factor from the last step length to the next; error: relative to the tolerance."""
     if error == 0.0:
         return GROWTH
     return (
@@ -69,7 +69,7 @@ def _change(error: float) -> float:
 
 @inset_kernel
 def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
-    """Return h [s], or the earlier time in the step at which a guard may be passed briefly."""
+    """Return an earlier time at which a guard may fall briefly to its limit, else h [s]."""
     workspace = state.workspace
     guard, end = workspace.lines[st.GUARD], workspace.lines[st.END]
     return min(
@@ -206,7 +206,7 @@ def held_command(
     tolerance: float,
     events: EventRows,
 ) -> int:
-    """Advance the state for `advance`, which calls this kernel by its address."""
+    """Advance the state by `duration` [s]; `advance` calls this kernel by its address."""
     k, y = machine.whole, state.y
     n = k[ly.BLOCKS]
     total = duration
@@ -239,14 +239,12 @@ def advance(
     tolerance: float,
     events: EventRows,
 ) -> int:
-    """Advance the state, in place, by `duration` [s] under held commands and external efforts.
+    """Advance the state, in place, by `duration` [s] under constant commands and external efforts.
 
     command (u,): command of each source [A | V | N | N m]. external (n,): efforts on blocks [N | N
     m]. events: filled. The limit of a winding is computed for the speed at the beginning of the
     call. Returns a status of engine/status_codes.py; if it is not OK, `state` is the state after
     the last event or step.
-
-    The implementation is called by its address, so that callers are compiled without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.ADVANCE]
     status: int = _held_command(

@@ -55,7 +55,7 @@ def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> in
 
 @part_kernel
 def begin(machine: CompiledMechanism, state: MechanismState, events: EventRows) -> int:
-    """Evaluate the rates under a new command, and update the modes if the command changes them.
+    """Evaluate the rates under a new command, and update the modes if the command requires this.
 
     The first call for a state determines all modes. Returns a status of engine/status_codes.py.
     """
@@ -91,8 +91,8 @@ def begin(machine: CompiledMechanism, state: MechanismState, events: EventRows) 
 def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
     """Set the state to its value at the end of a step, t [s] after the command.
 
-    The work of the step is added, and dynamic laws update their memory. Returns a status of
-    engine/status_codes.py.
+    The work done in the step is added to `work`, and dynamic laws update their memory. Returns a
+    status of engine/status_codes.py.
     """
     y, work, workspace = state.y, state.work, state.workspace
     _copy(workspace.lines[st.END], y)

@@ -1,4 +1,7 @@
-"""Location of the first instant within a step at which a guard is passed."""
+"""Location of the first instant within a step at which a guard falls to its limit.
+
+A guard (mode_guards.py) that is below its limit is called passed.
+"""
 
 from __future__ import annotations
 
@@ -56,9 +59,9 @@ def _is_there(
     index: int,
     count: int,
 ) -> bool:
-    """Return True if the guard at `index` is at its target, and no other guard has been passed.
+    """Return True if the guard at `index` is at its target value, and no other guard is passed.
 
-    A guard has been passed if it is below FAR (force) or below BROKEN (other guards).
+    A guard is passed if it is below FAR (guard of a force) or below BROKEN (other guards).
     """
     if is_forced(k, modes, index):
         if not FAR <= guard[index] < BROKEN:
@@ -109,7 +112,7 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
 
 @inset_kernel
 def _has_rate(k: IntVector, modes: IntVector, index: int) -> bool:
-    """Return True for a guard of a speed, a position or a compliant flank, whose rate is known."""
+    """Return True for a guard with a known rate: of a speed, a position or a compliant flank."""
     return not is_forced(k, modes, index) or index >= k[ly.BLOCKS] + 2 * k[ly.JOINTS]
 
 
@@ -124,7 +127,7 @@ def _smooth_crossing(
     low: float,
     high: float,
 ) -> float:
-    """Return the time at which a guard, which is passed at `high`, reaches the value `aim`.
+    """Return the time at which a guard that is passed at `high` reaches the value `aim`.
 
     The guard must have a rate (`_has_rate`).
     """
@@ -227,14 +230,13 @@ def locate(
     """Shorten a step of length h to the first instant at which a guard is passed.
 
     Returns the new length, and True if the rates could not be evaluated. The row GUARD contains the
-    guards at the beginning of the step, the row TRIAL the guards at its end, of which at least one
-    is passed. Afterwards the rows END, AFTER, TRIAL and SPENT contain the results of the shortened
-    step.
+    guards at the beginning of the step, the row TRIAL the guards at its end; at least one guard
+    must be passed there. Afterwards the rows END, AFTER, TRIAL and SPENT contain the results of the
+    shortened step.
 
-    The search brackets the instant of the guard that is passed first, and evaluates the step's
-    dense output. Each iteration uses the zero of the cubic through both ends of the bracket for a
-    speed or a position, and regula falsi (Illinois) for a force. Every fourth iteration bisects the
-    bracket.
+    The search brackets the first such instant and evaluates the step's dense output. For a speed or
+    a position, each iteration uses the zero of the cubic through both ends of the bracket; for a
+    force, it uses regula falsi (Illinois). Every fourth iteration bisects the bracket.
     """
     k, p, _ = machine
     y, modes, workspace = state.y, state.modes, state.workspace

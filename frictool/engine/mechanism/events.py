@@ -66,7 +66,7 @@ EVENTS = record_type(EventRows, MATRIX, INDICES)
 
 @inset_kernel
 def write(events: EventRows, t: float, kind: int, element: int, speed: float) -> None:
-    """Write an event to the next row; if the array is full, only count the event."""
+    """Write an event to the next row; if the array is full, only increase the count."""
     row = events.happened[0]
     if row < events.rows.shape[0]:
         events.rows[row, 0] = t
@@ -85,10 +85,10 @@ def write_changes(
     modes: IntVector,
     events: EventRows,
 ) -> None:
-    """Write a row for each changed mode; only the first block of a rigid group has a row.
+    """Write an event for each changed mode; a rigid group has one event, that of its first block.
 
-    before: modes before the event. speeds (n,): speeds before the event. The branch of a joint is
-    written only if the joint has losses.
+    before: modes before the event. speeds (n,): speeds before the event. A change of a joint's
+    branch is written only if the joint has losses.
     """
     k, p, _ = machine
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]

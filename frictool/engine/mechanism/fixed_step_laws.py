@@ -1,10 +1,11 @@
-"""Laws with a fixed time step T_e: hybrid A, B, C, and banded laws (thesis 3.28-3.39, 2.32, 2.35).
+"""Laws with a fixed time step T_e: hybrid A, B, C (thesis 3.28-3.39), and laws with a rest band.
 
-The input of each law is the effort u on its block: the sum of the efforts of all other elements on
-the tree that moves with the block, reflected to the block by the joints. The mode is updated at the
+Thesis (2.32) and (2.35) define the laws with a rest band, which treat low velocities as rest. The
+input of each law is the effort u on its block: the sum of the efforts of all other elements on the
+tree that moves with the block, reflected to the block by the joints. The mode is updated at the
 beginning of each step T_e and constant within the step; the motion within the step is integrated as
 usual. If one tree has several of these laws, the friction of each law is subtracted from u of the
-following laws. While a tree sticks by the friction of a static law, these laws are inactive.
+following laws. While the friction of a static law keeps a tree at rest, these laws are inactive.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ HELD, SLIPS = 0, 1  # modes of a law
 
 @inset_kernel
 def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int, float]:
-    """Return the root of the block's moving tree, and the block's speed divided by the root's."""
+    """Return the root of the block's moving tree, and (speed of the block)/(speed of the root)."""
     n = k[ly.BLOCKS]
     i = block
     along = 1.0
@@ -49,8 +50,8 @@ def timed_frictions(
 ) -> int:
     """Subtract the friction of fixed-step laws from the row FORCE; fill the rates of their states.
 
-    The row NEED must already be filled, without these frictions. Returns a status of
-    friction/status_codes.py.
+    The row NEED must already be filled, without the friction of fixed-step laws. Returns a status
+    of friction/status_codes.py.
     """
     k, p, laws = machine
     rates, w, power = out.rates, out.w, out.power
@@ -99,7 +100,7 @@ def timed_frictions(
 
 @part_kernel
 def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: Vector) -> None:
-    """Set the rates of positions to 0 while a banded law reports velocity 0 (Karnopp's band).
+    """Set the rates of positions to 0 while a law with a rest band reports velocity 0.
 
     This applies to all blocks of the tree that moves with the block of the law.
     """
@@ -121,7 +122,7 @@ def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: 
 
 @part_kernel
 def switch(machine: CompiledMechanism, state: MechanismState) -> int:
-    """Set the modes of fixed-step laws for the coming step, from the last efforts on their blocks.
+    """Set the modes of fixed-step laws for the next step, from the last efforts on their blocks.
 
     Returns a status of friction/status_codes.py.
     """

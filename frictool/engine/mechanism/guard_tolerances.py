@@ -1,4 +1,4 @@
-"""Tolerances of the guards for efforts, distances and speeds, and the guards of distances."""
+"""Tolerances of the guards (mode_guards.py), and the guards of distances."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROUNDING = 1e-15  # rounding error of a position, relative to its terms
 
 @inset_kernel
 def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
-    """Return the tolerance of forces at a block [N | N m]; a smaller force is treated as zero."""
+    """Return the tolerance of forces at a block [N | N m]; smaller forces count as zero."""
     least = 1e-300  # N | N m, for a block without mass and without efforts
     return float(
         SLACK * w[GROSS, block]
@@ -32,7 +32,7 @@ def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
 def joint_gap(k: IntVector, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
     """Return the position difference e of a joint's flanks, its rate e', and the tolerance of e.
 
-    e is in the coordinate of block b, and is 0 in the middle of the gap.
+    e is in the coordinate of block b, and is 0 in the middle of the backlash.
     """
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, joint)
@@ -55,7 +55,7 @@ def stop_slack(p: Vector, row: int) -> float:
 
 @inset_kernel
 def place_guards(k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector) -> None:
-    """Set the guards of open flanks and stops: their distances in units of the tolerance."""
+    """Set the guards of open flanks and stops: distance to contact in units of the tolerance."""
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     for joint in range(j):
         if modes[n + joint] == OPEN:

@@ -1,4 +1,4 @@
-"""Memory of dynamic laws, which is updated after accepted steps only.
+"""Memory of past reversals in dynamic laws, which is updated after accepted steps only.
 
 A step ends at each reversal, because the memory must register the reversal.
 """
@@ -17,7 +17,7 @@ AT_REVERSAL = 1e-3  # speed below which a step may pass 0, relative to the speed
 
 @part_kernel
 def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) -> float:
-    """Return the time in a step of length h at which a dynamic law first reverses, or h."""
+    """Return the time of the first reversal of a dynamic law in a step; h [s] if there is none."""
     n = k[ly.BLOCKS]
     shortest = h
     for f in range(k[ly.FRICTIONS]):
@@ -34,7 +34,8 @@ def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) ->
 def remember(machine: CompiledMechanism, y: Vector, before: Vector) -> tuple[int, bool]:
     """Update the laws' memories after the step to y.
 
-    Returns a status of friction/status_codes.py, and True if a state differs from `before`.
+    Returns a status of friction/status_codes.py, and True if an internal state has changed from
+    `before`.
     """
     k, p, laws = machine
     n = k[ly.BLOCKS]

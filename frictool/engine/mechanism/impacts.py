@@ -3,8 +3,8 @@
 An impact occurs between two groups of rigidly joined blocks, or between a group and the frame. It
 follows Newton's law with the restitution of the contact. If groups touch in a row, the impact
 passes from contact to contact, as in Newton's cradle, until no two groups approach. The contact
-with the fastest approach is resolved first. Friction of blocks is finite and has no impulse; an
-impact can set blocks at rest in motion.
+with the largest approach speed is resolved first. Friction forces are finite and have no impulse;
+an impact can therefore set blocks at rest in motion.
 
 Losses of joints are proportional to the transmitted force and therefore take a fraction of the
 impulse (lossy_impulses.py). The flanks return at most the energy that they absorbed, also if the
@@ -34,7 +34,7 @@ TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of positi
 
 @inset_kernel
 def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> float:
-    """Return the speed at which flanks approach on side +1 or -1, in block b's coordinate."""
+    """Return the approach speed of two flanks on side +1 or -1, in the coordinate of block b."""
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, joint)
     a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
@@ -43,7 +43,7 @@ def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> floa
 
 @inset_kernel
 def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> float:
-    """Set the speeds of a group, `speed` for its first block; return the lost energy [J]."""
+    """Set the speeds of a group; return the lost energy [J]. speed: of the group's first block."""
     n = k[ly.BLOCKS]
     before = y[n + group]
     for i in range(n):
@@ -56,8 +56,8 @@ def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> 
 def _until(s: float, rate: float, goal: float, absorbed: float) -> float:
     """Return the impulse at which the approach speed s reaches `goal`.
 
-    The impulse is smaller if the separating flanks return all the energy `absorbed` earlier. rate:
-    change of s per unit of impulse.
+    The impulse is smaller if the separating flanks have returned all the energy `absorbed` before.
+    rate: change of s per unit of impulse.
     """
     if rate >= 0.0:
         return math.inf
@@ -73,7 +73,7 @@ def _meet(
 ) -> None:
     """Resolve one impact of two groups.
 
-    The impulse grows in pieces; a piece ends when one of the groups comes to rest.
+    The impulse is increased until one of the groups comes to rest, then further with the new rates.
     """
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, joint)
@@ -145,7 +145,7 @@ def _strike(
 
 @inset_kernel
 def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
-    """Close the open joints and stops that touch: set their mode to the side (+-1) of contact."""
+    """Close the open joints and stops that touch: set the mode to the side (+-1) of the contact."""
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for joint in range(k[ly.JOINTS]):
@@ -166,7 +166,7 @@ def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
 @inset_kernel
 def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) -> None:
-    """Open each contact that separates faster than `speed` times the speed scale."""
+    """Open each contact whose separation speed exceeds `speed` times the speed scale."""
     n = k[ly.BLOCKS]
     for joint in range(k[ly.JOINTS]):
         if modes[n + joint] not in (OPEN, RIGID):
@@ -217,12 +217,12 @@ def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -
 
 @part_kernel
 def impacts(k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, work: Vector) -> int:
-    """Close touching contacts, resolve impacts until none is left, and open separating contacts.
+    """Close touching contacts, resolve all impacts, and open separating contacts.
 
     The energy lost in each contact is added to `work`. If all approach speeds are below BOUNCE,
-    touching parts get the same speed, and the forces then determine which contacts stay closed.
-    This prevents an endless series of impacts if two parts push a third part in turn. Returns a
-    status of engine/status_codes.py.
+    touching blocks get the same speed, and the forces then determine which contacts stay closed.
+    This prevents an endless series of impacts if two blocks alternately push a third block. Returns
+    a status of engine/status_codes.py.
     """
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]

@@ -76,7 +76,7 @@ def stages_of_step(
     end: int,
     watching: int,
 ) -> float:
-    """Compute the stages for `stages`, which calls this kernel by its address."""
+    """Compute slopes and powers as `stages` does; `stages` calls this kernel by its address."""
     return _stages(machine, y, modes, workspace, t, h, first, end, watching)
 
 
@@ -100,8 +100,7 @@ def stages(
 
     t [s]: time since the command. Only the first `watching` guards of the row WATCHED are checked.
     Returns the fraction of the step at which the first guard is passed, 1 if none is passed,
-    or -1 if a law fails. The implementation is called by its address, so that callers are compiled
-    without it.
+    or -1 if a law fails.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
     y, modes, workspace = state.y, state.modes, state.workspace
@@ -137,7 +136,7 @@ def _error(k: IntVector, p: Vector, h: float, modes: IntVector, workspace: Works
 
 @inset_kernel
 def at_end(workspace: Workspace) -> RateEvaluation:
-    """Return the arrays for the rates at a step's end."""
+    """Return the arrays for the results of an evaluation of the rates at a step's end."""
     return RateEvaluation(
         workspace.slopes[AFTER], workspace.w, workspace.lines[st.TRIAL], workspace.powers[AFTER]
     )
@@ -157,12 +156,13 @@ def try_step(
 ) -> tuple[float, float]:
     """Try a step of length h from the state; t [s] is the time since the command.
 
-    The workspace contains these rows, on the left before the call, on the right after it:
+    Location of the arrays in the workspace, at the start and at the end of the step:
 
-    rates     row 0 of `slopes`    row AFTER of `slopes`
-    powers    row 0 of `powers`    row AFTER of `powers`
-    guards    line GUARD           line TRIAL
-    state                          line END
+                 at the start      at the end
+        rates    row 0 of `slopes` row AFTER of `slopes`
+        powers   row 0 of `powers` row AFTER of `powers`
+        guards   line GUARD        line TRIAL
+        state    `state.y`         line END
 
     Returns error/tolerance (inf if a law or the mechanism fails), and the fraction of the step at
     which a guard of a force is first passed (1 if none is).
@@ -183,7 +183,7 @@ def try_step(
 
 @part_kernel
 def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float) -> bool:
-    """Compute the dense output of state and work in a tried step; return False if a law fails."""
+    """Compute the dense output of state and work for a tried step; return False if a law fails."""
     workspace = state.workspace
     seen = stages(machine, state, t, h, AFTER + 1, SLOPES, 0)
     path_of(h, workspace.slopes, workspace.slopes[st.PATH :])
@@ -195,7 +195,8 @@ def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float)
 def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, at: float) -> bool:
     """Evaluate the dense output at the time `at` in 0 .. h; return True if the rates are finite.
 
-    Afterwards the rows END, AFTER and TRIAL are the same as after `try_step` with the length `at`.
+    Afterwards the rows END, AFTER and TRIAL are those that `try_step` with the length `at` would
+    fill.
     """
     y, workspace = state.y, state.workspace
     end = workspace.lines[st.END]

@@ -4,12 +4,12 @@
 
 The module also contains the inverse of g, and the ranges of both forces at rest. The joint has the
 parameters ratio, drive_loss, back_loss, thread and thesis_screw. s is the direction of motion of
-end a. `kink` is the force lambda at which the slope of g changes.
+end a. The kink is the force lambda at which the slope of g changes.
 
-- Efficiency (2.3), (2.20): the kink is 0. c is ±s drive_loss if end a drives, and ±s back_loss if
-  end b drives.
+- Link with an efficiency (2.3), (2.20): the kink is 0. c is ±s drive_loss if end a drives, and
+  ±s back_loss if end b drives.
 - Screw of the thesis (2.12)-(2.13), (2.15): the kink is thesis_screw u_a/thread, where u_a is the
-  effort of the sources on block a, and c is ±s thread.
+  effort of the sources on block a. c is ±s thread.
 
 If the load can drive the joint, g rises with ratio lambda.
 """
@@ -33,13 +33,13 @@ def is_lossy(p: Vector, row: int) -> bool:
 
 @inset_kernel
 def is_self_locking(p: Vector, row: int) -> bool:
-    """Return True if the load end b of a joint cannot drive its driving end a."""
+    """Return True if the load end b of the joint cannot drive the driving end a."""
     return bool(max(ly.back_loss(p, row), ly.thread(p, row)) > abs(ly.ratio(p, row)))
 
 
 @inset_kernel
 def kink_of(p: Vector, row: int, driven: float) -> float:
-    """Return the force at a joint's load end b at which the loss changes its slope.
+    """Return the force at a joint's load end b at which the slope of the loss changes.
 
     `driven` is the effort of the sources on block a.
     """
@@ -48,7 +48,7 @@ def kink_of(p: Vector, row: int, driven: float) -> float:
 
 @inset_kernel
 def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
-    """Return the slope of the force at end a against the force at end b, on one side of the kink.
+    """Return d(force at end a)/d(force at end b) on one side of the kink.
 
     direction: direction of motion of end a. above: True for the side with the larger force at end
     b.
@@ -63,7 +63,10 @@ def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
 
 @inset_kernel
 def transmitted(p: Vector, row: int, kink: float, direction: float, force: float) -> float:
-    """Return the force at the driving end a for a `force` at load end b; a moves in `direction`."""
+    """Return the force at the driving end a for a `force` at load end b.
+
+    direction: direction of motion of end a.
+    """
     slope = slope_of(p, row, direction, force > kink)
     if force == kink or slope == 0.0:
         return float(ly.ratio(p, row) * kink)
@@ -84,7 +87,7 @@ def received(p: Vector, row: int, kink: float, direction: float, effort: float) 
 def range_at_driver(
     p: Vector, row: int, kink: float, low: float, high: float
 ) -> tuple[float, float]:
-    """Return the range of forces at end a for which a joint at rest stays at rest.
+    """Return the lowest and highest force at end a for which a joint at rest stays at rest.
 
     low, high: range of the force at end b. At an end stop, one end of this range is infinite. An
     infinite force is transmitted without loss, so that a stop does not wedge a self-locking link.
@@ -107,7 +110,7 @@ def range_at_driver(
 
 @inset_kernel
 def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
-    """Return the range of forces at end b for which a joint at rest stays at rest.
+    """Return the lowest and highest force at end b for which a joint at rest stays at rest.
 
     low, high: range of the force at end a. Infinite forces are treated as in `range_at_driver`.
     """

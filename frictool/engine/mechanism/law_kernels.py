@@ -11,8 +11,7 @@ kind  name     treatment in the engine
 1     SMOOTH   regularised static law: a force that depends on the velocity
 2     DYNAMIC  its state is integrated, its memory is updated after accepted steps
 3     HYBRID   its mode is updated at the beginning of each step of a fixed length
-4     BANDED   static law with a band of low speeds treated as rest (thesis 2.32, 2.35): treated
-               as HYBRID
+4     BANDED   static law that treats low speeds as rest (thesis 2.32, 2.35): as HYBRID
 ====  =======  ==================================================================================
 
 The kernels are called by address, so that their callers are compiled once for all laws.
@@ -64,10 +63,10 @@ def kind_of(law: Law, p: Vector) -> int:
 
 
 def straight_of(law: Law, p: Vector) -> int:
-    """Return the index in p of the viscous coefficient if slip friction is a straight line, else 0.
+    """Return the index in p of the viscous coefficient if slip friction is linear in speed, else 0.
 
-    The line is p[0] + viscous * speed. Kernels compute this sum from p, because a call of the law
-    is slower.
+    The friction in slip is then p[0] + viscous * speed. Kernels compute this sum from p, because a
+    call of the law is slower.
     """
     names = [parameter.name for parameter in law.parameters]
     if (
@@ -82,7 +81,7 @@ def straight_of(law: Law, p: Vector) -> int:
 
 
 def rest_of(law: Law, p: Vector) -> Vector:
-    """Return a law's inner state (z,) for a contact that never moved; empty for a static law."""
+    """Return a law's internal state (z,) for a contact that has never moved; empty if static."""
     return (
         np.zeros(0)
         if isinstance(law.kernels, StaticKernels)
@@ -91,7 +90,7 @@ def rest_of(law: Law, p: Vector) -> Vector:
 
 
 def sizes_of(law: Law, p: Vector) -> Vector:
-    """Return the scale (z,) of each inner state of a law, for error tolerances.
+    """Return the scale (z,) of each internal state of a law, for error tolerances.
 
     When a contact first moves, the force grows with the displacement. If the initial slope stayed
     constant, the force would reach the Coulomb force p[0] after some displacement; the scale is the
@@ -138,9 +137,10 @@ WIDTH = 6
 
 
 def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> IntVector:
-    """Return addresses (n + 1, WIDTH) of kernels, a row for the law of each of n frictions.
+    """Return the addresses (n + 1, WIDTH) of the kernels of n friction laws.
 
-    Columns are in the order of FUNCTIONS. The last row is for kernels of the engine.
+    Row i belongs to law i, with columns in the order of FUNCTIONS. The last row is reserved for
+    kernels of the engine.
     """
     addresses = np.zeros((len(laws) + 1, WIDTH), dtype=np.int64)
     for row, law, kind in zip(addresses[:-1], laws, kinds, strict=True):

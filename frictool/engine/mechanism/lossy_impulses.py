@@ -1,11 +1,11 @@
 """Response of rigidly joined blocks to an impulse, with losses in their joints.
 
 The loss of a joint is proportional to the transmitted force and therefore takes a fraction of an
-impulse. The impulse grows from zero (Routh 1860). Each increment changes the speeds as a force
-does, and the losses have the signs of the current speeds. As long as no speed reaches zero, the
-change of speed per unit of impulse is constant. This change solves Lambda(x) = 0
-(engine/mechanism/tree_solver.py) with the impulse as the only effort. A self-locking group at rest
-stays at rest.
+impulse. The impulse is applied in increments, from zero on (Routh 1860). Each increment changes the
+speeds as a force does, and the losses have the signs of the current speeds. As long as no speed
+reaches zero, the change of speed per unit of impulse is constant. This change is the solution x of
+Lambda(x) = 0 (engine/mechanism/tree_solver.py) with the impulse as the only effort. A self-locking
+group at rest stays at rest.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
 
 @inset_kernel
 def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
-    """Return the x at which VALUE of `_need` is 0, or NaN if VALUE does not rise there."""
+    """Return the x at which VALUE of `_need` is 0, or NaN if VALUE does not rise at this x."""
     k, p, group, block, w = hit
     low = -math.inf
     high = math.inf
@@ -131,9 +131,9 @@ def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: boo
 def yielding(hit: Group, row: int, force: float, speed: float, lossy: bool) -> float:
     """Return the speed change of the group's first block per unit of impulse, at `speed`.
 
-    force: ±1, sign of the impulse on `block`. If row >= 0, it is the row of a joint with `block` at
-    end a, and the impulse acts on end b. lossy: `is_group_lossy`. The result is NaN if the group
-    jams.
+    force: ±1, sign of the impulse. row: -1 if the impulse acts on `block`; otherwise the row of a
+    joint with `block` at end a, and the impulse acts on end b. lossy: `is_group_lossy`. The result
+    is NaN if the group jams.
     """
     if speed != 0.0:
         return _by_direction(hit, row, force, math.copysign(1.0, speed), lossy)

@@ -1,4 +1,7 @@
-"""Guards: distances of forces, speeds and positions from the values at which a mode ends."""
+"""Guards: distances of forces, speeds and positions from the values at which a mode ends.
+
+A guard that is below its limit is called passed; the mode then ends.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +19,9 @@ BROKEN = -1.0  # value of a guard below which it has been passed
 
 @inset_kernel
 def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
-    """Return True if all modes that depend on a force continue.
+    """Return True if no guard of a force is passed.
 
-    These are the modes of sticking blocks, closed contacts, lossy joints and compliant flanks.
+    These are the guards of sticking blocks, closed contacts, lossy joints and compliant flanks.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     for i in range(n):
@@ -48,9 +51,9 @@ def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
 def _flank_left(
     k: IntVector, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int
 ) -> tuple[float, float]:
-    """Return f and its rate f'.
+    """Return (f, f') of a compliant flank.
 
-    f: force of a pressed flank, or distance of an open flank times its stiffness.
+    f is the force of a pressed flank, or the distance of an open flank times its stiffness.
     """
     n = k[ly.BLOCKS]
     row = ly.coupling_row(k, coupling)
@@ -79,11 +82,11 @@ def _flank_left(
 def distance_to_guard(
     k: IntVector, p: Vector, index: int, y: Vector, rates: Vector, modes: IntVector
 ) -> tuple[float, float]:
-    """Return the quantity that the guard at `index` watches, and its rate; the mode ends at 0.
+    """Return the quantity of the guard at `index`, and its rate; the mode ends when it reaches 0.
 
     moving root       speed in the direction of the mode
     open joint, stop  distance to the nearer flank or stop
-    compliant flank   force of a pressed flank; stiffness times distance of an open one
+    compliant flank   force of a pressed flank; stiffness times distance of an open flank
 
     rates (y,): rates of the state y.
     """
@@ -110,10 +113,10 @@ def distance_to_guard(
 def is_broken(
     k: IntVector, p: Vector, index: int, y: Vector, modes: IntVector, guard: Vector, begin: Vector
 ) -> bool:
-    """Return True if the guard at `index` has been passed.
+    """Return True if the guard at `index` is passed.
 
-    begin: guards at the beginning of the step. If the guard of an open flank or stop is below 0
-    there, the contact has just opened; the guard is then passed only if the gap is closing.
+    begin: guards at the beginning of the step. If the guard of an open flank or stop was below 0 at
+    the beginning, the contact has just opened; the guard is then passed only if the gap is closing.
     """
     if guard[index] >= BROKEN:
         return False
@@ -127,7 +130,7 @@ def is_broken(
 def is_any_broken(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector, begin: Vector
 ) -> bool:
-    """Return True if any guard has been passed."""
+    """Return True if any guard is passed."""
     broken = False
     for index in range(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS]):
         broken = broken or is_broken(k, p, index, y, modes, guard, begin)
@@ -136,7 +139,7 @@ def is_any_broken(
 
 @inset_kernel
 def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float, float]:
-    """Return time and value of the minimum in [0, h] of a cubic.
+    """Return the time in [0, h] and the value of the minimum of a cubic.
 
     The cubic has the values g0, g1 and the rates r0, r1 at 0 and h.
     """
@@ -156,9 +159,9 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
 
 @inset_kernel
 def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) -> float:
-    """Return `shortest`, or an earlier time at which a guard may be passed briefly.
+    """Return an earlier time at which a guard may be passed briefly, else `shortest`.
 
-    The guard has the values g0, g1 and the rates r0, r1 at 0 and h, and is not passed there.
+    The guard has the values g0, g1 and the rates r0, r1 at 0 and h, and is not passed at 0 and h.
     """
     if r0 >= 0.0 or r1 <= 0.0:
         return shortest
@@ -182,7 +185,7 @@ def first_dip(
 ) -> float:
     """Return the first time in a step of length h at which a guard may be passed briefly, or h.
 
-    The search includes the guards of speeds, open flanks and stops.
+    The search covers the guards of speeds, open flanks and stops.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     shortest = h

@@ -38,7 +38,7 @@ def stop_tree(k: IntVector, index: int, p: Vector, y: Vector, modes: IntVector) 
 
 @inset_kernel
 def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
-    """Set consistent speeds of blocks that move together, and positions of blocks at end stops.
+    """Make the speeds of connected blocks consistent; set the speed of blocks at end stops to 0.
 
     Otherwise rounding errors would accumulate in the relative speeds of these blocks.
     """
@@ -62,7 +62,7 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 def _jam(
     k: IntVector, p: Vector, index: int, state: MechanismState, now: float, events: EventRows
 ) -> bool:
-    """Stop a jammed part at once, as in an impact; parts that are only pushed keep their speed.
+    """Stop a jammed part at once, as in an impact; blocks that are only pushed keep their speed.
 
     Returns False if the jammed part is already at rest.
     """
@@ -91,7 +91,7 @@ def _jam(
 def modes_at_instant(
     machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows
 ) -> int:
-    """Determine the modes for `settle`, which calls this kernel by its address."""
+    """Determine the modes as `settle` does; `settle` calls this kernel by its address."""
     k, p, workspace = machine.whole, machine.numbers, state.workspace
     out = RateEvaluation(
         workspace.slopes[0], workspace.w, workspace.lines[st.GUARD], workspace.powers[0]
@@ -119,8 +119,8 @@ _modes_at_instant = ac.call_by_address(MODES_AT_INSTANT)
 def settle(machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows) -> int:
     """Determine the modes, t [s] after the last command; return a status code.
 
-    For these modes, fill row 0 of the workspace's `slopes` and `powers`, and row GUARD of its
-    `lines`. The implementation is called by its address, so that callers are compiled without it.
+    The rates and powers for these modes are written to row 0 of the workspace's `slopes` and
+    `powers`, the guards to row GUARD of its `lines`.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.SETTLE]
     status: int = _modes_at_instant(address, machine, state, t, events)

@@ -1,4 +1,4 @@
-"""Simulation of a mechanism under successive held commands, with a record at each sample."""
+"""Simulation of a mechanism under a sequence of constant commands, with a record at each sample."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ class MechanismRun:
     """Result of a run at the `times` (m,); the first sample is the initial state.
 
     status: engine/status_codes.py. Values after `reached` [s] are NaN. events: rows of
-    engine/mechanism/events.py. happened: number of events, including those that `events` cannot
-    store.
+    engine/mechanism/events.py. happened: number of events, which may exceed the rows of `events`.
     """
 
     status: int
@@ -77,7 +76,7 @@ def run(
     tolerance: float = TOLERANCE,
     room_for_events: int = ROOM_FOR_EVENTS,
 ) -> MechanismRun:
-    """Simulate a mechanism from `state` under successive held commands.
+    """Simulate a mechanism from `state` under a sequence of constant commands.
 
     Parameters
     ----------
@@ -88,7 +87,7 @@ def run(
     commands
         (m, u) commands of the sources [A | V | N m | N].
     period
-        Time for which each command is held [s].
+        Time for which each command acts [s].
     external
         Efforts on blocks [N m | N], (m, n) or (1, n); none by default.
     tolerance

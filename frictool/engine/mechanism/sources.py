@@ -11,7 +11,7 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def source_limits(k: IntVector, p: Vector, source: int, y: Vector) -> tuple[float, float]:
-    """Return the lowest and highest drive of a source, by the limits of drive and winding.
+    """Return the lowest and highest drive that the drive limit and the winding of a source allow.
 
     The limit of a winding depends on the speed.
     """

@@ -1,6 +1,6 @@
-"""State of a mechanism: motion, drives, modes of contacts and frictions, and work done so far.
+"""State of a mechanism: motion, drives, modes of contacts and friction laws, and work done so far.
 
-    y       positions (n,), speeds (n,), inner states of frictions (z,)
+    y       positions (n,), speeds (n,), internal states of friction laws (z,)
     drive   drive of each source (u,): A, V, or an effort
     modes   integers, in the sections below
     work    J, in the sections below
@@ -15,13 +15,13 @@ contact  joints     OPEN; -1: touches at e = -gap, lambda >= 0; +1: touches at e
 branch   joints     side of a lossy joint's kink: +1 if lambda was last above the kink, -1 if it
                     was below; 0: self-locking, not loaded yet
 flank    couplings  OPEN; -1, +1: pressed at that flank
-stop     stops      OPEN; -1, +1: rests at its low or its high end
-law      frictions  mode of a hybrid or banded law
+stop     stops      OPEN; -1, +1: rests at the low or the high end stop
+law      frictions  mode of a hybrid law or a law with a rest band
 =======  =========  =============================================================================
 
-Here e is the position difference of a joint's flanks (guard_tolerances.py `joint_gap`), lambda the
-force at the joint's load end b, and the kink the lambda at which the joint's loss changes its slope
-(joint_losses.py).
+Here e is the position difference of a joint's flanks (guard_tolerances.py `joint_gap`), and lambda
+the force at the joint's load end b. The kink is the lambda at which the slope of the joint's loss
+changes (joint_losses.py).
 
 ==========  =========  ==========================================================================
 section     length     work
@@ -80,8 +80,8 @@ INTEGER_ROWS = 3
 class Workspace(NamedTuple):
     """Work arrays of the kernels; their content is valid within one call only.
 
-    w: workspace_rows.py. slopes, powers: one row per stage of a step. lines, integers: rows listed
-    in this module. Rows may be longer than needed.
+    w: workspace_rows.py. slopes, powers: one row per stage of a step. lines, integers: rows with
+    the names that this module defines. Rows may be longer than needed.
     """
 
     w: Vector  # (WORK_ROWS, blocks or joints): workspace_rows.py
@@ -103,7 +103,7 @@ class RateEvaluation(NamedTuple):
 class MechanismState(NamedTuple):
     """State of a mechanism; all arrays are changed in place.
 
-    y, drive, modes, work: as listed in this module. pace (4,) [s]: next step length, time since the
+    y, drive, modes, work: see the module docstring. pace (4,) [s]: next step length, time since the
     start of the run, time since the last command, step of the fixed-step laws.
     """
 
@@ -159,8 +159,9 @@ def rest(
 ) -> MechanismState:
     """Return the state at rest at absolute positions `start` (n,), with all drives zero.
 
-    law_step [s]: step T_e of hybrid and banded laws (engine/mechanism/fixed_step_laws.py). Raises
-    ValueError if the shape does not fit, or the step is not above 0.
+    law_step [s]: step T_e of hybrid laws and laws with a rest band
+    (engine/mechanism/fixed_step_laws.py). Raises ValueError if the shape of `start` is wrong, or
+    `law_step` is not above 0.
     """
     if not law_step > 0.0:
         raise ValueError(f"law_step is {law_step} s; allowed: above 0 s")

@@ -25,9 +25,10 @@ from frictool.typing import IntVector, Vector
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     """Fill NEED and NEED_HIGH with each member's force range; return False if a range is empty.
 
-    sided: True if each self-locking joint must be loaded on the side of its kink that its branch
-    (state.py) states. A joint with branch 0 must then be loaded at its kink if `towards` is 0, else
-    on the side on which the joint drives for a motion of the root in the direction `towards`.
+    sided: True if each self-locking joint must be loaded on the side of the kink that its branch
+    (state.py) states. A joint with branch 0 must then be loaded at its kink if `towards` is 0.
+    Otherwise such a joint must be loaded on the side on which it drives if the root moves in the
+    direction `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]
@@ -82,7 +83,7 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
 
 @inset_kernel
 def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
-    """Return (low, high, tolerance) of the force that a member at rest needs from its joint."""
+    """Return (low, high, tolerance) of the force that a block at rest needs from its joint."""
     ratio = ly.ratio(p, ly.joint_row(k, ly.joint_of(k, i)))
     low = w[rows.NEED, i]
     high = w[rows.NEED_HIGH, i]
@@ -96,9 +97,9 @@ def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, fl
 
 @inset_kernel
 def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
-    """Return the side of the kink, +1 or -1, on which the joint of a member at rest is loaded.
+    """Return the side of the kink, +1 or -1, on which the joint of a block at rest is loaded.
 
-    The result is 0 if friction behind the joint can carry the load, so that either side is
+    The result is 0 if friction beyond the joint can carry the load, so that both sides are
     possible.
     """
     low, high, slack = force_at_rest(k, p, i, w)
@@ -121,7 +122,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @inset_kernel
 def unload(tree: JointTree) -> bool:
-    """Set the branch of each self-locking joint to 0 unless its load is on the branch's side.
+    """Set the branch of each self-locking joint to 0 if its load is not on the side of the branch.
 
     The tree must be at rest. Returns True if the tree has self-locking joints.
     """
@@ -143,7 +144,7 @@ def unload(tree: JointTree) -> bool:
 def stays_loaded(tree: JointTree, towards: float) -> bool:
     """Return True if a tree can rest with the present load directions of its self-locking joints.
 
-    See `gather_rest`.
+    towards: as in `gather_rest`.
     """
     k, p, _, members, _, w = tree
     exists = gather_rest(tree, True, towards)

@@ -2,21 +2,21 @@
 
 The method is dynamic programming on Gauss's principle, as in Vereshchagin (1974); without contacts
 it is the articulated-body recursion of articulated_body.py. Each subtree is described by one
-function: Lambda(x), the effort that it needs for the acceleration x of its root. If the root's
-acceleration is x, the child of a rigid joint accelerates with x times the ratio. A flank can only
-push: the child behind it contributes max(0, Lambda_child(ratio x)), and separates if this is 0.
+function: Lambda(x), the effort that the subtree needs for the acceleration x of its root. If the
+root's acceleration is x, the child of a rigid joint accelerates with x times the ratio. A flank can
+only push: a child in contact adds max(0, Lambda_child(ratio x)), and separates if this is 0.
 
-In each step of the recursion, Lambda is a rising, piecewise linear graph. It is the sum of the
-inertial force m x, Coulomb friction at rest (a vertical piece at x = 0), and the losses of
-back-drivable links, which rise with the force. So 0 = Lambda(x) has one solution, independent of
-the order of contacts. Among all motions that the contacts allow, this solution is the motion of
-least constraint (Gauss; Moreau 1966): Lambda is the subdifferential of a convex function of the
+In each step of the recursion, Lambda is a rising, piecewise linear graph: the sum of the inertial
+force m x, Coulomb friction at rest (a vertical piece at x = 0), and the losses of back-drivable
+links, which rise with the force. Lambda(x) = 0 therefore has one solution, independent of the order
+of contacts. Among all motions that the contacts allow, this solution is the motion of least
+constraint (Gauss; Moreau 1966): Lambda is the subdifferential of a convex function of the
 accelerations. A tree at rest stays at rest if the interval Lambda(0) contains 0.
 
 If the breakaway is above the Coulomb friction, the graph falls at x = 0. Then a tree that can stay
 at rest stays at rest; any other tree starts to move with its friction in slip.
 
-With a self-locking link the graph may also fall, so that 0 = Lambda(x) may have several solutions,
+With a self-locking link the graph may also fall, so that Lambda(x) = 0 may have several solutions,
 or none (Painleve's paradox). Then `follow` and `_leaves_unloaded` choose the solution that a stiff
 link with damping would reach.
 """
@@ -104,8 +104,8 @@ def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]
     """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
     Without load, a self-locking joint cannot hold its driving end, which slips under any effort.
-    The slip stops at once if the driving end then drives the load. leaves: True if there is a
-    motion that continues; direction, acceleration: its direction, and the acceleration of the root.
+    The slip stops at once if the driving end then drives the load. leaves: True if the motion of
+    the root in the returned direction continues, with the returned acceleration.
     """
     k, p, _, members, _, w = tree
     if stays_loaded(tree, 0.0):
@@ -147,7 +147,7 @@ def _jammed(tree: JointTree) -> int:
 def _force_in_motion(
     tree: JointTree, i: int, x: float, towards: float
 ) -> tuple[float, float, float]:
-    """Return the force at a moving joint's load end, the force at its kink, and the tolerance."""
+    """Return the force at a moving joint's load end, the force of the kink, and the tolerance."""
     k, p, _, _, y, w = tree
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, ly.joint_of(k, i))
@@ -164,7 +164,7 @@ def _force_in_motion(
 
 @inset_kernel
 def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> None:
-    """Set the branch of a member's joint; open a flank that would pull."""
+    """Set the branch of a block's joint; open a flank that would pull."""
     k, p, modes, _, _, w = tree
     n = k[ly.BLOCKS]
     j = k[ly.JOINTS]
@@ -184,7 +184,6 @@ def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> Non
 
 @inset_kernel
 def _set_motions(tree: JointTree, x: float, towards: float, rests: bool) -> None:
-    """Open flanks that would pull; set branches, motions and accelerations of the members."""
     k, _, modes, members, y, w = tree
     n = k[ly.BLOCKS]
     dry = False
@@ -222,11 +221,11 @@ def solve_tree(
     y: Vector,
     w: Vector,
 ) -> int:
-    """Set the modes of the tree whose root is at `index` in ORDER, up to its open contacts.
+    """Set the modes of the blocks that rigid joints and closed contacts connect to a root.
 
-    workspace: (blocks + 1,) or longer. Returns a status of engine/status_codes.py. If the tree
-    jams, contacts that would pull are open, and the last entry of `workspace` is the index in ORDER
-    of the first block of the jammed part.
+    index: index of the root in ORDER. workspace: (blocks + 1,) or longer. Returns a status of
+    engine/status_codes.py. If the tree jams, contacts that would pull are open, and the last entry
+    of `workspace` is the index in ORDER of the first block of the jammed part.
     """
     n = k[ly.BLOCKS]
     count = _members(k, modes, index, workspace)

@@ -1,7 +1,7 @@
 """Weighted sums of a step's slopes (derivatives): stage points, end, error and dense output.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10.
-Slopes with weight 0 are left out. A pass over the states adds FOUR terms, which is faster.
+Slopes with weight 0 are left out. Each loop over the states adds FOUR terms, which is faster.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
 
 @inset_kernel
 def gained(h: float, slopes: Vector, gain: Vector) -> None:
-    """Fill `gain` (n,) with the change of the state over the step."""
+    """Fill `gain` (n,) with the change of the state over a step of length h."""
     for i in range(slopes.shape[1]):
         gain[i] = 0.0
     _add(h, STAGE_INDICES[AFTER], STAGE_WEIGHTS[AFTER], STAGE_TERMS[AFTER], slopes, gain)
@@ -107,7 +107,7 @@ def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
 def path_of(h: float, slopes: Vector, path: Vector) -> None:
     """Write the coefficients of a step's dense output (II.6) to `path` (BUMPS, n).
 
-    slopes: a row for each stage, including the three that only the dense output needs.
+    slopes: one row per stage, including the three stages that only the dense output needs.
     """
     gained(h, slopes, path[0])
     for i in range(slopes.shape[1]):
@@ -122,7 +122,10 @@ def path_of(h: float, slopes: Vector, path: Vector) -> None:
 
 @inset_kernel
 def on_path(part: float, path: Vector, gain: Vector) -> None:
-    """Fill `gain` with the change of the state from the step's start to the fraction `part`."""
+    """Fill `gain` with the change of the state over the first part of a step.
+
+    part: this part as a fraction of the step. path: `path_of`.
+    """
     rest = 1.0 - part
     for i in range(path.shape[1]):
         inner = path[4, i] + rest * (path[5, i] + part * path[6, i])

@@ -23,7 +23,7 @@ STOPPED_HIGH   else 0
 ON_BLOCK       effort on the block of a fixed-step law                 fixed_step_laws.py
 =============  ======================================================  =======================
 
-GROSS is computed only if `whole` is True; the stages within a step use the last values.
+GROSS is not computed at the stages within a step, which use the last values.
 """
 
 from __future__ import annotations
