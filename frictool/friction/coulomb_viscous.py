@@ -3,8 +3,8 @@
     slipping   F = coulomb d + viscous v      d = +-1, direction of the motion
     at rest    F = effort                     as long as |effort| <= breakaway
 
-The mode of the simulation fixes d, so that an integrator never evaluates sign(v). The law
-dissipates, sticks exactly and does not drift; it has no presliding and no memory (table 2.1).
+The simulation fixes d for each phase of slip, so that an integrator never evaluates sign(v). The
+law dissipates, sticks exactly and does not drift; it has no presliding and no memory (table 2.1).
 """
 
 from __future__ import annotations

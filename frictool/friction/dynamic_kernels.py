@@ -1,4 +1,4 @@
-"""Kernels that several dynamic laws share: reset of a scalar state z, and an empty memory."""
+"""Kernels that several dynamic laws share: virgin value of a scalar state z, and no memory."""
 
 from __future__ import annotations
 
@@ -17,5 +17,5 @@ def scalar_reset(p: Vector) -> Vector:
 
 @kernel
 def no_memory(z: Vector, v: float, p: Vector) -> int:
-    """Return OK without a change; the kernel `commit` of a law without memory."""
+    """Return OK without a change, as the kernel `commit` of a law without memory."""
     return OK

@@ -34,7 +34,7 @@ Z_BA = 7
 
 @kernel
 def plasticity(z: float, v: float, p: Vector) -> float:
-    """Return the plastic share alpha(z, v) of thesis (2.45)-(2.46), 0 (elastic) to 1 (plastic)."""
+    """Return alpha(z, v) of thesis (2.45)-(2.46), from 0 (elastic) to 1 (plastic)."""
     size = abs(z)
     yielded = p[BREAKAWAY] / p[SIGMA_0]
     if z * v <= 0.0 or size < p[Z_BA]:

@@ -7,10 +7,10 @@ v is the velocity, u the effort, F the friction, m the mass, F_s the breakaway, 
 which the velocity of a stuck body decays. C_{i->j} is the condition for the switch from mode i to
 mode j.
 
-The state is z = [t_0], the time at rest, counted up to T_0. (3.30) has t_0 > T_0. Since (3.28)
-stops t_0 at T_0, that condition would never be met; the code uses >=. T_0 = 0 gives the simplified
-C_{0->1} of section 3.6. The law is dissipative (3.42) with the storage function m v^2/2 and the
-supply rate (u - F_sec) v, where F_sec is the dry friction.
+The state is z = [t_0]. t_0 is the time at rest, limited to T_0 (3.28). The condition t_0 > T_0 of
+(3.30) would therefore never be met; the code uses t_0 >= T_0. T_0 = 0 gives the simplified C_{0->1}
+of section 3.6. The law is dissipative (3.42) with the storage function m v^2/2 and the supply rate
+(u - F_sec) v, where F_sec is the dry friction.
 """
 
 from __future__ import annotations

@@ -8,11 +8,12 @@
 m is the mass, u the effort, x the position, v the velocity, and F_s the breakaway. With k1 and k2,
 the spring force is F_s at z_max, and the damping is critical. C_{i->j} is the condition for the
 switch from mode i to mode j. The state is z = [z], the presliding displacement, which is limited to
-+-z_max. The code corrects three points of the thesis:
++-z_max. A capture is the switch from mode 1 to mode 0. The code corrects three points of the
+thesis:
 
 - (3.12) and (3.13) exchange k1 and k2; the code follows (3.17) and (3.32).
-- (3.13) and (3.32) have x = x_{1->0} + z. Here x_{1->0} is x - z at the switch, so that x is
-  continuous at the capture. A driver that integrates x' = v has the same result.
+- (3.13) and (3.32) have x = x_{1->0} + z. In the code, x_{1->0} is the value of x - z at the
+  capture, so that x is continuous. An integration of x' = v has the same result.
 - (3.34) has no condition on v. A body that moves back while u rises past F_s would then start to
   slip at the wrong limit and be captured immediately (3.27).
 """

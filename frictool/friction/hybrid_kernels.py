@@ -12,9 +12,8 @@ curve of friction/stribeck.py, and sigma_v the viscous coefficient. friction/hyb
 defines p0, Sigma and v_s.
 
 C_{1->0} is (u < F_c and 0 < v < Sigma) or (u > -F_c and -Sigma < v < 0), (3.2), valid for Sigma > 3
-v_s. At v = 0 the body slips in the direction of the effort. If F_c or F_s differ by direction, the
-driver passes the parameters p of one direction: in slip the direction of the velocity, at rest the
-direction of the effort.
+v_s. At v = 0 the body slips in the direction of the effort. If F_c or F_s differ by direction, p
+contains the values for one direction: in slip that of the velocity, at rest that of the effort.
 """
 
 from __future__ import annotations
@@ -49,7 +48,7 @@ def sliding_force(v: float, u: float, p: Vector) -> float:
 
 @kernel
 def no_memory(mode: int, z: Vector, p: Vector) -> int:
-    """Return OK and change nothing: the kernel `commit` of a law without memory."""
+    """Return OK and change nothing, as the kernel `commit` of a law without memory."""
     return OK
 
 

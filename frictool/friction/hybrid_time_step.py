@@ -2,13 +2,14 @@
 
 The inequalities, each with its equation or section in the thesis:
 
-    (3.8)   p0 >= 5/T_s                the body sticks within one sample of the controller
-    (3.10)  Sigma < delta_x p0         a capture moves the body by less than one encoder step
-    (3.11)  m Sigma > u_max T_e        no integration step jumps over the capture
+    (3.8)   p0 >= 5/T_s                a stuck body stops within one sample of the controller
+    (3.10)  Sigma < delta_x p0         a stuck body moves by less than one encoder step
+    (3.11)  m Sigma > u_max T_e        no integration step crosses the whole capture range
     (3.31)  T_0 >= T_e_min             the body stays at rest for at least one integration step
     3.2     Sigma > 3 v_s              at the speed Sigma, the Stribeck effect has decayed
 
-The classes of this module define the symbols.
+A body that slips below the speed Sigma is captured, which means that it sticks. The classes of this
+module define the other symbols.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class HybridSettings:
     - convergence_rate: p0, rate at which the velocity of a stuck body decays, 1/s
     - capture_velocity: Sigma, speed below which a slipping body may be captured, m/s | rad/s
     - step, shortest_step: longest and shortest integration step T_e and T_e_min, s
-    - hold_time: T_0, shortest time at rest before a breakaway against the velocity, s
+    - hold_time: T_0, shortest time at rest before a breakaway against the last velocity, s
     """
 
     convergence_rate: float
@@ -69,8 +70,8 @@ def violations(
 ) -> list[str]:
     """Return one line with the numbers for each inequality that the settings violate.
 
-    The list is empty for laws other than the hybrid versions. Raises ValueError if a value is not
-    finite or out of range.
+    The list is empty for laws that are not hybrid. Raises ValueError if a value is not finite or
+    out of range.
     """
     if CAPTURE_VELOCITY not in law.parameters:
         return []

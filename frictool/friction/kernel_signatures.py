@@ -1,10 +1,10 @@
-"""Types of the kernels of each kind, for drivers that take kernels as arguments.
+"""Types of the kernels of each kind of law, for drivers that take kernels as arguments.
 
-A driver that takes function pointers, such as `kernels.pointer(kernel, SLIP_FORCE)`, is compiled
-once, is cached on disk, and runs every law of the kind. A driver that takes the kernels themselves
-is compiled again for every law in every process. Never pass a kernel itself to a driver declared
-with these types: numba would cache the driver under the key for pointers, and a later call with a
-pointer would fail.
+A driver is a compiled loop that calls the kernels of a law. A driver that takes function pointers,
+such as `kernels.pointer(kernel, SLIP_FORCE)`, is compiled once, is cached on disk, and runs every
+law of the kind. A driver that takes the kernels themselves is compiled again for every law in every
+process. Never pass a kernel itself to a driver declared with these types: numba would cache the
+driver under the key for pointers, and a later call with a pointer would fail.
 """
 
 from __future__ import annotations

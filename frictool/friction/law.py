@@ -2,17 +2,17 @@
 
 A driver is compiled code that integrates the motion of a body with friction.
 
-    kind     state                     driver
+    kind     state                     work of the driver
     static   none                      slips in a fixed direction, sticks up to the breakaway
     dynamic  z and a memory            integrates `rate`; calls `commit` after each accepted step
     hybrid   mode, z and a memory      as dynamic; also calls `mode_after` at each step and `enter`
                                        at each switch
 
 All kernels of a kind have the same signature (friction/kernel_signatures.py), so that a compiled
-driver takes them as arguments. The parameter array p holds the fixed parameters in the order of
-`parameters`, then the tail of the law if it has one (elements of a Maxwell bank, Everett table).
-The tail is in units of the breakaway and the presliding limit. p[0] is the Coulomb force in every
-law; p[1] is the breakaway in every law that has one.
+driver takes them as arguments. The parameter array p contains the parameters in the order of
+`parameters`. In some laws a tail follows: the elements of a Maxwell bank or an Everett table, in
+units of the breakaway and the presliding limit. p[0] is the Coulomb force in every law; p[1] is the
+breakaway in every law with a separate breakaway.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ SlipTerm = Literal["coulomb", "stribeck", "viscous"]
 
 
 def curved_slip(p: Vector) -> tuple[float, float]:
-    """Return (inf, 1), the `Law.slip_scales` of a slip force that is not linear in speed."""
+    """Return the `Law.slip_scales` (inf, 1) of a slip force that is not linear in speed."""
     return math.inf, 1.0
 
 
 def straight_slip(p: Vector) -> tuple[float, float]:
-    """Return (0, 1), the `Law.slip_scales` of a slip force that is linear in speed."""
+    """Return the `Law.slip_scales` (0, 1) of a slip force that is linear in speed."""
     return 0.0, 1.0
 
 
@@ -88,13 +88,13 @@ class Law:
     - approximation: True for a regularised law, which never sticks
     - slip_terms: terms of the slip force in `frictool equations`; if empty, the equations show the
       name of the law
-    - slip_scales: function of a static law that returns two speeds [m/s | rad/s] from p. Above the
-      first speed, the slip force is the line p[0] + viscous |v|; the second speed is the reference
-      of relative tolerances
+    - slip_scales: function of a static law that computes two speeds [m/s | rad/s] from p. Above the
+      first speed, the slip force is p[0] + viscous |v|; the second speed is the reference of
+      relative tolerances
     - tail: function that takes the values of a friction.yaml, or an empty mapping, and returns the
-      entries of p after the fixed parameters; None if p has no such entries
-    - tail_parameters: function that takes the size of the tail and returns how many parameters of
-      the tail are identified
+      entries of p after the parameters; None if p has no such entries
+    - tail_parameters: function that takes the size of the tail and returns the number of identified
+      parameters in the tail
     """
 
     name: str
@@ -110,7 +110,7 @@ class Law:
 
     @property
     def kind(self) -> Literal["static", "dynamic", "hybrid"]:
-        """Return the kind of the law, which decides the driver."""
+        """Return the kind of the law (static, dynamic or hybrid)."""
         if isinstance(self.kernels, StaticKernels):
             return "static"
         return "dynamic" if isinstance(self.kernels, DynamicKernels) else "hybrid"
@@ -133,7 +133,7 @@ class Law:
         """Return the kernels' parameter array p from SI values by name.
 
         `tail` replaces the default tail; `maxwell_bank.bank_tail` and
-        `preisach_cycles.everett_tail` compute one from measurements. Raises ValueError if a
+        `preisach_cycles.everett_tail` compute a tail from measurements. Raises ValueError if a
         parameter is unknown, missing or out of range.
         """
         for name in values:
@@ -155,9 +155,10 @@ class Law:
     def pack_shared(
         self, values: Values, axis: Axis = "linear", tail: Vector | None = None
     ) -> Vector:
-        """Return p from values that all laws share (`LawParameter.comparison_value`).
+        """Return p from the values of a friction.yaml or model.yaml; raise as `pack` does.
 
-        A parameter without a value has its default. `pack` explains `tail` and the errors.
+        `LawParameter.comparison_value` converts the values to the parameters of this law. A
+        parameter without a value has its default.
         """
         chosen = {}
         for parameter in self.parameters:

@@ -1,14 +1,14 @@
-"""Extensions of a friction law by direction, position, time at rest, speed regimes and a film.
+"""Extension of a friction law by direction, position, time at rest, speed ranges and a film.
 
     F_c(x, direction)    = F_c(direction) position factor(x, direction)             (4.41)-(4.44)
     F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t)   3.4.2.3
     F                    = F_law(film velocity) + sigma_v (v - film velocity) + knee force(v)
 
 F_c is the Coulomb friction, F_s the breakaway, x the position, t the time at rest, v the velocity,
-and sigma_v the viscous coefficient. Before a driver calls a kernel of the law, the driver writes
-the present F_c and F_s into the parameter array p; the kernels remain the same. The driver adds the
-knee force of the speed regimes (friction/speed_regimes.py) and computes the velocity of the film
-between the surfaces (friction/lubricant_film.py).
+and sigma_v the viscous coefficient. The kernels of the law are not changed: before each call, the
+present F_c and F_s are written to the parameter array p. The knee force is an additional viscous
+friction above certain speeds (friction/speed_regimes.py). The film between the surfaces has a
+velocity of its own (friction/lubricant_film.py).
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class FrictionExtension:
     - travel: range (low, high) of positions for which the factors are valid, m | rad
     - fresh: breakaway just after a stop divided by the breakaway after a long rest, in (0, 1]
     - rise_time: rise time tau of the breakaway (friction/rising_breakaway.py), s
-    - regimes: (knee, slope) pairs of friction/speed_regimes.py
+    - regimes: pairs (knee speed, additional viscous coefficient) of friction/speed_regimes.py
     - lag, delay: time constant and pure delay of the film velocity, s
     - boundary: speed below which no film forms, m/s | rad/s
     """
@@ -83,8 +83,8 @@ class FrictionExtension:
     def pack(self, law: Law, p: Vector, axis: Axis = "linear") -> PackedExtension:
         """Return the arrays for the kernels; p is the result of `law.pack(...)`.
 
-        Raises ValueError if a value is out of range, or if the law does not support a part of the
-        extension.
+        Raises ValueError if a value is out of range, or if the law does not support one of the
+        extensions.
         """
         self._check_numbers()
         self._check_law(law)
@@ -125,7 +125,7 @@ class FrictionExtension:
     def _check_elastic_limit(self, elastic: float, yielded: float) -> None:
         """Raise ValueError if the presliding limit falls below z_ba, the elastic limit.
 
-        Equation (2.46) of the thesis would then jump between elastic and plastic without end.
+        The state of thesis (2.46) would then switch between elastic and plastic without end.
         """
         smallest = yielded * min(
             minimum(self.forward, *self.travel)[1], minimum(self.backward, *self.travel)[1]
@@ -208,7 +208,7 @@ def levels(
     dwell: float,
     out: Vector,
 ) -> float:
-    """Write the law's parameters at position x [m | rad] and `dwell` [s] at rest to `out`.
+    """Write the law's parameters at position x [m | rad] after `dwell` [s] at rest to `out`.
 
     `forward`, `backward`, `table`: arrays of a PackedExtension. Returns the factor of the
     breakaway: the product of the factors of position and dwell.
@@ -234,6 +234,6 @@ def pack_plain_law(p: Vector) -> PackedExtension:
 
 @kernel
 def regime_table(table: Vector) -> Vector:
-    """Return the array [knee_1, slope_1, ...] of the speed regimes in an extension's table."""
+    """Return the array `regimes` of friction/speed_regimes.py from an extension's table."""
     regimes: Vector = table[int(table[KNEES_START]) :]
     return regimes

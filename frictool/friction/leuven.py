@@ -3,10 +3,10 @@
     z' = v (1 - sign(a) |a|^i),  a = F_h(z) sign(v)/g(v)        F = F_h(z) + sigma_1 z' + sigma_v v
 
 F_h is the hysteresis force and i an exponent; friction/lugre.py defines the other symbols. In
-(2.49), a lacks sign(v); z would then grow without bound for v < 0. The thesis's references [8] and
-[9] give g the sign of the velocity, which is equivalent to the equation above. The state is [z, z
-at the last accepted step, deflections of the elements at that step]; within a step, F_h is computed
-from these deflections.
+(2.49), a has no factor sign(v); z would then grow without bound for v < 0. In references [8] and
+[9] of the thesis, g has the sign of the velocity, which is equivalent to the equation above. The
+state is [z, z at the last accepted step, deflections of the elements at that step]; within a step,
+F_h is computed from these deflections.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def hysteresis_force(z: Vector, p: Vector) -> float:
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
     """Write the rate of z [m/s | rad/s] to out[0] and 0 to all other entries; return a status code.
 
-    `commit` updates the memory.
+    The other entries are the memory, which `commit` updates.
     """
     slipped = presliding_rate(hysteresis_force(z, p), v, p)
     if not math.isfinite(slipped):

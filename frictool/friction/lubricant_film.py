@@ -1,7 +1,7 @@
 """The lubricant film between the surfaces: frictional memory and lubrication regimes.
 
-The film has a velocity w (3.4.2.3). The dry part of a law is evaluated at w, the viscous part, with
-the coefficient sigma_v, at the velocity v of the body:
+The film has a velocity w (3.4.2.3). The dry part of a law depends on w, the viscous part, with the
+coefficient sigma_v, on the velocity v of the body:
 
     F = F_law(w) + sigma_v (v - w)
 
@@ -33,18 +33,18 @@ STATIC, BOUNDARY, PARTIAL, FULL = 1, 2, 3, 4
 
 @kernel
 def film_force(at_film: float, v: float, film: float, viscous: float) -> float:
-    """Return F = `at_film` + sigma_v (v - film), the friction [N | N m] at velocity v.
+    """Return the friction F = `at_film` + viscous (v - film) [N | N m] at velocity v.
 
-    `at_film` is the friction of the law at the film velocity `film`; `viscous` is sigma_v.
+    at_film: friction of the law at the velocity `film` of the film. viscous: coefficient sigma_v.
     """
     return at_film + viscous * (v - film)
 
 
 @kernel
 def boundary_film(v: float, boundary: float) -> float:
-    """Return the film velocity w [m/s | rad/s] of a body with velocity v.
+    """Return the film velocity w [m/s | rad/s] of a body with velocity v in boundary lubrication.
 
-    w is 0 up to |v| = `boundary`, in boundary lubrication; above it, |w| = |v| - boundary.
+    w is 0 up to |v| = `boundary`; above this speed, |w| = |v| - boundary.
     """
     return math.copysign(max(0.0, abs(v) - boundary), v)
 
@@ -53,7 +53,8 @@ def boundary_film(v: float, boundary: float) -> float:
 def lagged_film(film: float, v_start: float, v_end: float, lag: float, step: float) -> float:
     """Return the film velocity after `step` [s] in which v changes linearly from v_start to v_end.
 
-    This is the exact response of the film velocity w in w' = (v - w)/lag, lag in s.
+    film: film velocity at the start. The result is the exact solution of w' = (v - w)/lag, lag in
+    s.
     """
     if lag == 0.0:
         return v_end
@@ -65,7 +66,7 @@ def lagged_film(film: float, v_start: float, v_end: float, lag: float, step: flo
 def delayed_film(history: Vector, v: float) -> float:
     """Return the velocity n samples ago as the film velocity, and store v in `history` (n + 1,).
 
-    history is [index of the oldest velocity, last n velocities]. With n = 0, v is returned.
+    history: index of the oldest velocity, then the last n velocities. With n = 0, v is returned.
     """
     count = history.shape[0] - 1
     if count == 0:

@@ -4,7 +4,7 @@
     rule II   F = F_m + 2 f((z - z_m)/2)            after the reversal (z_m, F_m)
 
 f is the virgin curve, z the position, and F the force. friction/reversal_memory.py defines the
-memory. An inner loop closes at its starting point.
+memory. An inner hysteresis loop closes at its starting point.
 """
 
 from __future__ import annotations

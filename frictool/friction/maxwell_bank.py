@@ -5,8 +5,8 @@
 F_s is the breakaway and z_max the largest presliding displacement. The deflection delta_i of
 element i follows the body and stops at +-d_i z_max (annex A, [9]). The parameter array p of a law
 ends with [d_1 .. d_N, w_1 .. w_N]: yield displacements d in units of z_max and slip forces w in
-units of F_s; the sum of all w is 1. The bank is Masing's hysteresis with a piecewise linear virgin
-curve.
+units of F_s. The sum of all w is 1. The bank has the same force as Masing's hysteresis with a
+piecewise linear virgin curve.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def bank_tail(displacements: Vector, forces: Vector) -> Vector:
 
 
 def parabolic_bank() -> Vector:
-    """Return the elements (2 N,) of a bank with the parabola of friction/virgin_curve.py."""
+    """Return the elements (2 N,) of a bank for the parabola of friction/virgin_curve.py."""
     z = np.arange(1, ELEMENTS + 1) / ELEMENTS
     return bank_tail(z, np.array([virgin_force(point, 1.0, 1.0) for point in z]))
 

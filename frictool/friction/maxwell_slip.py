@@ -1,4 +1,4 @@
-"""The generalised Maxwell-slip law ([29] of the thesis, named in 2.4.3.1).
+"""The generalised Maxwell-slip law (reference [29] of the thesis, section 2.4.3.1).
 
 Parallel elements stick or slip independently:
 

@@ -24,12 +24,12 @@ class LawParameter:
 
     - linear_unit: SI unit on a linear axis; empty if the parameter has none
     - exclusive: True if the minimum itself is not allowed
-    - at_least: name of another parameter that is a lower bound of this one
+    - at_least: name of another parameter that is a lower bound of this parameter
     - letters: symbol in text and in LaTeX; by default the name
     - simulation_only: True if the parameter belongs to the simulation and is not identified
     - comparison_value: function that computes the parameter from the values of a friction.yaml
-      (`frictool compare`) or a model.yaml (`frictool simulate`); None to use the value with the
-      name of the parameter or, without one, `default`
+      (`frictool compare`) or a model.yaml (`frictool simulate`). If it is None, the parameter has
+      the value of the same name, or `default` if the file has no such value
     """
 
     name: str
@@ -44,13 +44,13 @@ class LawParameter:
     comparison_value: Callable[[Values], float] | None = None
 
     def unit(self, axis: Axis) -> str:
-        """Return the SI unit for this kind of axis; empty if the parameter has no unit."""
+        """Return the SI unit for this kind of axis; empty if the parameter is dimensionless."""
         if axis == "linear":
             return self.linear_unit
         return re.sub("[A-Za-z]+", lambda unit: ROTARY.get(unit[0], unit[0]), self.linear_unit)
 
     def checked(self, value: float, axis: Axis) -> float:
-        """Return the value; raise ValueError with the allowed range if it is outside."""
+        """Return `value`; raise ValueError with the allowed range if it is outside this range."""
         low = value > self.minimum if self.exclusive else value >= self.minimum
         if math.isfinite(value) and low and value <= self.maximum:
             return float(value)

@@ -1,9 +1,9 @@
 """The minimum of a polynomial over an interval.
 
 The minimum lies at an end or at a zero of the derivative. The zeros of a derivative of degree 1 or
-2 have a closed form. A derivative of a higher degree has at most one zero between neighbouring
-zeros of the next derivative; the code computes these zeros recursively. If they were computed as
-eigenvalues of a companion matrix, a nearly zero highest coefficient would cost all digits.
+2 have a closed form. A derivative of a higher degree has at most one zero between two neighbouring
+zeros of the next derivative; these zeros are computed recursively. Eigenvalues of a companion
+matrix would lose all digits if the highest coefficient is nearly zero.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ STEPS = 200
 
 
 def minimum(coefficients: Sequence[float] | Vector, low: float, high: float) -> tuple[float, float]:
-    """Return the position of the minimum in [low, high] and the value there.
+    """Return the position of the minimum in [low, high], and the minimum.
 
     The coefficients are finite, lowest power first.
     """
@@ -48,7 +48,7 @@ def _derivative(b: list[float]) -> list[float]:
 def sign_changes(b: list[float], low: float, high: float) -> list[float]:
     """Return the sign changes of the polynomial in [low, high], in rising order.
 
-    A double zero may be among them.
+    The result may contain double zeros, at which the sign does not change.
     """
     while b and b[-1] == 0.0:
         b = b[:-1]

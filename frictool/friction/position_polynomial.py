@@ -3,9 +3,9 @@
     C_s(x, direction) = b_n x^n + .. + b_0          C_r = (mean C_r/mean C_s) C_s
 
 C_s is the breakaway, C_r the Coulomb friction. The parameters F_s and F_c of a law are the means of
-C_s and C_r over the travel; the polynomial divided by its mean is a factor on both. Outside the
-travel the factor keeps its value at the nearer end, since a polynomial fitted within the travel is
-not valid beyond. Coefficients are in order of rising powers.
+C_s and C_r over the travel. The polynomial divided by its mean is a factor that multiplies both F_s
+and F_c. Outside the travel the factor is constant, since a polynomial fitted within the travel is
+not valid outside. Coefficients are in order of rising powers.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def normalised_coefficients(
 ) -> tuple[float, ...]:
     """Return the coefficients that `normalise` returns, from a cache.
 
-    The cache serves the randomly drawn plants of a model, which share one polynomial. Raises
+    The cache saves time because all random plants of a model have the same polynomial. Raises
     ValueError as `normalise` does.
     """
     return tuple(map(float, normalise(np.array(coefficients), low, high)[0]))
@@ -62,7 +62,7 @@ def mean_over(
 ) -> float:
     """Return the mean over [first, last] of a polynomial that is constant outside [low, high].
 
-    Outside, the polynomial keeps its value at the nearer end. first < last.
+    `first` must be below `last`.
     """
     curve = np.polynomial.Polynomial(coefficients)
     whole = curve.integ()
@@ -76,5 +76,5 @@ def mean_over(
 
 @lru_cache(maxsize=64)
 def least_factor(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, float]:
-    """Return the position and the value of the least factor in [low, high], from a cache."""
+    """Return position and value of the polynomial's minimum in [low, high], from a cache."""
     return minimum(normalised_coefficients(coefficients, low, high), low, high)

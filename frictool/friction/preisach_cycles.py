@@ -1,6 +1,6 @@
-"""The distribution of a Preisach operator from centred cycles (thesis 3.4.3, 3.7.1, figure 3.8).
+"""Density of a Preisach operator from measured centred cycles (thesis 3.4.3, 3.7.1, figure 3.8).
 
-A centred cycle of amplitude a runs from a down to -a and back. Its descending branch gives
+A centred cycle of amplitude a is a movement from a to -a and back. Its descending branch gives
 E(a, beta) = (F(a) - F(beta))/2 for every beta in [-a, a]. Since the hysteresis is odd,
 E(alpha, -a) = E(a, -alpha) gives the other values. If each positive node of the grid is the
 amplitude of a cycle, these n/2 cycles determine the triangle of n x n cells; section 3.7.1 has
@@ -26,9 +26,9 @@ PLACED = 1e-6  # relative tolerance of a cycle's ends
 def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     """Return the Everett table of friction/preisach.py, ((n+1)^2,) with n = 2 len(cycles).
 
-    `cycles`: pair (positions that fall from a to -a, forces) for the descending branch of each
-    cycle, in any units. The amplitudes are a = k z_max/len(cycles), k = 1, 2, ... Forces are
-    interpolated between positions. Raises ValueError if a branch does not reach from a to -a.
+    cycles: descending branch of each cycle as a pair (positions that fall from a to -a, forces), in
+    any units. The amplitudes are a = k z_max/len(cycles), k = 1, 2, ... Forces are interpolated
+    between positions. Raises ValueError if a branch does not extend from a to -a.
     """
     count = len(cycles)
     if count == 0:
@@ -73,9 +73,9 @@ def _checked(positions: Vector, forces: Vector) -> tuple[Vector, Vector]:
 
 
 def masing_cycles(cells: int = CELLS) -> list[tuple[Vector, Vector]]:
-    """Return the cycles for `everett_tail` of the Masing hysteresis with z_max = 1 (figure 3.8).
+    """Return cells/2 centred cycles of the Masing hysteresis with z_max = 1 (figure 3.8).
 
-    There are cells/2 cycles; `cells` is even.
+    `cells` must be even.
     """
     if cells < 2 or cells % 2:
         raise ValueError(f"cells is {cells}; allowed: an even number >= 2")
@@ -110,7 +110,7 @@ def cell_weights(table: Vector) -> NDArray[np.float64]:
     """Return the integral of the density mu over each cell (figure 3.9), shape (n, n).
 
     Rows are values of alpha, columns values of beta, the switching positions of the relays. The sum
-    of all weights is 1; the diagonal contains the elastic part.
+    of all weights is 1; the diagonal includes the elastic part.
     """
     nodes = round(float(np.sqrt(table.size)))
     e = np.tril(table.reshape(nodes, nodes))

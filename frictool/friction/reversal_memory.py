@@ -1,9 +1,9 @@
-"""The memory of a hysteresis: its reversals that are not wiped out (annex A, figure 1).
+"""The memory of a hysteresis: the reversals that still affect the force (annex A, figure 1).
 
     memory = [z, F, count, forgotten, z_1, F_1, z_2, F_2, ...]
 
-z and F are the present position and force. The reversals (z_k, F_k) follow, oldest first. An odd
-hysteresis starts virgin at z = 0, F = 0 and follows these rules:
+z and F are the present position and force. The reversals (z_k, F_k) follow, oldest first. A
+hysteresis with odd symmetry starts at z = 0, F = 0 and follows these rules:
 
     no reversal            the virgin curve, outwards (rule I)
     last reversal (z_k)    the branch that starts there (rule II)
@@ -14,10 +14,10 @@ hysteresis starts virgin at z = 0, F = 0 and follows these rules:
 The result depends on the sequence of positions only: the operator is rate independent, and larger
 movements wipe out smaller ones. The annex calls the memory a FIFO; it is a stack.
 
-If more reversals are nested than the memory has entries for, as in a slow ringing, a pair of
-neighbouring reversals is removed: the pair whose positions differ least from the positions of the
-adjacent reversals. `forgotten` counts the removed pairs. The present force does not change; it is
-inexact only if a loop later closes on the branch of a removed pair.
+A slow ringing may nest more reversals than the memory can store. Then the pair of neighbouring
+reversals whose positions differ least from those of the adjacent reversals is removed. `forgotten`
+counts the removed pairs. The present force does not change. A later force is inexact only if a loop
+closes on the branch of a removed pair.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def new_memory(depth: int) -> Vector:
 
 @kernel
 def surviving(memory: Vector, z: float) -> tuple[int, bool]:
-    """Return how many stored reversals remain after a monotonic movement to z, and a flag.
+    """Return the number of reversals that remain after a monotonic movement to z, and a flag.
 
     The flag is True if the present position becomes a new reversal. The memory is not changed, so
     that a solver may try any z before it calls `remember`.

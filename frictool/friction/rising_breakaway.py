@@ -2,9 +2,9 @@
 
     F_s(t) = F_s (1 - (1 - fresh) tau/(tau + t))
 
-t is the time at rest, and tau the rise time. The breakaway rises from fresh F_s at t = 0, with a
-factor `fresh` of at most 1, to F_s after a long rest. The thesis does not specify the function
-F_s(t); this is the hyperbola of Armstrong's seven-parameter law [1].
+t is the time at rest, and tau the rise time. The breakaway rises from fresh F_s just after a stop,
+fresh <= 1, to F_s after a long rest. The thesis does not specify the function F_s(t); this is the
+hyperbola of Armstrong's seven-parameter law [1].
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
-"""Speed regimes: viscous friction that starts above a knee, such as 260 rad/s in figure 4.10.
+"""Additional viscous friction above certain speeds (knees), such as 260 rad/s in figure 4.10.
 
     F = slope (|v| - knee) sign(v)    if |v| > knee, else 0
 
-The force is continuous; its derivative jumps at the knee. regimes = [knee_1, slope_1, knee_2,
-slope_2, ...] with rising knees; the force of each regime is added to the force of the law.
+F is added to the force of the friction law for each pair (knee, slope) of the array
+regimes = [knee_1, slope_1, knee_2, slope_2, ...] with rising knees. F is continuous; the derivative
+of F jumps at the knee.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ def knee_force(v: float, regimes: Vector) -> float:
 
 @kernel
 def regime_force(speed: float, regimes: Vector, passed: int) -> float:
-    """Return the additional friction [N | N m] of the first `passed` regimes at a speed >= 0.
+    """Return the additional friction [N | N m] of the first `passed` knees at a speed >= 0.
 
     With a constant `passed`, the force is a smooth function of the speed. An integrator requires
     this between two knees.
@@ -45,7 +46,7 @@ def count_passed_knees(speed: float, regimes: Vector) -> int:
 
 @kernel
 def knee_slope(v: float, regimes: Vector) -> float:
-    """Return the derivative of `knee_force` with respect to v; at a knee, that from below."""
+    """Return the derivative of `knee_force` with respect to v; at a knee, the limit from below."""
     total = 0.0
     speed = abs(v)
     for i in range(0, regimes.shape[0] - 1, 2):
@@ -55,7 +56,7 @@ def knee_slope(v: float, regimes: Vector) -> float:
 
 
 def regimes_from(points: list[tuple[float, float]]) -> Vector:
-    """Return the kernels' array from (knee, slope) pairs in SI.
+    """Return the array for the kernels from pairs (knee, slope) in SI.
 
     Raises ValueError if the knees do not rise or the friction would fall with speed.
     """

@@ -1,7 +1,8 @@
-"""Kernels that static laws share: force at rest, breakaway, and velocity band of rest.
+"""Kernels that static laws share: force at rest, breakaway, and width of the rest band.
 
-At rest F is the effort u limited to [-F_s(-), F_s(+)], the breakaway of each direction, as in the
-first lines of thesis (2.30)-(2.35).
+At rest F equals the effort u within [-F_s(-), F_s(+)], the breakaway of each direction, as in
+the first lines of thesis (2.30)-(2.35). The rest band is the range of low velocities that a law
+treats as rest.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ def sticking_force(effort: float, forward: float, backward: float) -> float:
 
 @kernel
 def coulomb_breakaway(direction: float, p: Vector) -> float:
-    """Return the breakaway of a law without a separate one: its Coulomb friction p[0]."""
+    """Return the Coulomb friction p[0], the breakaway of a law without a separate breakaway."""
     return float(p[0])
 
 
 @kernel
 def breakaway_level(direction: float, p: Vector) -> float:
-    """Return the breakaway F_s, which is p[1]."""
+    """Return the breakaway F_s, stored in p[1]."""
     return float(p[1])
 
 
@@ -39,11 +40,11 @@ def never_sticks(direction: float, p: Vector) -> float:
 
 @kernel
 def no_band(p: Vector) -> float:
-    """Return 0, the half width of the velocity band of rest in an exact law."""
+    """Return 0, the half width of the rest band (in velocity) of a law that sticks exactly."""
     return 0.0
 
 
 @kernel
 def true_velocity(v: float, p: Vector) -> float:
-    """Return v, because an exact law does not modify the velocity."""
+    """Return v, the rate of the position in a law without a rest band."""
     return v

@@ -4,9 +4,9 @@
     F(v) = g(v) sign(v) + sigma_v v
 
 F_c is the Coulomb friction, F_s the breakaway, v_s the Stribeck velocity, delta an exponent, and
-sigma_v the viscous coefficient. The other laws use g(v) in (2.39) and (3.4). In (2.39),
-(v/v_s)^delta lacks the modulus |v/v_s| of (2.34). The code has this modulus, since a negative
-v/v_s with an odd or fractional delta makes no sense.
+sigma_v the viscous coefficient. The other laws use g(v) in (2.39) and (3.4). Equation (2.39) has
+v/v_s instead of the modulus |v/v_s| of (2.34). The code has the modulus, since a negative v/v_s
+with an odd or fractional delta makes no sense.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def curve(v: float, p: Vector) -> float:
 
 @kernel
 def slip_force(v: float, direction: float, p: Vector) -> float:
-    """Return the friction [N | N m] against a motion at v in `direction`."""
+    """Return the friction [N | N m] against a motion in `direction` at the velocity v."""
     return float(direction * curve(v, p) + p[VISCOUS] * v)
 
 

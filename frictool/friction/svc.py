@@ -16,7 +16,7 @@ from frictool.typing import Vector
 
 @kernel
 def slip_force(v: float, direction: float, p: Vector) -> float:
-    """Return the friction [N | N m] against a motion at v in `direction`."""
+    """Return the friction [N | N m] against a motion in `direction` at the velocity v."""
     return coulomb_viscous.slip_force(v, direction, p[0], p[2])
 
 

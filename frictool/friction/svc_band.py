@@ -1,6 +1,6 @@
-"""Static, viscous and Coulomb friction in which speeds up to dv are treated as rest (thesis 2.32).
+"""Static, viscous and Coulomb friction that treats speeds up to dv as rest (thesis 2.32).
 
-Within the band the body sticks, but its position still drifts at up to dv.
+At such speeds the body sticks, but its position still drifts at up to dv.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ BAND = LawParameter("band", "m/s", exclusive=True)  # dv
 
 @kernel
 def band(p: Vector) -> float:
-    """Return the half width dv [m/s | rad/s] of the velocity band of rest."""
+    """Return dv [m/s | rad/s], the speed up to which the body is treated as at rest."""
     return float(p[3])
 
 

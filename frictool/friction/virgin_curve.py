@@ -1,4 +1,4 @@
-"""The virgin curve of presliding: force against displacement of a contact that never moved.
+"""The virgin curve of presliding: force against displacement of a contact that has never moved.
 
     f(z) = F_s (1 - (1 - z/z_max)^2)    for 0 <= z <= z_max,  F_s beyond,  f(-z) = -f(z)
 

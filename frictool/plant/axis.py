@@ -6,12 +6,13 @@
     slipping   J v' = e - viscous v - coulomb sign(v)          (4.17), (4.43)
     at rest    v = 0 as long as |e| <= breakaway
 
-Between motor and load there may be a backlash of full width rho, (4.45): the gap
-z = (motor position - load position) stays in [-rho/2, rho/2]. At the edge z = sign(v) rho/2 the
-motor carries the load, and the friction of the axis acts. Elsewhere the load stays at rest, and
-only `backlash_coulomb` opposes the motor (`backlash_breakaway` at rest). The load has no separate
-inertia (thesis 2.2.4): contact does not change the velocity. The offset belongs to the drive and
-always acts. plant/axis_friction_laws.py adds further dependences of the friction, and end stops.
+Between motor and load there may be a backlash of full width rho, (4.45). The position difference
+z = (motor position - load position) stays in [-rho/2, rho/2]. If z = sign(v) rho/2, the backlash is
+closed, the motor carries the load, and the friction of the axis acts. Otherwise the load stays at
+rest, and only `backlash_coulomb` opposes the motor (`backlash_breakaway` if the motor is at rest).
+The load has no separate inertia (thesis 2.2.4): contact does not change the velocity. The offset
+belongs to the drive and always acts. plant/axis_friction_laws.py makes the friction depend on
+further quantities, and adds end stops.
 
 A winding limits the current in addition to the drive limit: |resistance i + K v| <= supply, since
 the supply must overcome the back-EMF and the resistance. The inductance is neglected, because the
@@ -51,9 +52,10 @@ LOOSE = 2.0  # moving inside the backlash; -2 in the negative direction
 class AxisParameters(NamedTuple):
     """Parameters of an axis, SI, rotary | linear.
 
-    If `breakaway` is below `coulomb`, `checked` raises it to `coulomb`. offset: constant effort
-    that opposes a positive drive. constant: effort per A or V. lag [s]: time constant of the drive.
-    backlash: full width. encoder_step: 0 for a perfect sensor. resistance: 0 without a winding.
+    `checked` raises `breakaway` to `coulomb` if it is lower. offset: constant effort that opposes a
+    positive drive. constant: effort per A or V. lag [s]: time constant of the drive. backlash: full
+    width. encoder_step: 0 for a sensor without quantisation. resistance: 0 if the limit of the
+    winding is neglected.
     """
 
     inertia: float  # kg m^2 | kg
@@ -90,7 +92,7 @@ class AxisParameters(NamedTuple):
                 raise ValueError(f"{name} is 0; allowed: > 0")
 
     def as_array(self) -> NDArray[np.float64]:
-        """Return the parameters for kernels, shape (14,), or (EXTENDED_SIZE,) with laws.
+        """Return the parameters for kernels, shape (14,), or (EXTENDED_SIZE,) with `laws`.
 
         Raises ValueError as `checked` and `AxisLaws.pack` do.
         """
@@ -120,5 +122,5 @@ def _packed(parameters: AxisParameters) -> NDArray[np.float64]:
 
 
 def rest(position: float = 0.0, drive: float = 0.0) -> NDArray[np.float64]:
-    """Return the state (7,) at rest; motor and load are at `position`, centred in the backlash."""
+    """Return the state (7,) at rest: motor and load at `position`, centred in the backlash."""
     return np.array([position, 0.0, drive, 0.0, position, STUCK, 0.0])

@@ -1,4 +1,4 @@
-"""Dynamic friction law of an axis, such as LuGre, in place of sticking and slipping."""
+"""Dynamic friction law of an axis, such as LuGre, which replaces stick and slip."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ TOLERANCE = 1e-7  # largest error of a step, relative to the scales of AxisDynam
 class AxisDynamicLaw(NamedTuple):
     """Dynamic friction law of an axis.
 
-    `p`: `law.pack(...)`. `extension`: levels by direction and position, and knees of the viscous
-    friction. `speed_scale` [rad/s | m/s] and `length_scale` [rad | m]: values to which errors are
-    relative.
+    `p`: `law.pack(...)`. `extension`: friction levels by direction and position, and viscous
+    coefficients by speed range. `speed_scale` [rad/s | m/s] and `length_scale` [rad | m]: reference
+    values of relative errors.
     """
 
     law: Law
@@ -30,10 +30,10 @@ class AxisDynamicLaw(NamedTuple):
 
 
 def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
-    """Return the friction laws of an axis that extend a dynamic law, such as levels by direction.
+    """Return the extension of a dynamic law that corresponds to the `AxisLaws` of an axis.
 
-    viscous: coefficient below the first knee [N m s/rad | N s/m]. Raises ValueError if the axis has
-    a law that no dynamic law supports; `FrictionExtension.pack` checks the other laws.
+    viscous: coefficient in the lowest speed range [N m s/rad | N s/m]. Raises ValueError if `laws`
+    contain a property that no dynamic law supports; `FrictionExtension.pack` checks the others.
     """
     names = {parameter.name for parameter in law.parameters}
     levels = {} if laws.backward is None else laws.backward._asdict()
@@ -57,7 +57,7 @@ def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
 
 
 def _knees(laws: AxisLaws, viscous: float) -> tuple[tuple[float, float], ...]:
-    """Return (knee, additional slope) pairs; raise ValueError if the directions differ."""
+    """Return pairs (knee speed, additional slope); raise ValueError if the directions differ."""
     knees = []
     slopes = (viscous, viscous if laws.backward is None else laws.backward.viscous)
     for regime in laws.regimes:

@@ -9,9 +9,9 @@
     end stops  the motor stays in [low, high]; it rebounds at `restitution` times its speed
 
 F_c is the Coulomb friction, F_s the breakaway, v the speed, e the effort, and t the time at rest.
-v_s, delta, fresh and tau are parameters. Friction is continuous at a knee (figure 4.10). Inside the
-backlash only the end stops act; the other laws above do not. F_s of the Stribeck curve is the
-breakaway at the end of the last rest.
+v_s, delta, fresh and tau are parameters. Friction is continuous at a knee speed (figure 4.10).
+While the backlash is open, only the end stops act, and none of the friction above. F_s of the
+Stribeck curve is the breakaway at the end of the last rest.
 """
 
 from __future__ import annotations
@@ -68,9 +68,9 @@ class AxisFrictionLevels(NamedTuple):
 class FrictionPositionShape(NamedTuple):
     """Coulomb friction and breakaway as functions of the position, from low to high [rad | m].
 
-    Outside the range, friction is constant. coulomb, breakaway: coefficients of the polynomials
-    (forward, backward), in any unit of effort. Each polynomial, divided by its mean, multiplies the
-    friction level of its direction.
+    Outside this range, friction is constant. coulomb, breakaway: pairs (forward, backward) of
+    polynomial coefficients, in any unit of effort. Each polynomial, divided by its mean, multiplies
+    the friction level of its direction.
     """
 
     low: float
@@ -80,12 +80,12 @@ class FrictionPositionShape(NamedTuple):
 
 
 class AxisLaws(NamedTuple):
-    """Additional friction laws and end stops of an axis, SI; the default has none.
+    """Friction of an axis by direction, speed, position and time at rest, and end stops; SI.
 
-    backward: friction backward; None if it equals the friction forward. fresh: breakaway just after
-    a stop divided by the breakaway after a long rest. rise_time: rise time tau of the breakaway
-    [s]; if 0, the breakaway does not depend on the time at rest. stribeck_velocity: 0 without
-    Stribeck effect.
+    The default values change nothing. backward: friction in the negative direction; None if it
+    equals the friction in the positive direction. fresh: breakaway just after a stop divided by the
+    breakaway after a long rest. rise_time [s]: rise time tau of the breakaway; 0 if the breakaway
+    does not depend on the time at rest. stribeck_velocity: 0 without Stribeck effect.
     """
 
     backward: AxisFrictionLevels | None = None
@@ -99,10 +99,10 @@ class AxisLaws(NamedTuple):
     restitution: float = 0.0
 
     def pack(self, forward: AxisFrictionLevels) -> Vector:
-        """Return the values that follow the plain parameters in the array for kernels.
+        """Return the values that follow those of `AxisParameters` in the array for kernels.
 
-        The array is empty if the laws change nothing. Raises ValueError with the name of a value
-        that is out of range.
+        forward: friction in the positive direction. The array is empty if the laws change nothing.
+        Raises ValueError with the name of a value that is out of range.
         """
         if self == AxisLaws():
             return np.empty(0)
@@ -136,7 +136,6 @@ class AxisLaws(NamedTuple):
         return out[PLAIN_SIZE:]
 
     def _check(self, sides: tuple[AxisFrictionLevels, AxisFrictionLevels]) -> None:
-        """Raise ValueError for the first value that is out of range."""
         for side in sides:
             for name, value in side._asdict().items():
                 _within(f"backward {name}", value, 0.0, math.inf)
@@ -169,7 +168,6 @@ def _within(name: str, value: float, low: float, high: float) -> None:
 
 
 def _lifted(side: AxisFrictionLevels) -> AxisFrictionLevels:
-    """Return the levels with a breakaway of at least the Coulomb friction."""
     return side._replace(breakaway=max(side.coulomb, side.breakaway))
 
 
@@ -178,8 +176,8 @@ def _maps(
 ) -> Vector:
     """Return the coefficients (4, MAX_TERMS) of the friction's polynomials, in N m | N.
 
-    The rows are F_c backward, F_c forward, F_s backward and F_s forward.
-    Raises ValueError if 0 <= F_c <= F_s does not hold.
+    The rows are F_c backward, F_c forward, F_s backward and F_s forward. Raises ValueError if
+    0 <= F_c <= F_s does not hold.
     """
     out, over = np.zeros((4, MAX_TERMS)), (shape.low, shape.high)
     for index, level in enumerate(sides):

@@ -7,8 +7,8 @@
     sums = {"error": {"reference": 1.0, "speed": -1.0}}
     connect(blocks, sums, inputs=("reference", "friction", "drive"), outputs=("z", "speed"))
 
-A signal is an input of the diagram, an output of exactly one block, or a sum. A sum may use sums
-that precede it in the table; an empty sum is zero.
+A signal is an input of the diagram, an output of exactly one block, or a sum. A sum may contain
+sums that precede it in the table; an empty sum is zero.
 """
 
 from __future__ import annotations

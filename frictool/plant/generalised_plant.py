@@ -5,15 +5,15 @@
     speed (5.25)     v_c - v         v_c, with s its integral      s - x + noise
 
     inputs w   reference; friction times W1; noise through W4; w_Delta of an uncertainty channel
-    outputs z  W2 e; W3 i; W_u u; W_eta eta; W5 z_Delta     (the last three if they have a weight)
+    outputs z  W2 e; W3 i; and, for each weight that exists, W_u u; W_eta eta; W5 z_Delta
 
 s and x are reference and position, v_c and v reference and actual value of the speed, i is the
 drive and u the commanded drive. W1 to W5, W_u and W_eta are weights (`PlantWeights`).
 
 A sampled plant includes the computational delay. Both structures measure eta = s - x, so that the
 controller has the same input in both structures. The weights are discretised by Tustin's method.
-The thesis has no weight W_u on the commanded drive. Without W_u, D12 is 0 and the optimum is not
-attained; one encoder count then causes a drive of hundreds of times its limit.
+The thesis has no weight W_u on the commanded drive. D12 is then 0, and the optimum is not attained:
+one encoder count causes a drive of hundreds of times the drive limit.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Controlled = Literal["position", "speed"]
 
 @dataclass(frozen=True)
 class FirstOrderWeight:
-    """Weight that equals gain (s/zero + 1)/(s/pole + 1); zero, pole: rad/s, inf for none."""
+    """Weight gain (s/zero + 1)/(s/pole + 1); zero and pole in rad/s, inf if there is none."""
 
     gain: float
     zero: float = np.inf
@@ -42,7 +42,7 @@ class FirstOrderWeight:
     def system(self, period: float) -> Lti:
         """Return the weight in continuous time (period 0) or its Tustin equivalent.
 
-        Raises ValueError for a zero without a pole, since the weight is then not proper.
+        Raises ValueError for a zero without a pole, since such a weight is not proper.
         """
         if np.isinf(self.pole):
             if np.isfinite(self.zero):
@@ -60,13 +60,13 @@ class FirstOrderWeight:
 class PlantWeights:
     """Weights of the closed loop's signals.
 
-    - error: W2 (thesis 5.56)
+    - error: W2 (thesis 5.56), of the error
     - disturbance: W1, of the friction
     - drive: W3 (5.58), of the drive
     - command: W_u, of the commanded drive
     - noise: W4, of the measurement noise [rad or m]
     - eta: W_eta, of the measured signal
-    - uncertainty: W5; it is used if the plant has an uncertainty channel
+    - uncertainty: W5, of the uncertainty channel; not used if the plant has no such channel
     """
 
     error: FirstOrderWeight
@@ -130,9 +130,8 @@ class GeneralisedPlant:
     def of(system: Lti, measured: int = 1, controls: int = 1) -> GeneralisedPlant:
         """Return `system` as a plant.
 
-        y are the last `measured` outputs of `system`, u its last `controls` inputs.
-
-        Raises ValueError if a control acts on a measurement without delay (D22 not zero).
+        y are the last `measured` outputs of `system`, u its last `controls` inputs. Raises
+        ValueError if a control acts on a measurement without delay (D22 not zero).
         """
         w, z = system.b.shape[1] - controls, system.c.shape[0] - measured
         if np.any(system.d[z:, w:]):
@@ -150,7 +149,7 @@ class GeneralisedPlant:
         )
 
     def transformed(self, t: Matrix) -> GeneralisedPlant:
-        """Return the same plant in coordinates x = t x_new."""
+        """Return the same plant with the new state x_new, where x = t x_new."""
         inverse = np.linalg.inv(t)
         return replace(
             self,
@@ -162,9 +161,9 @@ class GeneralisedPlant:
         )
 
     def closed(self, k: Lti) -> Lti:
-        """Return the system from w to z with u = k y.
+        """Return the system from w to z with the controller u = k y.
 
-        Its states are the states of the plant, then the states of k.
+        The states are those of the plant, then those of the controller k.
         """
         direct = self.b2 @ k.d
         a = np.block([[self.a + direct @ self.c2, self.b2 @ k.c], [k.b @ self.c2, k.a]])
@@ -184,7 +183,7 @@ def generalised_plant(
 ) -> GeneralisedPlant:
     """Return the generalised plant of one vertex; `lag` and `period` are in s.
 
-    If `axis` is a block, `lag` is not used. Additional ports of the block then become the first
+    If `axis` is a block, `lag` is not used, and the additional ports of the block become the first
     inputs and outputs of the plant. Raises ValueError for a delay in continuous time.
     """
     if delay_samples and not period:

@@ -8,9 +8,9 @@
 
 Coulomb friction enters as the input w. The rates are k = K/J, s = sigma_v/J, f = F_c/J and p = d/J:
 J is the inertia, K the actuator's constant, sigma_v the viscous friction, F_c the Coulomb friction,
-and d the unit of the uncertainty channel. tau is the drive's lag. The linearised plant (5.49) is
-the same system with other rates. Without a lag the drive equals the command. A sampled axis has
-exact zero-order holds at its inputs.
+and d the unit of the uncertainty channel. tau is the drive's lag; without a lag the drive equals
+the command. The linearised plant (5.49) is the same system with other values of k, s, f and p. A
+sampled axis has exact zero-order holds at its inputs.
 """
 
 from __future__ import annotations
@@ -73,7 +73,6 @@ def linear_axis(
 
 
 def _resonant(axis: Lti, rates: AxisRates, resonance: Lti) -> Lti:
-    """Return the continuous axis driven through the filter; its states precede speed and eta."""
     # head: 1 with a lag, else 0
     head = axis.order - 2
     m = resonance.order

@@ -30,7 +30,8 @@ Form = Literal["exact", "inertia", "first_order"]
 def rates_of(point: PlantPoint, centre: PlantPoint, form: Form = "exact") -> AxisRates:
     """Return the rates of the plant at `point` in a polytope around `centre`.
 
-    Raises NoSolutionError if the interval is so wide that the linearised rates are not positive.
+    form: exact, inertia or first_order (module docstring). Raises NoSolutionError if the interval
+    is so wide that the linearised rates are not positive.
     """
     if form == "exact":
         return point.rates
@@ -57,5 +58,5 @@ def rates_of(point: PlantPoint, centre: PlantPoint, form: Form = "exact") -> Axi
 
 
 def vertex_rates(box: Polytope, form: Form = "exact") -> tuple[AxisRates, ...]:
-    """Return `rates_of` for every vertex, in order."""
+    """Return `rates_of` for every vertex of the polytope, in order."""
     return tuple(rates_of(point, box.centre, form) for point in box.vertices)

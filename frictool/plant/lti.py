@@ -55,13 +55,13 @@ class Lti:
 
 
 def gain(value: ArrayLike, period: float) -> Lti:
-    """Return a constant matrix (outputs, inputs), or a number, as a system."""
+    """Return a static gain as a system; value: number or matrix (outputs, inputs)."""
     d = np.atleast_2d(np.asarray(value, dtype=np.float64))
     return Lti(np.zeros((0, 0)), np.zeros((0, d.shape[1])), np.zeros((d.shape[0], 0)), d, period)
 
 
 def block_diagonal(*blocks: Matrix) -> Matrix:
-    """Return the matrix with the blocks on its diagonal; a block may have no row or no column."""
+    """Return the block-diagonal matrix of `blocks`, which may have no row or no column."""
     # scipy.linalg.block_diag takes ten times as long for small blocks
     out = np.zeros((sum(len(one) for one in blocks), sum(one.shape[1] for one in blocks)))
     row = 0
@@ -92,9 +92,9 @@ def zero_order_hold(system: Lti, period: float) -> Lti:
 
 
 def tustin(system: Lti, period: float, prewarp: float = 0.0) -> Lti:
-    """Return the Tustin equivalent at `period` [s].
+    """Return the Tustin equivalent of a continuous system at `period` [s].
 
-    Its frequency response is exact at `prewarp` [rad/s]. Raises ValueError if `prewarp` is not
+    The frequency response is exact at `prewarp` [rad/s]. Raises ValueError if `prewarp` is not
     below half the sampling frequency.
     """
     if prewarp * period >= np.pi:

@@ -24,9 +24,9 @@ def enclosing_box(points: Sequence[PlantPoint]) -> dict[str, tuple[float, float]
 
 
 def largest_coulomb(box: Box) -> float:
-    """Return the largest magnitude of the Coulomb friction [N m or N].
+    """Return the largest magnitude of the Coulomb friction [N m or N] in the box.
 
-    The friction itself may be negative in the tangent of a speed regime.
+    The friction may be negative if it is the intercept of a tangent (plant/regime_tangents.py).
     """
     return max(abs(value) for value in box["coulomb"])
 
@@ -37,7 +37,7 @@ def moving(box: Box) -> tuple[str, ...]:
 
 
 def corners(box: Box) -> tuple[PlantPoint, ...]:
-    """Return the corners of the intervals of `moving`, with the largest Coulomb friction.
+    """Return the corners of the intervals of `moving`, each with the largest Coulomb friction.
 
     The corners are in the order of itertools.product.
     """

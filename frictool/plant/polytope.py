@@ -5,10 +5,10 @@
     vertices                        2^l corners of the l intervals, in the order of
                                     itertools.product, J slowest; equal corners are listed once
 
-If the speed regimes are scheduled, annex (30)-(32), viscous and coulomb are slope and intercept of
-each regime's tangent (plant/regime_tangents.py). One knee gives two tangents, and doubles the
-number of vertices; with all other parameters there are 2^5 = 32. The centre is then the middle of
-the tangents.
+A speed regime is a speed range with its own viscous coefficient. If the speed regimes are
+scheduled, annex (30)-(32), viscous and coulomb are slope and intercept of each regime's tangent
+(plant/regime_tangents.py). Two regimes double the number of vertices; with all other parameters
+there are 2^5 = 32. The centre is then the middle of the tangents.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class PlantPoint:
 
     @property
     def rates(self) -> AxisRates:
-        """Exact rates of this plant (thesis 5.48)."""
+        """Rates of this plant (thesis 5.48), without linearisation."""
         return AxisRates(
             self.constant / self.inertia, self.viscous / self.inertia, self.coulomb / self.inertia
         )

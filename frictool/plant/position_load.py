@@ -2,11 +2,11 @@
 
     load(x) = stiffness x + sum_j (sine_j sin(number_j x) + cosine_j cos(number_j x))
 
-A positive load opposes a positive effort. A constant load belongs to the axis's offset. Gravity
+A positive load opposes a positive effort. A constant load is part of the axis's offset. Gravity
 on an arm is the harmonic with number 1 on a rotary axis. On a linear axis `number` is an angular
 wave number [1/m]. The kernels' array is [stiffness, number, sine, cosine, ...]. The engine
 integrates the load with the motion: `with_load` appends the load to the parameters of an axis with
-laws (plant/axis_friction_laws.py).
+`AxisLaws` (plant/axis_friction_laws.py).
 """
 
 from __future__ import annotations
@@ -96,14 +96,14 @@ def load_slope(load: Vector, x: float) -> float:
 def with_load(axis: Vector, load: Vector) -> Vector:
     """Return a copy of the parameters `axis` with `load` appended.
 
-    An axis without laws gets laws that have no effect.
+    An axis without `AxisLaws` gets the default `AxisLaws`, which have no effect.
     """
     return axis.copy() if load.shape[0] == 0 else appended(axis, load)
 
 
 @kernel
 def appended(axis: Vector, values: Vector) -> Vector:
-    """Return the parameters of an axis with friction laws, followed by `values` of a load."""
+    """Return the parameters of an axis with `AxisLaws`, followed by `values` of a load."""
     size = max(axis.shape[0], EXTENDED_SIZE)
     out = np.zeros(size + values.shape[0])
     for i in range(axis.shape[0]):
@@ -124,13 +124,13 @@ def appended(axis: Vector, values: Vector) -> Vector:
 
 @inner_kernel
 def load_start(p: Vector) -> int:
-    """Return the index of the load in the parameters of an axis with laws."""
+    """Return the index of the load in the parameters p of an axis with `AxisLaws`."""
     return EXTENDED_SIZE + int(p[DYNAMIC_SIZE])
 
 
 @inner_kernel
 def is_loaded(p: Vector) -> bool:
-    """Return True if the parameters `p` of an axis with laws include a load."""
+    """Return True if the parameters p of an axis with `AxisLaws` include a load."""
     return bool(p.shape[0] > load_start(p))
 
 
@@ -138,7 +138,7 @@ def is_loaded(p: Vector) -> bool:
 def opposing_effort(p: Vector, x: float) -> float:
     """Return offset plus load [N m | N] at the position x [rad | m].
 
-    `p`: parameters of an axis with laws.
+    p: parameters of an axis with `AxisLaws`.
     """
     return (
         float(p[OFFSET]) + load_effort(p[load_start(p) :], x) if is_loaded(p) else float(p[OFFSET])
@@ -149,7 +149,7 @@ def opposing_effort(p: Vector, x: float) -> float:
 def load_size(p: Vector, x: float) -> float:
     """Return the sum of the magnitudes of the load's terms [N m | N] at the position x [rad | m].
 
-    `p`: parameters of an axis.
+    p: parameters of an axis.
     """
     if not is_loaded(p):
         return 0.0

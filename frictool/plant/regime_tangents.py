@@ -1,14 +1,14 @@
-"""Friction with different viscous coefficients in speed regimes, as a scheduled parameter.
+"""Friction with a different viscous coefficient in each speed range, as a scheduled parameter.
 
-The friction of annex (30)-(32) is piecewise linear and continuous in |v|, and equal to the Coulomb
-friction F_c at v = 0. Its slope is s_0 below the first knee speed v_1 and s_k above knee k, as in
-figure 4.10. Regime k has the tangent
+A speed range is called regime, the speed between two regimes knee. The friction of annex (30)-(32)
+is piecewise linear and continuous in |v|, and equals the Coulomb friction F_c at v = 0. The slope
+is s_0 below the first knee v_1 and s_k above knee k, as in figure 4.10. Regime k has the tangent
 
     F_c(k) + s_k |v|      with F_c(k) = F_c - sum over the knees i <= k of (s_i - s_(i-1)) v_i
 
 With one knee at the speed v_lim, s_0 = 0 and s_1 = s, this is annex (31): F_c(rho) = F_c - s v_lim
 rho, s(rho) = s rho, rho in {0, 1}. The polytope contains every rho in [0, 1]. F_c(k) may be
-negative: it is the intercept of a tangent, not a friction (5.4.2).
+negative, because it is the intercept of a tangent and not a friction (5.4.2).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class RegimeTangent:
 class RegimeLevels:
     """Intervals (low, high) of the Coulomb friction and of the viscous slope of each regime.
 
-    above: speed at which each regime begins [rad/s or m/s], 0 for the first.
+    above: speed at which each regime begins [rad/s or m/s], 0 for the first regime.
     """
 
     coulomb: Ends
@@ -39,7 +39,7 @@ class RegimeLevels:
     viscous: tuple[Ends, ...]
 
     def tangent(self, level: int, coulomb: float, slopes: tuple[float, ...]) -> RegimeTangent:
-        """Return the tangent of regime `level` for a Coulomb friction and a slope per regime."""
+        """Return the tangent of the regime with the index `level`; slopes: one per regime."""
         lost = sum((slopes[i] - slopes[i - 1]) * self.above[i] for i in range(1, level + 1))
         return RegimeTangent(slopes[level], coulomb - lost)
 
@@ -48,9 +48,9 @@ def tangents(levels: RegimeLevels, *, viscous: bool, coulomb: bool) -> tuple[Reg
     """Return the tangents of every regime, at both ends of the scheduled intervals.
 
     viscous: True if the slopes are scheduled. coulomb: True if the Coulomb friction is scheduled.
-    The slopes of all regimes are low together or high together. A parameter that is not scheduled
-    has the upper end of its interval; the polytope also contains the plants with lower values, as
-    the annex states after (32).
+    All slopes are at the lower or all at the upper end of their intervals. A parameter that is not
+    scheduled has the upper end of its interval; the polytope also contains the plants with lower
+    values, as the annex states after (32).
     """
     lows, highs = zip(*levels.viscous, strict=True)
     slopes = (lows, highs) if viscous else (highs,)

@@ -15,7 +15,7 @@ from frictool.typing import Vector
 
 
 class FirmwareLaw(NamedTuple):
-    """Firmware of a servo, and the motor's constants.
+    """Parameters of a servo's firmware, and constants of the motor.
 
     duty_per_error: duty cycle per rad and unit of the gain. goal_speed: rad/s. delay: s. back_emf:
     V s/rad. constant: N m/V. loop_period: s.
@@ -34,13 +34,13 @@ class FirmwareLaw(NamedTuple):
         return max(1, round(period / self.loop_period))
 
     def volts(self, profile: Vector, position: Vector, gain: Vector, supply: Vector) -> Vector:
-        """Return the applied voltage (n,) at a profile and a position (n,), rad."""
+        """Return the applied voltage (n,) for a profile (n,) and a position (n,), both in rad."""
         duty = self.duty_per_error * gain * (profile - position)
         return np.asarray(supply * np.clip(duty, -self.duty_limit, self.duty_limit))
 
 
 class ServoDrive(NamedTuple):
-    """Gain [firmware units], supply voltage [V] and torque switch (n,) at the samples of a log."""
+    """Gain [firmware units], supply voltage [V] and torque switch, (n,) each, of a log."""
 
     gain: Vector
     supply: Vector

@@ -1,4 +1,4 @@
-"""Search for the point at which a function changes its sign, without scipy.optimize.
+"""Search for the argument at which a function changes its sign, without scipy.optimize.
 
 The import of scipy.optimize takes a quarter of a second, longer than the search.
 """
@@ -12,7 +12,7 @@ from collections.abc import Callable
 def sign_change(
     value: Callable[[float], float], low: float, high: float, tolerance: float = 1e-13
 ) -> float:
-    """Return where `value` changes its sign between `low` and `high` (Ridders, 1979).
+    """Return the argument at which `value` changes its sign, by Ridders' method (1979).
 
     Parameters
     ----------

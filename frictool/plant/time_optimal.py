@@ -11,9 +11,9 @@ x(t_arrival) for a given x(t_rest) therefore changes its sign once, from + to -.
 stops exactly at `farthest`, or it passes `arrival` before a switch is necessary.
 
 The result is a lower bound, because friction and drive may be unable to keep the axis in the zone
-after the stop. If a step begins with open backlash, its first part of length `backlash` has the
-smaller friction `backlash_coulomb`. The drive is then assumed to start with the effort E, which
-also gives a lower bound.
+after the stop. If the backlash is open when the step begins, the smaller friction
+`backlash_coulomb` acts over the first distance `backlash`. The drive is then assumed to start with
+the effort E, which also gives a lower bound.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class StepZone(NamedTuple):
 
 
 def step_zone(length: float, resolution: float, overshoot: float | None = None) -> StepZone:
-    """Return the zone of the response time to 95 % of a step.
+    """Return the zone in which a step counts as settled to 95 %.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def step_zone(length: float, resolution: float, overshoot: float | None = None) 
 
 
 def time_optimal_response(axis: DrivenAxis, zone: StepZone, period: float, delay: int) -> float:
-    """Return the shortest response time [s] of any sampled controller.
+    """Return a lower bound of the response time [s] for every sampled controller.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def time_optimal_response(axis: DrivenAxis, zone: StepZone, period: float, delay
     zone
         Zone that the axis must enter without leaving it again.
     period
-        Sample period, s. The response time is a multiple of it.
+        Sample period, s. The response time is a multiple of this period.
     delay
         Computational delay of the command in samples.
 
@@ -191,7 +191,10 @@ def _until(
     value: Callable[[_State], float],
     scale: float,
 ) -> _Part:
-    """Return the part from `start` until `value` becomes positive; scale [s]: expected duration."""
+    """Return the part of the motion from `start` until `value` becomes positive.
+
+    scale [s]: expected duration of the part.
+    """
 
     def after(span: float) -> float:
         return value(_advanced(axis, start.state, command, span))
@@ -213,7 +216,7 @@ def _point_at(axis: DrivenAxis, parts: list[_Part], time: float) -> _Point:
 
 
 def _passage(axis: DrivenAxis, parts: list[_Part], position: float) -> float:
-    """Return the time [s] at which a motion that moves forwards passes a position."""
+    """Return the time [s] at which a forward motion passes `position`."""
     start, command, end = next(
         (part for part in parts if part.end.state.position >= position), parts[-1]
     )

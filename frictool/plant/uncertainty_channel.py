@@ -29,10 +29,10 @@ from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint
 
 @dataclass(frozen=True)
 class UncertainPlant:
-    """Plant with its uncertainty channel.
+    """Plant with an uncertainty channel.
 
-    unit: effort d per unit of the channel's signal w_d [N m or N]. rates.push: d divided by the
-    inertia.
+    unit: effort d per unit of the channel's signal w_d [N m or N]. The rate `rates.push` is d
+    divided by the inertia.
     """
 
     point: PlantPoint

@@ -26,9 +26,10 @@ def bell(window: int) -> Vector:
 def effort_weights(period: float, lag: float) -> tuple[float, float, float]:
     """Return the weights of the drives u[k-1], u[k], u[k+1] in a mean of the effort.
 
-    The mean has a triangular window from sample k-1 to k+1; the sum of the weights is 1. Between
-    two samples the effort is u = u0 + (u1 - u0) f(s), s = 0 to 1, with f = (1 - e^(-r s))/(1 -
-    e^-r) and r = period/lag. The weights follow from the integrals of s f and (1 - s) f.
+    lag [s]: time constant of the drive. The mean has a triangular window from sample k-1 to k+1;
+    the sum of the weights is 1. Between two samples the effort is u = u0 + (u1 - u0) f(s), s = 0 to
+    1, with f = (1 - e^(-r s))/(1 - e^-r) and r = period/lag. The weights follow from the integrals
+    of s f and (1 - s) f.
     """
     if lag == 0.0:
         return 0.5, 0.5, 0.0

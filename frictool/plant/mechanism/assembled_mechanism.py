@@ -19,8 +19,8 @@ class AssembledMechanism:
       which all rigid links fit
     - joints, couplings, frictions, pressings, pushes, stops, sources: names of the elements, in
       the order of the arrays in `packed`
-    - sensors, sensor_blocks, measures: name, block and quantity of each sensor
-    - groups: blocks that move together
+    - sensors, sensor_blocks, measures: name, block and measured quantity of each sensor
+    - groups: rigid groups of blocks, which move together
     - notes: one line for each omission or assumption
     """
 

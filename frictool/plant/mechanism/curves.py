@@ -1,8 +1,9 @@
 """Curves of a mechanism.yaml: piecewise cubics through the points, constant outside their range.
 
-Between two points a curve stays within the range of their values (Fritsch and Butland, SIAM J. Sci.
-Stat. Comput. 5, 1984): its slope at a point is a weighted harmonic mean of the adjacent secants. At
-the first and last point the slope follows from the three-point formula, limited in the same way.
+Between two points a curve stays within the range of the two values (Fritsch and Butland, SIAM J.
+Sci. Stat. Comput. 5, 1984): the slope at a point is a weighted harmonic mean of the adjacent
+secants. At the first and last point the slope follows from the three-point formula, limited in the
+same way.
 """
 
 from __future__ import annotations
@@ -24,20 +25,20 @@ INSIDE = np.linspace(0.0, 1.0, 9)[1:-1]  # positions in a piece that are compare
 
 @dataclass(frozen=True)
 class PiecewiseCubic:
-    """One curve: breaks (k + 1,) and coefficients `cubic` (k, 4) of its pieces, lowest power first.
+    """One curve of k pieces: breaks (k + 1,), and coefficients (k, 4), lowest power first.
 
-    The variable of a piece is the distance from its left break.
+    The variable of a piece is the distance from the break at its left end.
     """
 
     breaks: Vector
     cubic: Vector
 
     def value(self, x: Vector) -> Vector:
-        """Return the curve's values at positions x (of any shape); constant beyond its ends."""
+        """Return the curve's values at positions x (of any shape); constant outside its range."""
         return self._at(x)[0]
 
     def slope(self, x: Vector) -> Vector:
-        """Return the derivative of the curve at positions x; 0 beyond the ends of the curve."""
+        """Return the derivative of the curve at positions x; 0 outside its range."""
         value = self._at(x)[1]
         return np.where(
             (np.asarray(x) < self.breaks[0]) | (np.asarray(x) > self.breaks[-1]), 0.0, value
@@ -108,8 +109,8 @@ def fitted(
 ) -> PiecewiseCubic:
     """Return a piecewise cubic that approximates a function that is smooth between `breaks`.
 
-    Pieces are halved until they are within PRODUCT_ERROR of the function. The slope may jump at a
-    break, because `slope` is evaluated just inside each piece.
+    Pieces are halved until their error is below PRODUCT_ERROR. The slope may jump at a break,
+    because `slope` is evaluated just inside each piece.
     """
     pieces: list[tuple[float, float, Vector]] = []
     largest = float(np.max(np.abs(value(np.linspace(breaks[0], breaks[-1], 1001))))) or 1.0
@@ -167,7 +168,7 @@ def _pushed(*numbers: bytes) -> PiecewiseCubic:
 
 
 class CurveList:
-    """List of curves that are packed into arrays for kernels."""
+    """List of curves, to be packed into arrays for kernels."""
 
     def __init__(self) -> None:
         self._curves: list[PiecewiseCubic] = []
@@ -210,7 +211,7 @@ def curve_value(curves: Curves, curve: int, x: float) -> float:
 
 
 def curve_slope(curves: Curves, curve: int, x: float) -> float:
-    """Return the derivative at x of the packed curve with the index `curve`; 0 beyond its ends."""
+    """Return the derivative at x of the packed curve with index `curve`; 0 outside its range."""
     piece, offset, within = _piece(curves, curve, x)
     _, c1, c2, c3 = curves.cubic[piece].tolist()
     return float((3.0 * c3 * offset + 2.0 * c2) * offset + c1) if within else 0.0

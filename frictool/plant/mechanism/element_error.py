@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class ElementError(ValueError):
-    """Error: an element cannot be part of the mechanism.
+    """Error for an element that cannot be part of the mechanism.
 
     key: path of the element in the document, for example `links.rack.radius`. The command that read
     the file adds the file's name and the line.

@@ -1,4 +1,4 @@
-"""Highest rate of an oscillation or decay at a compliant link, from which the step size follows."""
+"""Highest rate of an oscillation or decay at a compliant link, which limits the step size."""
 
 from __future__ import annotations
 

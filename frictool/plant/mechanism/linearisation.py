@@ -1,9 +1,9 @@
 """Linearised mechanism: state space from sources to sensors, and vibration modes.
 
 Dry friction, impacts and stops are neglected; viscous friction, damping, stiffness and the slopes
-of curves are kept. Blocks tied by rigid links, or by play that is assumed closed, have one common
-coordinate. The positions of all blocks are q = R p with these coordinates p. The principle of
-virtual work gives
+of curves are kept. Blocks that rigid links or closed backlash connect have one common coordinate.
+The positions of all blocks are q = R p with these coordinates p. The principle of virtual work
+gives
 
     L' M R p'' + L' D R p' + L' K R p = L' u
 
@@ -131,8 +131,8 @@ def linearise(
 ) -> LinearMechanism:
     """Return the mechanism linearised at `position` (n,) [rad | m], by default at the start.
 
-    The links in `closed`, by default all links with play, are in contact: their play has no effect.
-    Raises ValueError if `closed` contains a name that is not the name of a link with play.
+    closed: names of links whose backlash is assumed closed, so that it has no effect; by default
+    all links with backlash. Raises ValueError if a name is not the name of such a link.
     """
     packed = assembled.packed
     at = assembled.start if position is None else np.asarray(position, dtype=np.float64)
@@ -232,8 +232,8 @@ def _couplings(
     """Return stretch and pull (k, n), stiffness and damping (k,) of the couplings.
 
     stretch: stretch of each coupling per unit of each block's coordinate. pull: a coupling with the
-    force f acts on the blocks with the efforts -pull f. Stiffness and damping are 0 while the play
-    is open.
+    force f acts on the blocks with the efforts -pull f. Stiffness and damping are 0 while the
+    backlash is open.
     """
     couplings, curves = assembled.packed.couplings, assembled.packed.curves
     count = len(couplings.a)

@@ -1,8 +1,8 @@
 """Graph of blocks and links: rigid groups, loops, and unconnected parts.
 
 A rigid group is a set of blocks that move together, q_i = ratio_i q_root + constant. Rigid links
-must not form a loop. If the ratios around a loop multiply to 1 and no link of the loop has a loss,
-the link that closes it is redundant and is dropped. Any other rigid loop is an error.
+must not form a loop, with one exception: if the ratios around a loop multiply to 1 and no link of
+the loop has a loss, the link that closes the loop is redundant and is dropped.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ CLOSED = 1e-9  # allowed deviation from 1 of the product of the ratios around a 
 class Transmission:
     """One link between the blocks a and b, in SI.
 
-    gap: half of the play, as a motion of b. stiffness, damping: referred to b; the stiffness of a
-    rigid link is None. packed_mechanism.py defines the other fields.
+    gap: half of the backlash, in the coordinate of b. stiffness, damping: in the coordinate of b;
+    the stiffness of a rigid link is None. packed_mechanism.py defines the other fields.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Transmission:
 
     @property
     def rigid(self) -> bool:
-        """True if the link has no compliance; it may have play."""
+        """True if the link has no compliance; it may have backlash."""
         return self.stiffness is None
 
 
@@ -60,7 +60,7 @@ class RigidGroup:
     """Blocks that move together.
 
     ratios: speed of each block of the group divided by the speed of `root`. inertia: total inertia
-    referred to `root`.
+    reflected to `root`.
     """
 
     root: int
@@ -76,7 +76,7 @@ class LinkForest:
         self.neighbours: list[list[tuple[int, float, Transmission]]] = [[] for _ in range(count)]
 
     def add(self, link: Transmission) -> None:
-        """Add a link between two blocks that no path of links connects yet."""
+        """Add a link between two blocks that are not yet connected by any path."""
         self.neighbours[link.a].append((link.b, link.ratio, link))
         self.neighbours[link.b].append((link.a, 1.0 / link.ratio, link))
 
@@ -84,7 +84,7 @@ class LinkForest:
         """Return the steps of the path between two blocks; None if no path connects them.
 
         Each step is (next block, ratio, link). The ratio is the speed of the next block divided by
-        the speed of the block before it.
+        the speed of the block before.
         """
         before: dict[int, tuple[int, tuple[int, float, Transmission]] | None] = {start: None}
         queue = deque([start])
@@ -104,7 +104,7 @@ class LinkForest:
         return steps[::-1]
 
     def reached(self, root: int) -> dict[int, float]:
-        """Return block -> speed divided by the speed of `root`, for every block tied to `root`."""
+        """Return block -> speed relative to `root`'s speed, for every block connected to `root`."""
         ratio = {root: 1.0}
         queue = deque([root])
         while queue:
@@ -119,7 +119,7 @@ class LinkForest:
 def without_loops(
     links: Sequence[Transmission], names: Sequence[str]
 ) -> tuple[list[Transmission], list[str]]:
-    """Return the rigid links without redundant ones, in order, and a note for each dropped link.
+    """Return the rigid links, without redundant links, and a note for each redundant link.
 
     Raises ElementError if a loop has no redundant link.
     """
@@ -216,8 +216,8 @@ def groups_of(
 ) -> tuple[RigidGroup, ...]:
     """Return the rigid groups in the order of their first blocks.
 
-    `links` must form no loop. Links with play do not join blocks to a group. Raises ElementError
-    for a group without inertia.
+    `links` must form no loop. Links with backlash do not join blocks to a group. Raises
+    ElementError for a group without inertia.
     """
     forest = LinkForest(len(names))
     for link in links:

@@ -14,22 +14,23 @@ e = q_b - ratio q_a - offset:
                    sign(v_a) back_loss |lambda| if lambda v_b < 0
                    sign(v_a) |thread lambda - thesis_screw u_a| if thesis_screw > 0       (2.12)
 
-If back_loss >= |ratio|, the load cannot drive the link. Joints form no loop among themselves, and
-none ends at the frame.
+If back_loss >= |ratio|, the load cannot drive the link. Joints form no loop, and no joint ends at
+the frame.
 
 *Couplings* are compliant links; block a = -1 is the frame. With e = q_b - ratio q_a - offset, the
-stretch s is the part of e outside +-gap (0 inside):
+stretch s is the part of e beyond the range -gap .. gap (0 inside this range):
 
     on block b     -(stiffness s + damping e' + curve(e))    with gap > 0, damping acts only in
                    contact, and no flank pulls
     on block a     as for a joint, with the force on block b as lambda
 
-*Frictions* act on one block against the frame. Each has a law (row of friction/law_registry.py),
-its parameters p from `law_start` on in `law_values`, and a factor, the curve `level` (-1: none).
-*Pressings* are Coulomb friction `coefficient` times the curve `force` of the block's position; the
-breakaway is `breakaway_ratio` times this friction (2.23). *Pushes* are efforts that depend on one
-block's position (efforts of a cam), or constants. *Stops* are rigid and limit one block. *Sources*
-act on a block: the drive i follows the command with `lag`, effort = constant i.
+*Frictions* act on one block against the frame. Each friction has a law (row of
+friction/law_registry.py), parameters p in `law_values` from the index `law_start` on, and a factor,
+the curve with the index `level` (-1: factor 1). *Pressings* are Coulomb friction: `coefficient`
+times the curve `force` of the block's position; the breakaway is `breakaway_ratio` times this
+friction (2.23). *Pushes* are efforts that depend on one block's position (efforts of a cam), or
+constants. *Stops* are rigid and limit one block. *Sources* act on a block: the drive i follows the
+command with `lag`, effort = constant i.
 """
 
 from __future__ import annotations
@@ -42,10 +43,10 @@ FRAME = -1
 
 
 class Curves(NamedTuple):
-    """Piecewise cubics, constant beyond their ends.
+    """Piecewise cubics, constant outside their range.
 
-    Curve c has the pieces k = start[c] .. start[c+1] - 1. Piece k is sum_m cubic[k, m]
-    (x - breaks[k + c])^m from breaks[k + c] to breaks[k + c + 1].
+    Curve c has the pieces k = start[c] .. start[c+1] - 1. Piece k extends from breaks[k + c] to
+    breaks[k + c + 1] and is the sum over m of cubic[k, m] (x - breaks[k + c])^m.
     """
 
     start: IntVector  # (c + 1,)
@@ -84,7 +85,7 @@ class Couplings(NamedTuple):
 
 
 class Frictions(NamedTuple):
-    """Frictions of bearings and slideways (f,); `block` moves against the frame."""
+    """Friction of f bearings and slideways; `block` moves against the frame."""
 
     block: IntVector
     law: IntVector  # row of friction/law_registry.py
@@ -94,7 +95,7 @@ class Frictions(NamedTuple):
 
 
 class Pressings(NamedTuple):
-    """Frictions of cams (p,): `coefficient` times the curve `force` of the block's position."""
+    """Friction of p cams: `coefficient` times the curve `force` of the block's position."""
 
     block: IntVector
     force: IntVector  # curve
@@ -103,7 +104,7 @@ class Pressings(NamedTuple):
 
 
 class Pushes(NamedTuple):
-    """Efforts (q,), constant + curve(position), in the positive direction of the block."""
+    """Efforts (q,): constant + curve(position), in the positive direction of the block."""
 
     block: IntVector
     constant: Vector
@@ -111,7 +112,7 @@ class Pushes(NamedTuple):
 
 
 class Stops(NamedTuple):
-    """Rigid stops (s,); a missing side is infinite."""
+    """Rigid end stops (s,); a missing side is infinite."""
 
     block: IntVector
     low: Vector

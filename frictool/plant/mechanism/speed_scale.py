@@ -29,9 +29,9 @@ def speed_scale(
 
     ratios: (a, b, speed of b divided by speed of a) for the blocks a and b of every link. pushed:
     (block, largest effort) of every source. known: one block and its top speed. In each connected
-    part of the mechanism one block determines the speeds: by its top speed if known, else by the
-    speed that the largest effort reaches within RISE_S. The link ratios then give the speeds of the
-    other blocks. Raises ElementError if these speeds differ too much.
+    part of the mechanism, one block determines the speeds of all others by the link ratios. The
+    speed of this block is its top speed, or, if this is unknown, the speed that the largest effort
+    reaches within RISE_S. Raises ElementError if the speeds differ too much.
     """
     count = len(inertia)
     neighbours: list[list[tuple[int, float]]] = [[] for _ in range(count)]
@@ -81,7 +81,7 @@ def _reached(
 
 
 def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> None:
-    """Raise ElementError if a block's speed, relative to `root`'s speed, is outside the limits."""
+    """Raise ElementError if (speed of a block)/(speed of `root`) is outside the limits."""
     for block, ratio in ratios.items():
         if not SLOWEST <= abs(ratio) <= FASTEST:
             finding = f"links give it {abs(ratio):g} times the speed of {names[root]}"
