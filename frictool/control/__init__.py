@@ -1,1 +1,1 @@
-"""Blocks of controllers and observers: the operations of the target at every sample."""
+"""Blocks of controllers and observers, and the programs that execute them at every sample."""

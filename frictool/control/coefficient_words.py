@@ -1,4 +1,4 @@
-"""Coefficients as integer words with separate binary points, in fixed point."""
+"""Fixed-point coefficients: integer words, each with a separate number of fractional bits."""
 
 from __future__ import annotations
 
@@ -9,13 +9,17 @@ FINEST = 60  # largest fraction
 
 
 def round_coefficient(value: float, bits: int) -> float:
-    """Return a coefficient as it is stored with `bits` bits (see `coefficient`)."""
+    """Return the value of a coefficient after rounding to a fixed-point word of `bits` bits."""
     word, fraction = coefficient(value, bits)
     return math.ldexp(word, -fraction)
 
 
 def coefficient(value: float, bits: int) -> tuple[int, int]:
-    """Return (word, fraction) of a coefficient; an integer that fits has the fraction 0."""
+    """Return (word, fraction) of a fixed-point coefficient, value = word 2^-fraction.
+
+    bits: bits of the integer word without its sign. fraction: number of fractional bits, 0 for an
+    integer that fits into the word.
+    """
     if value == int(value) and abs(value) < 2**bits:
         return int(value), 0
     fraction = min(bits - math.frexp(value)[1], FINEST)

@@ -1,11 +1,12 @@
 """Programs as arrays, and the kernels that run one sample in double, float or fixed point.
 
-The values of a program are in one array: one element for each node, then one for each state that is
-updated. Each row of `code` is one operation. `compile_program` (double, float) and
-`fixed_point.fixed_machine` choose the number format:
+A program (control/program.py) is the list of operations of a controller or an observer. One array
+contains its values: first one element for each node, then one for each state that is updated. Each
+row of the array `code` is one operation. `compile_program` (double, float) and
+`fixed_point.fixed_machine` (fixed point) choose the number format:
 
 ====  ======  =====================================================================
-code  number  values
+code  number  array of the values
 ====  ======  =====================================================================
 0     DOUBLE  `real`, float64
 1     FLOAT   `single`, float32: every operation rounds to float32
@@ -50,22 +51,23 @@ OUTPUT, LEFT, LEFT_NOW, HOLD, USED, GUARD_ROWS = (
 
 
 class CompiledProgram(NamedTuple):
-    """Arrays of a program, with which the kernels run its samples.
+    """Controller or observer program as arrays for the kernels.
 
-    `real`, `single` and `word` change at every sample. Two axes with the same controller therefore
-    need two copies (`copy_program`).
+    A kernel changes `real`, `single` or `word` at every sample. Two axes with the same controller
+    therefore need two copies (`copy_program`).
 
-    code (n, 5), terms (t, 3), formats (n, 6): columns as in control/operation_codes.py. writes
-    (w, 2): the index of a state and the index of its next value. starts (s,): indices of the states
-    that `start_at` sets to the measured position. ports (11,) are indices of nodes, or -1 for a
-    node that the program does not have:
+    code (n, 5), terms (t, 3), formats (n, 6): columns as in control/operation_codes.py. writes (w,
+    2): index of a state and index of its next value, one row for each updated state. starts (s,):
+    indices of the states that `start_at` sets to the measured position. ports (11,):
 
     - 0 to 2: indices of the inputs `PORTS`
     - 3: index of the output
-    - 4 to 6: indices of the state `holds_left` of the guard (control/measurement_guard.py), its
-      next value and its constant hold time
+    - 4 to 6: indices of three nodes of the measurement guard (control/measurement_guard.py): the
+      state `holds_left`, its next value, and the constant `hold_samples`
     - 7 to 9: indices of the inputs after the guard has replaced invalid ones
     - 10: number of rows of `code` that belong to the guard
+
+    An index is -1 if the program does not have the node.
     """
 
     number: int
@@ -81,7 +83,7 @@ class CompiledProgram(NamedTuple):
 
 
 def compile_program(program: Program, *, single: bool = False) -> CompiledProgram:
-    """Return the program as arrays, in the state of rest at the position 0.
+    """Return a program as arrays, with the states that belong to an axis at rest at position 0.
 
     single: True for float32, False for float64.
     """
@@ -115,7 +117,7 @@ def compile_program(program: Program, *, single: bool = False) -> CompiledProgra
 
 
 def ports(program: Program) -> IntVector:
-    """Return `CompiledProgram.ports` of a program; raise ValueError if it has no output."""
+    """Return the array `CompiledProgram.ports`; raise ValueError if the program has no output."""
     if program.output is None:
         raise ValueError("the program has no output")
     inputs = [program.inputs[name].index if name in program.inputs else -1 for name in PORTS]
@@ -137,7 +139,7 @@ def ports(program: Program) -> IntVector:
 
 
 def copy_program(machine: CompiledProgram) -> CompiledProgram:
-    """Return a copy of a program with separate values but the same arrays of operations."""
+    """Return a copy of a compiled program with separate values and shared operations."""
     return machine._replace(
         real=machine.real.copy(), single=machine.single.copy(), word=machine.word.copy()
     )
@@ -146,7 +148,7 @@ def copy_program(machine: CompiledProgram) -> CompiledProgram:
 def hold(machine: CompiledProgram, index: int, value: float) -> None:
     """Set the state at `index` to a value [SI] in a program in double or float.
 
-    Only states without an update in the program may be set, such as scheduled parameters. NaN and
+    Only states that the program does not update may be set, such as scheduled parameters. NaN and
     infinity are ignored.
     """
     if math.isfinite(value):
@@ -154,9 +156,10 @@ def hold(machine: CompiledProgram, index: int, value: float) -> None:
 
 
 def start_at(machine: CompiledProgram, position: float) -> None:
-    """Set a new program to rest at `position` [rad | m], with a settled prefilter.
+    """Set the states of a new program for an axis at rest at `position` [rad | m].
 
-    A position that is not finite sets the fault.
+    The prefilter is then settled at this position. If the position is not finite, the controller
+    starts in the fault state (control/measurement_guard.py), in which its drive is 0.
     """
     with np.errstate(over="ignore"):
         if not math.isfinite(np.float32(position) if machine.number == FLOAT else position):
@@ -176,7 +179,7 @@ def start_at(machine: CompiledProgram, position: float) -> None:
 
 
 def put(machine: CompiledProgram, index: int, value: float) -> None:
-    """Set the value of the node at an index [SI]."""
+    """Set the value [SI] of the node at `index`."""
     if machine.number == FIXED:
         machine.word[index] = from_real(machine.formats[index], value)
     else:
@@ -184,14 +187,18 @@ def put(machine: CompiledProgram, index: int, value: float) -> None:
 
 
 def read(machine: CompiledProgram, index: int) -> float:
-    """Return the value of the node at an index in SI, such as `program.states[name].index`."""
+    """Return the value [SI] of the node at `index`, for example `program.states[name].index`."""
     if machine.number == FIXED:
         return to_real(machine.formats[index], machine.word[index])
     return float(_values(machine)[index])
 
 
 def step(machine: CompiledProgram, reference: float, position: float, velocity: float) -> float:
-    """Run one sample as `control_step` does, and compile only the kernels of this number format."""
+    """Run one sample of a controller in place and return the drive [A | V].
+
+    The function does the same as `control_step`, but compiles only the kernels of the program's
+    number format.
+    """
     if machine.number == FIXED:
         return control_step(machine, reference, position, velocity)
     arrays = (machine.code, machine.terms, machine.writes, machine.ports)
@@ -240,9 +247,10 @@ def step_values(
     v: Values,
     inputs: tuple[float, float, float],
 ) -> float:
-    """Run one sample with the inputs PORTS on the values v; return the drive [A | V].
+    """Run one sample of a program in double or float and return the drive [A | V].
 
-    v is float64 or float32. The other arrays are explained in CompiledProgram.
+    v: values of the program (float64 or float32), changed in place. inputs: reference, position and
+    velocity. code, terms, writes, ports: arrays of the same names in `CompiledProgram`.
     """
     first = _first_row(v, ports, _give(v, ports, inputs[0], inputs[1], inputs[2]))
     run_values(code, terms, writes, v, first)
@@ -268,7 +276,8 @@ def _give(v: Values, ports: IntVector, reference: float, position: float, veloci
 def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
     """Return the first row of `code` to run: 0, or the first row after the measurement guard.
 
-    The guard is skipped if this sample and the last one are valid; the inputs are then copied here.
+    If this sample and the last one are valid, the guard would only copy the inputs. This function
+    then copies them, and the rows of the guard are skipped.
     """
     if (
         not valid
@@ -287,8 +296,8 @@ def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
 def run_values(code: Rows, terms: Rows, writes: Rows, v: Values, first: int = 0) -> None:
     """Run the operations of one sample on the values v, from row `first` of `code` to the end.
 
-    v is float64 or float32; every operation rounds to its type. The states are updated after the
-    last operation.
+    v is float64 or float32; every operation rounds to the type of v. The states are updated after
+    the last operation.
     """
     for k in range(first, code.shape[0]):
         operation = code[k, 0]

@@ -7,9 +7,10 @@ added in this order: d e, c x for the output; b e, l (limited u - u), a x for th
 coefficient is 0 are left out.
 
 An integrator is a state whose row of `a` equals the row of the identity matrix. It keeps its value
-while the drive is released (section 5.2.2 of the thesis). With `conditional` it also keeps its
-value in two other cases: at rest, and while the drive is limited and the input would move the drive
-further into the limit. At rest every other state is set to 0.
+while the drive is released, that is, while the drive is set to 0 near the target (section 5.2.2 of
+the thesis). With conditional integration it also keeps its value in two other cases: while the
+axis is at rest, and while the drive is limited and the input would move the drive further into the
+limit. At rest every other state is set to 0.
 
 Property: the state obeys x+ = (a - l c) x + (b - l d) e + l (limited u) for any u. If a - l c is
 stable, sums of the absolute impulse responses from e and from the limited u bound every state.
@@ -32,9 +33,9 @@ DIED = 1e-9  # relative size of the remainder at which the sum ends
 
 @dataclass(frozen=True)
 class DifferenceEquation:
-    """Linear controller x+ = a x + b e, u = c x + d e, and its anti-windup gains (n,).
+    """Linear controller x+ = a x + b e, u = c x + d e, with anti-windup gains.
 
-    x is the state, e the input, u the drive. a: (n, n). b, c: (n,).
+    x is the state, e the input, u the drive. a: (n, n). b, c: (n,). gains: anti-windup gains (n,).
     """
 
     a: Matrix
@@ -45,13 +46,16 @@ class DifferenceEquation:
 
     @property
     def integrators(self) -> list[int]:
-        """Return the indices of the states whose row of `a` is a row of the identity."""
+        """Return the indices of the states whose row of `a` is the row of the identity matrix."""
         return [i for i, row in enumerate(self.a) if row[i] == 1.0 and np.count_nonzero(row) == 1]
 
 
 @dataclass(frozen=True)
 class CoefficientNodes:
-    """Nodes of the coefficients: constants, or weighted sums over the corners of a schedule."""
+    """Program nodes of the coefficients of a difference equation.
+
+    A node is a constant or, with a gain schedule, a weighted sum over the corners of the schedule.
+    """
 
     a: list[list[ProgramNode]]
     b: list[ProgramNode]
@@ -63,7 +67,10 @@ class CoefficientNodes:
 def coefficients(
     program: Program, equation: DifferenceEquation, prefix: str = ""
 ) -> CoefficientNodes:
-    """Add the coefficients as constants named `prefix` + name, and return their nodes."""
+    """Add the coefficients of `equation` to a program as constants, and return their nodes.
+
+    prefix: text before the name of each constant, such as `a[0][1]`.
+    """
     n = len(equation.b)
 
     def row(name: str, values: Matrix) -> list[ProgramNode]:
@@ -87,9 +94,10 @@ def coefficients(
 def output(
     program: Program, k: CoefficientNodes, entering: ProgramNode, bounds: Matrix
 ) -> ProgramNode:
-    """Write the drive u = d e + c x and return its node.
+    """Write the drive u = d e + c x to the program and return its node.
 
-    k: the coefficients. x are the states. entering: the input e. bounds (n,): bounds of the states.
+    k: coefficients. entering: input e. bounds (n,): bounds of the states |x|, which are added to
+    the program here.
     """
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
@@ -106,10 +114,11 @@ def advance(
     hold: ProgramNode | None,
     resting: ProgramNode | None,
 ) -> None:
-    """Write the update of the state x.
+    """Write the state update x[k+1] = a x[k] + b e[k] + l (limited u[k] - u[k]) to the program.
 
-    excess: limited drive minus drive. While `hold` is true, the states `integrators` keep their
-    values. While `resting` is true, all other states are set to 0.
+    k: coefficients. entering: input e. excess: limited u minus u. While `hold` is true, the states
+    with the indices `integrators` keep their values. While `resting` is true, all other states are
+    set to 0.
     """
     program.block("its states: next x = b e + l excess + a x")
     n = len(k.b)
@@ -143,11 +152,12 @@ def state_bounds(
 
     x is the state, e the input and u the drive of `equation`.
 
-    With `conditional`, an integrator keeps its value at the drive's limit, and its bound follows
-    from that limit and from the bounds of the other states. There must be one integrator, which
-    must have c b >= 0 and enter no other state, and no other state may have an anti-windup gain.
-    The bounds are not valid in two cases: while the drive is released, and with a term that is
-    added to the drive before its limit. The fixed-point word of the state may then saturate.
+    conditional: True for conditional integration. The integrator then keeps its value while the
+    drive is limited, and its bound follows from the drive's limit and the bounds of the other
+    states. This requires a single integrator with c b >= 0 that enters no other state, and an
+    anti-windup gain of 0 for all other states. The bounds are not valid while the drive is
+    released, nor if another term is added to the drive before its limit. The fixed-point word of
+    the state may then saturate.
     """
     n = len(equation.b)
     held_states = equation.integrators if conditional else []
@@ -173,7 +183,6 @@ def state_bounds(
 
 
 def _reach(sums: Matrix, bound: float) -> Matrix:
-    """Return sums (n,) times a bound, with 0 * inf = 0."""
     bounds = np.zeros(len(sums))
     bounds[sums != 0.0] = sums[sums != 0.0] * bound
     return bounds

@@ -1,11 +1,11 @@
-"""The limit of the drive: a symmetric bound, and for a current the limit of the supply voltage.
+"""The limit of the drive: a symmetric bound and, if the drive is a current, the supply voltage.
 
     |u| <= bound,   |R i + K v| <= V   ->   (-V - K v)/R <= i <= (V - K v)/R
 
-The second condition applies if the drive is the current of a winding: resistance R, supply voltage
-V, torque constant K (equal to the back-EMF constant in SI units), measured speed v. The lag of the
-measured speed delays this limit. With the anti-windup of the difference equation, the loop is
-linear again as soon as the drive leaves the limit.
+The second condition applies if the drive is the current i of a winding. R is its resistance, V the
+supply voltage, K the torque constant (equal to the back-EMF constant in SI units), and v the
+measured speed. The lag of the measured speed delays this limit. With the anti-windup of the
+difference equation, the loop is linear again as soon as the drive leaves the limit.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ def bounds(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the nodes (low, high) of the limits of the drive [A | V].
 
-    winding: None, or (resistance [ohm], torque constant [N m/A], supply voltage [V]) of a winding,
-    for which `speed` is required.
+    bound: largest |drive| [A | V]. winding: (resistance [ohm], torque constant [N m/A], supply
+    voltage [V]), or None if the supply voltage does not limit the drive. speed: measured speed,
+    required with a winding.
     """
     high = program.constant(bound, "drive_limit")
     low = program.named("drive_low" if winding is None else "lowest", -high)
@@ -40,7 +41,7 @@ def bounds(
 def limit(
     program: Program, drive: ProgramNode, low: ProgramNode, high: ProgramNode
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the limited drive, and -1 if it is at `low`, +1 if it is at `high`, else 0."""
+    """Return the limited drive and a node that is +1 at the limit `high`, -1 at `low`, else 0."""
     program.block("limit of the drive")
     zero, one = program.constant(0.0), program.constant(1.0)
     above = program.named("above", drive > high)

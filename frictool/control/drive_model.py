@@ -5,8 +5,8 @@
 
 tau is the time constant of the current loop, T the sample period.
 
-Limit: the target does not measure the current. A current loop slower than tau, or a supply whose
-voltage drops, acts as a disturbance on the observer.
+Limit: the target does not measure the current. If the current loop is slower than tau, or if the
+supply voltage drops, the observer sees the difference as a disturbance.
 """
 
 from __future__ import annotations
@@ -25,10 +25,12 @@ def mean_effort(
     lag: float,
     period: float,
 ) -> ProgramNode:
-    """Return the mean effort [N m | N] until the next sample for `drive` [A | V], commanded now.
+    """Return the mean effort [N m | N] from this sample to the next.
 
-    constant: effort per unit of drive. bound: largest |drive|. delay_samples: delay of the drive.
-    lag: time constant tau [s]. period: sample period T [s].
+    drive: drive commanded at this sample [A | V]. constant: effort per unit of drive. bound:
+    largest
+    |drive|. delay_samples: delay of the drive [samples]. lag: time constant tau of the current loop
+    [s]. period: sample period T [s].
     """
     program.block("the effort until the next sample, by the drive's delay and lag")
     acting = drive

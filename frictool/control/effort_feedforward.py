@@ -44,10 +44,10 @@ class FeedforwardGains(NamedTuple):
 def sample_motion(
     program: Program, speed: ProgramNode, period: float
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return mean speed and mean acceleration of the reference over the last period.
+    """Return the mean speed and mean acceleration of the reference over the last sample period.
 
-    speed: present speed of the prefilter or profile. The state `filtered_speed_before` of the
-    prefilter or profile contains the speed one sample ago.
+    speed: speed of the prefilter or profile at this sample. The state `filtered_speed_before`
+    contains the speed one sample ago. period: sample period [s].
     """
     program.block("motion of the filtered reference over one sample")
     before = program.states["filtered_speed_before"]
@@ -79,7 +79,10 @@ def feedforward(
     gains: FeedforwardGains,
     most: float,
 ) -> ProgramNode:
-    """Return the feedforward drive [A | V] for a mean speed and acceleration; |drive| <= `most`."""
+    """Return the feedforward drive [A | V] for the reference's mean speed and acceleration.
+
+    most: bound of the feedforward's magnitude [A | V].
+    """
     program.block("feedforward of inertia and friction; the Coulomb friction with hysteresis")
     zero, one = program.constant(0.0), program.constant(1.0)
     on, off = program.constant(gains.on, "switch_on_speed"), gains.off

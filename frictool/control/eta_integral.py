@@ -1,9 +1,9 @@
 """Input of a speed controller: eta = integral(omega_c) - position, omega_c the speed reference.
 
-Both terms are updated by their changes over a sample, so that no number grows with the distance
+Each sample adds only the changes of both terms, so that no number grows with the distance
 travelled. If the last drive was limited and eta would move further into that limit, eta keeps its
-value (conditional integration). A positive eta requests a positive drive: the sign convention of
-`controller.yaml`.
+value (conditional integration). A positive eta requests a positive drive, which is the sign
+convention of `controller.yaml`.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ def next_eta(
 ) -> ProgramNode:
     """Return eta [rad | m], the integrated speed reference minus the position.
 
-    eta is 0 at a sample at which `resting` is true. increment: speed reference times the sample
-    period. motion: change of the position since the last sample. limited: -1 or +1 if the last
-    drive was at its lower or upper limit, else 0. bound: largest |eta|.
+    increment: speed reference times the sample period. motion: change of the position since the
+    last sample. limited: -1 or +1 if the last drive was at its lower or upper limit, else 0.
+    resting: node that is true at rest; eta is then 0. bound: largest |eta|.
     """
     program.block(
         "eta = integral(speed reference) - position, held while it would push a limited "

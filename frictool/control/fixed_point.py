@@ -3,13 +3,13 @@
     intervals of inputs and states ──▶ interval of every value ──▶ its fraction, and the shifts of
     its operation ──▶ intervals of the words, checked
 
-The fraction of a value is its number of fractional bits. Values are 32-bit words; products and sums
-are formed in 64 bits. A program runs in q31: coefficients have 31 bits and a sign, and each
-coefficient has a separate fraction. Only coefficients can be rounded to q15. A state saturates at
-the interval of its bounds `low` and `high`; intervals that are valid at one sample are therefore
-valid at every sample. The overflow proof uses integers of any size, not real numbers. The proof
-repeats every operation on the words at both ends of its operands' intervals. Each intermediate
-result must fit into 64 bits.
+A value is stored as a 32-bit word, value = word 2^-fraction; its fraction is the number of
+fractional bits. Products and sums are formed in 64 bits. A program runs in q31: coefficients have
+31 bits and a sign, and each coefficient has a separate fraction. Only coefficients can be rounded
+to q15. A state saturates at its bounds `low` and `high`; intervals that are valid at one sample are
+therefore valid at every sample. The overflow proof repeats every operation on the words at both
+ends of its operands' intervals, with integers of any size instead of real numbers. Each
+intermediate result must fit into 64 bits.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ Words = tuple[int, int]
 
 
 class FixedPointOverflow(ValueError):
-    """Error: a value has no finite interval, or an operation would overflow."""
+    """Error: a value has no finite interval, or a fixed-point operation would overflow."""
 
 
 @dataclass(frozen=True)
 class FixedProgram:
     """Program in fixed point; the keys of its dictionaries are indices of nodes of the program.
 
-    bits: width of a coefficient. fractions: number of fractional bits of each value. longest:
-    largest magnitude of an intermediate result. shifts: right shifts (a, b, result) of operands and
-    result of an operation. term_shifts: shift of each product in a sum of products. write_shift:
-    shift of each state's update. constants: integer word of each constant. words: proved interval
-    of each value's integer word.
+    bits: bits of a coefficient without its sign. fractions: number of fractional bits of each
+    value. shifts: right shifts (a, b, result) of the operands and the result of each operation.
+    term_shifts: shift of each product in a sum of products. write_shift: shift of the next value of
+    each state. constants: integer word of each constant. words: proved interval of each value's
+    integer word. longest: largest magnitude of all intermediate results.
     """
 
     program: Program
@@ -60,12 +60,15 @@ class FixedProgram:
 
 
 def fixed_program(program: Program, bits: int = BITS["q31"]) -> FixedProgram:
-    """Return the scaling of a program; raise FixedPointOverflow if a value cannot be scaled."""
+    """Return a program scaled for fixed point.
+
+    Raises FixedPointOverflow if a value cannot be scaled.
+    """
     return _Scaling(program, bits).done()
 
 
 def fixed_machine(scaled: FixedProgram) -> CompiledProgram:
-    """Return the scaled program as arrays for the kernels, at rest at the position 0."""
+    """Return the scaled program as arrays for the kernels, for an axis at rest at position 0."""
     program = scaled.program
     plain = compile_program(scaled.program)
     writes = plain.writes
@@ -246,8 +249,8 @@ class _Scaling:
     def _scale_dot(self, node: ProgramNode, wanted: int) -> None:
         """Set one fraction for a sum of products.
 
-        The fraction is at most the smallest fraction of the products, and smaller if the sum needs
-        more range.
+        The fraction is at most the smallest fraction of the products. It is smaller if the sum
+        would otherwise overflow.
         """
         half = len(node.args) // 2
         pairs = [
@@ -274,7 +277,7 @@ class _Scaling:
         self.shifts[node.index] = (0, 0, common - self.fraction[node.index])
 
     def _word_interval(self, node: ProgramNode) -> Words:
-        """Return the interval of the result in words; check each intermediate result."""
+        """Return the interval of an operation's integer result; check each intermediate result."""
         if node.is_logical:
             for arg, shift in zip(node.args, self.shifts.get(node.index, (0, 0))[:2], strict=False):
                 if node.op in ("lt", "le"):
@@ -334,7 +337,7 @@ class _Scaling:
     def _after(self, node: ProgramNode, word: int, shift: int) -> int:
         """Return the shifted word.
 
-        Raises FixedPointOverflow if the sum before the shift, or the word, needs more than 64 bits.
+        Raises FixedPointOverflow if the word needs more than 64 bits before or after the shift.
         """
         self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
         return self._long(node, _moved(word, shift))

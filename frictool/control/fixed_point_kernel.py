@@ -3,9 +3,9 @@
     value = word 2^-fraction
 
 Every value is a 32-bit word; sums and products have 64 bits. Words of inputs and states saturate at
-their intervals. Right shifts round to nearest, ties away from zero, so that a mirrored input gives
-the mirrored drive. No operation overflows, since control/fixed_point.py chooses every fraction from
-the proved interval of the value.
+their bounds. Right shifts round to nearest, ties away from zero, so that a mirrored input gives the
+mirrored drive. No operation overflows, since control/fixed_point.py chooses every fraction from the
+proved interval of the value.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ INVALID = -(2**31)  # word of a value that is not finite; every other word is ab
 
 @kernel
 def shift_rounded(value: int, shift: int) -> int:
-    """Return the product of `value` and 2^-shift, rounded."""
+    """Return `value` times 2^-shift, rounded to nearest with ties away from zero."""
     if shift <= 0:
         return value << -shift
     half = 1 << (shift - 1)
@@ -51,9 +51,9 @@ def whole_root(value: int) -> int:
 
 @kernel
 def from_real(form: IntVector, value: float) -> int:
-    """Return the saturated word nearest to a value, ties to even; INVALID for NaN or infinity.
+    """Return the fixed-point word nearest to a value, saturated; INVALID for NaN or infinity.
 
-    form: row of the value in `CompiledProgram.formats`.
+    Ties round to even. form: row of `CompiledProgram.formats` that belongs to the value.
     """
     if not math.isfinite(value):
         return INVALID
@@ -67,7 +67,10 @@ def from_real(form: IntVector, value: float) -> int:
 
 @kernel
 def to_real(form: IntVector, word: int) -> float:
-    """Return the exact value of a word in the format `form`; NaN for INVALID."""
+    """Return the exact value of a fixed-point word; NaN for INVALID.
+
+    form: row of `CompiledProgram.formats` that belongs to the value.
+    """
     return math.nan if word == INVALID else math.ldexp(float(word), -form[op.FRACTION])
 
 
@@ -75,7 +78,10 @@ def to_real(form: IntVector, word: int) -> float:
 def run_words(
     code: Rows, terms: Rows, writes: Rows, formats: IntVector, w: IntVector, first: int
 ) -> None:
-    """Run the operations of one sample on the integers w."""
+    """Run the operations of one sample in fixed point on the integer words w, in place.
+
+    first: first row of `code` to run. The other arrays are those of `CompiledProgram`.
+    """
     for k in range(first, code.shape[0]):
         operation = code[k, 0]
         d = code[k, 1]

@@ -32,7 +32,7 @@ REACH = 64.0  # bound of the observer's state q, relative to the drive's limit
 
 
 def direction(program: Program, speed: ProgramNode, smoothing: float) -> ProgramNode:
-    """Return s(v/v_s), the smoothed sign of a speed.
+    """Return s(v/v_s), a smooth sign of the speed v between -1 and 1.
 
     smoothing: smoothing speed v_s [rad/s | m/s].
     """
@@ -131,11 +131,12 @@ def _table(
 def observer_compensation(
     program: Program, speed: ProgramNode, bandwidth: float, inertia: float, gain: float, most: float
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the drive [A | V] to add, and the estimated friction in the same unit.
+    """Return the compensating drive [A | V] and the estimated friction [A | V].
 
-    bandwidth: bandwidth of the observer [rad/s]. inertia: drive per unit of acceleration. gain:
-    fraction of the estimated friction that is compensated. most: bound of the estimated friction [A
-    | V]. The caller must then call `observe`, which writes the observer's next state.
+    The friction is divided by the effort per unit of drive. bandwidth: bandwidth of the observer
+    [rad/s]. inertia: drive per unit of acceleration. gain: fraction of the estimated friction that
+    is compensated. most: bound of the estimated friction [A | V]. The caller must then call
+    `observe`, which writes the observer's next state.
     """
     program.block("friction compensation from a disturbance observer")
     carried = program.constant(bandwidth * inertia, "observer_inertia") * speed
@@ -152,6 +153,10 @@ def observer_compensation(
 def observe(
     program: Program, drive: ProgramNode, estimate: ProgramNode, bandwidth: float, period: float
 ) -> None:
-    """Write the observer's next state from the applied drive and the estimated friction."""
+    """Write the friction observer's next state to the program.
+
+    drive: applied drive [A | V]. estimate: estimated friction [A | V]. bandwidth: bandwidth of the
+    observer [rad/s]. period: sample period [s].
+    """
     step = program.constant(bandwidth * period, "observer_step")
     program.update("observed", program.states["observed"] + step * (drive - estimate))

@@ -2,10 +2,10 @@
 
     alpha_i = product over the parameters of (distance to the end opposite to corner i)/(width)
 
-A corner is a combination of interval ends, one end for each parameter. The parameters are states
-that the caller sets, such as the torque constant from a temperature, or the friction from an
-observer. A value outside its interval is replaced by the nearer end. The weights alpha_i are not
-negative, and their sum is 1 up to rounding.
+A corner is a combination of interval ends, one end for each parameter; `width` is the width of the
+parameter's interval. The parameters are states that the caller sets, such as the torque constant
+from a temperature, or the friction from an observer. A value outside its interval is replaced by
+the nearer end. The weights alpha_i are not negative, and their sum is 1 up to rounding.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from frictool.control.program import Program, ProgramNode
 def corner_weights(
     program: Program, names: Sequence[str], corners: Sequence[Mapping[str, float]]
 ) -> list[ProgramNode]:
-    """Return the weight alpha_i of each corner (module docstring).
+    """Return the weight alpha_i of each corner of the parameter box.
 
-    The value of each parameter is a state of the program, which starts in the middle of the
-    parameter's interval.
+    names: scheduled parameters. corners: values of the parameters at each corner. The present value
+    of each parameter is a state of the program, which starts in the middle of the parameter's
+    interval.
     """
     program.block("weights of the scheduled parameters (5.46)")
     one = program.constant(1.0)
@@ -55,9 +56,10 @@ def corner_weights(
 def weighted_coefficients(
     program: Program, equations: Sequence[DifferenceEquation], weights: list[ProgramNode]
 ) -> CoefficientNodes:
-    """Return the sums of the coefficients of `equations`, weighted with `weights`.
+    """Return the coefficients of the scheduled controller: sums over the corners with `weights`.
 
-    A coefficient that is equal in all equations becomes a constant.
+    equations: controller of each corner. A coefficient that is equal at all corners becomes a
+    constant.
     """
     program.block("coefficients for these weights")
     each = [

@@ -8,14 +8,14 @@
 
 a is the largest acceleration, T the sample period, r the reference; + marks values at this sample.
 The braking law v*(w) is the largest speed from which the axis can stop at its target if the speed
-changes by at most a T per sample. In the square-root part of the law, v+ = v - a T; in the straight
+changes by at most a T per sample. In the square-root part of the law, v+ = v - a T; in the linear
 part, two samples end the motion. If |d+| <= END a T^2 and |v+| <= END a T, both are set to 0. The
 target may change at any sample, also in motion. A move takes at most three samples longer than
 `duration`, which is the time of the time-optimal trapezoid plus N - 1 samples for the mean.
 
-The mean over N samples limits the jerk to 2 a/(N T) and delays the end by N - 1 samples. The
-program averages speeds instead of positions: speeds are exactly 0 at rest, so that f = r holds
-exactly at the end. Sources: Zanasi, Lo Bianco, Tonielli, Automatica 36 (2000) 439-448
+The mean over N samples limits the jerk to 2 a/(N T) and delays the end of the move by N - 1
+samples. The program averages speeds instead of positions: speeds are exactly 0 at rest, so that f =
+r holds exactly at the end. Sources: Zanasi, Lo Bianco, Tonielli, Automatica 36 (2000) 439-448
 (discrete-time filter in closed loop); Biagiotti, Melchiorri, Control Eng. Practice 20 (2012)
 1385-1399 (cascade with a moving average).
 """
@@ -48,7 +48,7 @@ class ProfileLimits(NamedTuple):
 def profile(
     program: Program, reference: ProgramNode, limits: ProfileLimits, period: float
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the profile's position [rad | m] and its speed [rad/s | m/s] at this sample."""
+    """Return the profile's position [rad | m] and speed [rad/s | m/s] at this sample."""
     program.block("profile: the speed from which the target can still be reached by braking")
     top = limits.speed
     per_sample = limits.acceleration * period
@@ -110,10 +110,10 @@ def _smoothed(
     speeds: list[ProgramNode],
     period: float,
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the means of position and speed over the N `speeds`; speeds[k] is k samples old.
+    """Return the means of the profile's position and speed over the last N samples.
 
-    The mean position is the position minus the sum over k of c_k speeds[k]. With the period T,
-    c_0 = T/2 (N - 1)/N and c_k = T (2 N - 1 - 2 k)/(2 N).
+    speeds[k] is k samples old. The mean position is the present position minus the sum over k of
+    c_k speeds[k]. With the period T, c_0 = T/2 (N - 1)/N and c_k = T (2 N - 1 - 2 k)/(2 N).
     """
     samples = len(speeds)
     program.block(f"profile: mean over {samples} samples, which bounds the jerk")
@@ -131,7 +131,7 @@ def _smoothed(
 
 
 def duration(distance: float, limits: ProfileLimits, period: float) -> float:
-    """Return the time [s] of the time-optimal trapezoid over `distance`, plus N - 1 samples.
+    """Return the time [s] of a time-optimal trapezoid of speed over `distance`, plus N - 1 samples.
 
     N is the number of samples of the moving average.
     """

@@ -3,13 +3,14 @@
     energy   | |e| - J v^2/(2 F') | < delta_e,  F' = F_c + F_cv (5.40)
     error    |e| < delta_e, the cut-off that section 5.2.1 of the thesis argues against
 
-e is the position error, v the speed, J the inertia, and delta_e the half-width of a band around the
-target. F_c is the real friction; the virtual friction F_cv is an effort of the drive that brakes
-the axis. With `energy` the drive is released if real and virtual friction alone stop the axis
-within delta_e of the target. The effort of the released drive is -F_cv tanh(v/v_r) (5.41), with the
-speed scale v_r. The two cases of (5.41) are exchanged here: as printed, the brake acts outside the
-band and the axis never starts. While the drive is released, the integrator keeps its value; the
-other states of the controller are updated as usual.
+The drive is released while the condition of the line is true. e is the position error, v the speed,
+J the inertia, and delta_e the half-width of a band of positions around the target. F_c is the real
+friction; the virtual friction F_cv is an effort of the drive that brakes the axis. With `energy`
+the drive is released if real and virtual friction alone stop the axis within delta_e of the target.
+The effort of the released drive is -F_cv tanh(v/v_r) (5.41), with the speed scale v_r. The two
+cases of (5.41) are exchanged here: as printed, the brake acts outside the band and the axis never
+starts. While the drive is released, the integrator keeps its value; the other states of the
+controller are updated as usual.
 
 Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
 0. The derivative (5.12) has no definite sign: boundedness and rest are proved, but no Lyapunov
@@ -32,10 +33,11 @@ def energy_released(
     inertia: float,
     friction: float,
 ) -> ProgramNode:
-    """Return the condition (thesis 5.7), | |e| - J v^2/(2 F') | < band.
+    """Return the condition | |e| - J v^2/(2 F') | < band that releases the drive (thesis 5.7).
 
-    error: position error e [rad | m]. speed: v [rad/s | m/s]. band: half-width [rad | m]. inertia:
-    J [kg m2 | kg]. friction: sum F' of real and virtual friction [N m | N].
+    error: position error e [rad | m]. speed: v [rad/s | m/s]. band: half-width of the band of
+    positions around the target [rad | m]. inertia: J [kg m2 | kg]. friction: sum F' of real and
+    virtual friction [N m | N].
     """
     program.block("limit-cycle limiter (5.7): friction alone ends at the target")
     path = program.named(
@@ -48,7 +50,7 @@ def energy_released(
 
 
 def error_released(program: Program, error: ProgramNode, band: float) -> ProgramNode:
-    """Return the condition |error| < band."""
+    """Return the condition |error| < band [rad | m], under which the drive is released."""
     program.block("cut-off: the position error alone")
     return program.named("released", abs(error) < program.constant(band, "release_band"))
 
@@ -58,8 +60,8 @@ def virtual_friction(
 ) -> ProgramNode:
     """Return the drive [A | V] of the virtual friction, which opposes the measured speed.
 
-    drive_per_virtual: drive that gives the virtual friction F_cv [A | V]. virtual_speed: speed
-    scale v_r [rad/s | m/s].
+    drive_per_virtual: drive that produces the full virtual friction F_cv [A | V]. virtual_speed:
+    speed scale v_r [rad/s | m/s].
     """
     program.block("virtual friction (5.41)")
     ratio = program.constant(1.0 / virtual_speed, "per_virtual_speed") * speed

@@ -4,9 +4,9 @@
                     ──coefficients and states: `real`────────────▶ memory of each call
 
 The code does the operations of `run_values` in the same order, each rounded to float64, so that
-drive and states are equal bit by bit. Coefficients are read from memory: programs that differ only
-in their coefficients share one code. Compilation pays after about a hundred runs of a thousand
-samples.
+drive and states are equal bit by bit. The code reads coefficients from memory. Programs that differ
+only in their coefficients therefore share one code. Compilation takes as long as about a hundred
+simulations of a thousand samples.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ _serial = itertools.count()
 
 
 class MachineCode(NamedTuple):
-    """Compiled function of one sample.
+    """Compiled function that runs one sample of a program.
 
-    `address`: address of the function, for kernels. The function's arguments are the address
+    `address`: address of the function, which kernels call. The function's arguments are the address
     (int64) of the program's array `real`, the reference, the position and the velocity. The
     function returns one value of the program, by default the drive. `library`: the compiled code,
-    which exists as long as this object.
+    which is freed with this object.
     """
 
     address: int
@@ -53,10 +53,11 @@ class MachineCode(NamedTuple):
 
 
 class ProgramStructure(NamedTuple):
-    """Operations and indices of a program, without its coefficients.
+    """Operations and indices of a program, without coefficients.
 
-    The arrays have the columns of the same arrays in CompiledProgram. `inputs`: index of each input
-    of PORTS, or -1. `output`: index of the value that the code returns.
+    The columns of `code`, `terms` and `writes` are those in CompiledProgram. `inputs`: index of
+    each input of PORTS, or -1 if the program does not have it. `output`: index of the value that
+    the compiled function returns.
     """
 
     code: tuple[tuple[int, ...], ...]
@@ -67,10 +68,11 @@ class ProgramStructure(NamedTuple):
 
 
 def machine_code(program: CompiledProgram, output: int | None = None) -> MachineCode | None:
-    """Return the code of a program in double; None for other formats and without a compiler.
+    """Return the machine code of a program in double arithmetic.
 
-    The code returns the value at the index `output`, by default the drive. If `output` is a state,
-    the code returns its value before the update.
+    The result is None if the program is in another number format or if no compiler is available.
+    output: index of the value that the code returns, by default the drive. If it is the index of a
+    state, the code returns the state before its update.
     """
     if program.number != DOUBLE or settings.DISABLE_JIT:
         return None
@@ -83,7 +85,7 @@ def machine_code(program: CompiledProgram, output: int | None = None) -> Machine
 
 
 def started_values(program: CompiledProgram, position: float) -> Vector:
-    """Return the values (v,) of a program at rest at a finite position, as `start_at` sets them."""
+    """Return the values (v,) of a program that starts at rest at a finite `position` [rad | m]."""
     values = program.real.copy()
     values[program.starts] = position
     return values
@@ -91,7 +93,7 @@ def started_values(program: CompiledProgram, position: float) -> Vector:
 
 @lru_cache(MOST_KEPT)
 def compiled(structure: ProgramStructure) -> MachineCode:
-    """Return the code of a structure; equal structures share one code."""
+    """Return the machine code of a structure; equal structures share one code."""
     name = f"{NAME}_{next(_serial)}"
     with global_compiler_lock:
         library = cpu_target.target_context.codegen().create_library(name)
@@ -113,7 +115,7 @@ def _module(structure: ProgramStructure, name: str) -> ir.Module:
     }
 
     def at(index: int) -> ir.Value:
-        """Return the value at an index; it is loaded from memory at its first use only."""
+        """Return the value at an index; load it from memory at its first use only."""
         if index not in values:
             values[index] = builder.load(_place(builder, memory, index))
         return values[index]
@@ -141,7 +143,7 @@ def _place(builder: ir.IRBuilder, memory: ir.Value, index: int) -> ir.Value:
 
 
 def _result(builder: ir.IRBuilder, operation: int, operands: list[ir.Value]) -> ir.Value:
-    """Return the result of an operation other than `dot`, as `run_values` defines it."""
+    """Return the result of an operation other than `dot`, rounded as in `run_values`."""
     a = operands[0]
     b = operands[-1]
     if operation in (op.ADD, op.SUB, op.MUL):

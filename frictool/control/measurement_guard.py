@@ -1,14 +1,14 @@
 """Guard of the inputs: it keeps NaN and infinity out of the states of the controller.
 
-    valid sample     the inputs as they are
+    valid sample     the inputs pass unchanged
     invalid sample   each invalid input keeps its last valid value, for at most `hold_samples`
-                     samples in a row
+                     invalid samples in a row
     later            fault: the drive is 0 until the controller restarts at a valid position
 
 The state `holds_left` is the number of invalid samples that may still follow; it is -1 in the fault
 state. A valid sample before the fault resets `holds_left` to `hold_samples`. In fixed point, every
 value that is not finite is the same word (`INVALID` of control/fixed_point_kernel.py). A start
-at an invalid position is a fault immediately.
+at an invalid position sets the fault immediately.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ def write_guard(
 ) -> GuardNodes:
     """Write the guard as the first operations of a program and return its nodes.
 
-    The controller must read the inputs `GuardNodes.used`, and set the drive to 0 while
-    `GuardNodes.fault` is true.
+    inputs: inputs by name. hold_samples: invalid samples in a row that are tolerated. The
+    controller must use the values `GuardNodes.used` in place of the inputs, and set the drive to 0
+    while `GuardNodes.fault` is true.
     """
     program.block(
         f"an input that is no number keeps its last valid value for at most {hold_samples} "

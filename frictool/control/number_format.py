@@ -1,4 +1,4 @@
-"""A program in the number format of the target, as the simulation runs it."""
+"""Compilation of a program in the number format of the target."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from frictool.control.program import Program
 
 
 def machine_in(program: Program, number: str) -> CompiledProgram:
-    """Return the program in double, float or q31, at rest at the position 0.
+    """Return a program compiled for simulation in double, float or q31, at rest at position 0.
 
-    Raises FixedPointOverflow with the value's name if fixed point cannot be scaled.
+    Raises FixedPointOverflow, naming the value, if a value cannot be scaled for fixed point.
     """
     if number == "q31":
         return fixed_machine(fixed_program(program))

@@ -1,7 +1,4 @@
-"""Estimates of an observer at a sample, common to all observers.
-
-An observer that runs alone and an observer in a controller use the same record.
-"""
+"""Record of the estimates that every observer provides, alone or as part of a controller."""
 
 from __future__ import annotations
 
@@ -14,9 +11,9 @@ class ObserverNodes(NamedTuple):
     """Nodes of an observer's estimates at a sample; they do not depend on that sample's drive.
 
     position [rad | m], velocity [rad/s | m/s]. friction [N m | N]: dry friction with the sign of
-    the velocity; 0 while the estimated mode is stuck, because friction is then not observable.
-    wear: friction divided by the model's friction [1], or increase of friction [N m | N]; None if
-    the observer does not estimate wear.
+    the velocity. It is 0 while the estimated mode is stuck, because friction is then not
+    observable. wear: friction divided by the model's friction [1], or increase of friction [N m |
+    N]; None if the observer does not estimate wear.
     """
 
     position: ProgramNode

@@ -1,4 +1,4 @@
-"""The codes of a program's operations, and the columns of its arrays, for the kernels."""
+"""Numeric codes of a program's operations, and columns of the arrays that the kernels read."""
 
 from __future__ import annotations
 

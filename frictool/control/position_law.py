@@ -29,9 +29,10 @@ from frictool.control.program import Program, ProgramNode
 def square_root_law(
     program: Program, error: ProgramNode, gain: float, band: ProgramNode
 ) -> ProgramNode:
-    """Return the speed reference omega_c [rad/s | m/s] for a position error [rad | m].
+    """Return the speed reference omega_c [rad/s | m/s] for a position error e [rad | m].
 
-    The law is odd and continuous.
+    omega_c = gain sqrt(|e|) sign(e) outside the band |e| <= band [rad | m]. Inside, omega_c is
+    linear in e, so that the law is odd and continuous.
     """
     program.block(
         "square-root law (5.19): the speed from which friction alone stops the axis at its "
@@ -46,6 +47,6 @@ def square_root_law(
 
 
 def proportional_law(program: Program, error: ProgramNode, gain: float) -> ProgramNode:
-    """Return omega_c [rad/s | m/s] for a position error [rad | m]."""
+    """Return the speed reference gain e [rad/s | m/s] for a position error e [rad | m]."""
     program.block("proportional position law")
     return program.named("wanted_speed", program.constant(gain, "law_gain") * error)

@@ -73,7 +73,8 @@ def bounds(
 ) -> tuple[float, float, float]:
     """Return (low, high, speed): bounds of the filtered reference [rad | m] and of its |speed|.
 
-    The speed is in rad/s | m/s. The bounds are valid for every reference within [low, high].
+    The speed is in rad/s | m/s. The bounds are valid for every reference between the arguments
+    `low` and `high`.
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return -math.inf, math.inf, math.inf

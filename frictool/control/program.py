@@ -1,4 +1,4 @@
-"""The list of operations of a controller or observer, which is simulated and exported.
+"""List of the operations of a controller or observer, for simulation and for export.
 
     block files ──write into──▶ Program ──▶ compiled_program.py  double and float, simulated
                                         ──▶ fixed_point.py       q31 and q15, with the interval of
@@ -6,11 +6,12 @@
                                         ──▶ export/              the same operations in C, in the
                                                                  same order
 
-A value is the result of one operation (`ProgramNode`). Every operation runs at every sample;
+A node (`ProgramNode`) is one operation and its result. Every operation runs at every sample;
 `select` chooses between results instead of branching, so that each sample takes the same time.
-Nothing is reordered or contracted: results agree bit by bit wherever the arithmetic is IEEE.
+No operation is reordered or fused with another: results agree bit by bit wherever the arithmetic is
+IEEE.
 
-A state keeps a value from one sample to the next. `Program.update` defines its next value; a state
+A state keeps a value from one sample to the next. `Program.update` defines its next value. A state
 without an update, such as a scheduled parameter, is set by the caller. `low` and `high` bound a
 state or an input; they determine the scaling of fixed point, which saturates there.
 """
@@ -26,9 +27,9 @@ LOGICAL = frozenset({"lt", "le", "and", "or", "not", "valid"})
 
 @dataclass(frozen=True)
 class ProgramNode:
-    """One value: the result of an operation on `args`.
+    """One operation of a program and its result.
 
-    The `args` of the operation `dot`, a sum of products, are n coefficients followed by n values.
+    args: operands. The operation `dot`, a sum of products, has n coefficients followed by n values.
     """
 
     program: Program = field(repr=False, compare=False)
@@ -82,11 +83,11 @@ class ProgramNode:
 
 
 class GuardNodes(NamedTuple):
-    """Nodes of control/measurement_guard.py.
+    """Nodes of the measurement guard (control/measurement_guard.py).
 
-    left: the state `holds_left`. left_now: its next value. hold: the constant hold time in samples.
-    used: the inputs by name, after the guard has replaced invalid ones. fault: true in the fault
-    state.
+    left: the state `holds_left`, the number of invalid samples that may still follow. left_now: its
+    next value. hold: the constant `hold_samples`. used: the inputs by name, after the guard has
+    replaced invalid ones. fault: true in the fault state.
     """
 
     left: ProgramNode
@@ -131,16 +132,16 @@ class Program:
         return made
 
     def block(self, comment: str) -> None:
-        """Set a one-line comment that the exported code shows before the next operation."""
+        """Set a one-line comment that appears before the next operation in the exported code."""
         self._comment = comment
 
     def named(self, name: str, node: ProgramNode) -> ProgramNode:
-        """Name a node in the exported code and return it; a node keeps its first name."""
+        """Give a node its name in the exported code and return it; a node keeps its first name."""
         self.names.setdefault(node.index, name)
         return node
 
     def constant(self, value: float, name: str = "") -> ProgramNode:
-        """Return the node of a coefficient; without a name it is a literal number in the C code."""
+        """Return the node of a constant; in the C code it is a literal number if it has no name."""
         key = (name, float(value))
         if key not in self._constants:
             self._constants[key] = self.node("constant", value=float(value))
@@ -149,7 +150,7 @@ class Program:
         return self._constants[key]
 
     def input(self, name: str, low: float, high: float) -> ProgramNode:
-        """Return an input, which the caller sets at every sample."""
+        """Add an input, which the caller sets at every sample, and return its node."""
         self.inputs[name] = self.named(name, self.node("input", low=low, high=high))
         return self.inputs[name]
 
@@ -167,11 +168,15 @@ class Program:
         return made
 
     def update(self, name: str, value: ProgramNode) -> None:
-        """Set the value of a state at the next sample."""
+        """Define the value to which a state is set at the end of each sample."""
         self.updates[self.states[name].index] = value
 
     def last(self, name: str, value: ProgramNode, start: float | str) -> ProgramNode:
-        """Return a state that is the `value` one sample ago; equal names give the same state."""
+        """Return a state that contains `value` as it was one sample ago.
+
+        name: name of the state without the suffix `_before`; a second call with this name returns
+        the same state. start: value at the first sample, a number or the name of an input.
+        """
         state = self.states.get(f"{name}_before")
         if state is None:
             state = self.state(f"{name}_before", value.low, value.high, start)

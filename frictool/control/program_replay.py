@@ -1,4 +1,4 @@
-"""Replay of a program over recorded samples: inputs from arrays, values into arrays."""
+"""Replay of a program over recorded samples, with a record of values of its nodes."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ def record_along(
 ) -> None:
     """Run a program in double arithmetic over n samples, and record values of its nodes.
 
-    `machine` is changed in place. `values` (n, s + o) is filled: its first s columns contain the
-    nodes `states` (s,) before each sample, its other columns the nodes `others` (o,) after the
-    sample. `samples` (n, i) contains the inputs; `inputs` (i,) are the indices of their nodes.
+    `machine` is changed in place. `samples` (n, i) contains the inputs; `inputs` (i,) are the
+    indices of their nodes. The function fills `values` (n, s + o): the first s columns with the
+    nodes `states` (s,) before each sample, the other columns with the nodes `others` (o,) after the
+    sample.
     """
     for k in range(samples.shape[0]):
         for column in range(inputs.shape[0]):
@@ -48,7 +49,7 @@ def value_along(
     velocity: Vector,
     values: Vector,
 ) -> None:
-    """Run a controller over n samples, and write the value of one node to `values` (n,) [SI].
+    """Run a controller over n samples, and record the value [SI] of one node in `values` (n,).
 
     `machine` is changed in place. index: index of the node. reference, position, velocity (n,):
     inputs of the controller. The program may have any number format.

@@ -28,7 +28,7 @@ from frictool.control.program import Program, ProgramNode
 def reference_derivatives(
     program: Program, reference: ProgramNode, bandwidth: float, ahead: float, period: float
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the speed and acceleration of the reference, a time `ahead` [s] after the sample.
+    """Return speed and acceleration of the reference, predicted `ahead` [s] after the sample.
 
     bandwidth: bandwidth of the filter [rad/s]. period: sample period [s].
     """

@@ -20,7 +20,10 @@ Chain = tuple[tuple[float, ...], ...]
 
 
 def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
-    """Return (a, b, c, d) of the chain; its states are s1, s2 of each section in turn."""
+    """Return (a, b, c, d) of the chain of sections.
+
+    The states are s1 and s2 of the first section, then of the next.
+    """
     n = 2 * len(sections)
     a = np.zeros((n, n))
     b = np.zeros(n)
@@ -45,7 +48,7 @@ def output(
 ) -> tuple[ProgramNode, list[tuple[ProgramNode, ProgramNode]]]:
     """Write the m sections; return the unlimited drive, and the input and output of each section.
 
-    `bounds` (2 m,) are the bounds of the states s1, s2.
+    entering: input e of the first section. `bounds` (2 m,): bounds of the states s1, s2.
     """
     program.block("linear controller: second-order sections, transposed direct form II")
     passed = []

@@ -27,9 +27,10 @@ def first_order(bandwidth: float, period: float) -> tuple[float, float]:
 def velocity(
     program: Program, motion: ProgramNode, period: float, bandwidth: float, order: int
 ) -> ProgramNode:
-    """Return the speed [rad/s | m/s] from `motion`, the difference of two successive positions.
+    """Return the filtered measured speed [rad/s | m/s].
 
-    With the bandwidth 0 there is no filter.
+    motion: change of the position since the last sample [rad | m]. period: sample period [s].
+    bandwidth: bandwidth of the low-pass filter [rad/s]; 0 means no filter. order: 1 or 2.
     """
     program.block(
         "measured speed: the encoder's difference"

@@ -1,11 +1,11 @@
-"""Supervision of a controller: the commands of the exported C, executed on the simulated program.
+"""Supervision of a controller: commands to enable, hold or reset it, as in the exported C.
 
 ==========  =================================================  =====================================
 command     effect from the next sample on                     ends with
 ==========  =================================================  =====================================
 `disable`   the drive is 0, inputs are not read                `enable`: at rest at the measured
                                                                position, unless the fault is set
-`hold`      the reference is the last valid one                `follow`
+`hold`      the reference keeps its last valid value           `follow`
 `fault`     the fault is set: the drive is 0                   `reset`
 `reset`     at rest at the measured position, without
             fault, enabled, following the reference
@@ -35,10 +35,9 @@ CommandName = Literal["disable", "enable", "hold", "follow", "fault", "reset"]
 
 
 class SupervisedProgram:
-    """A controller's program that obeys commands between samples.
+    """Controller program that accepts commands between samples.
 
-    `program`: operations with names. `new`: the same program as arrays in its number format, before
-    its start.
+    `program`: program of the controller. `new`: the same program, compiled and not yet started.
     """
 
     def __init__(self, program: Program, new: CompiledProgram) -> None:
@@ -47,18 +46,18 @@ class SupervisedProgram:
         self.start(0.0)
 
     def start(self, position: float) -> None:
-        """Start at rest at `position` [rad | m], enabled and following the reference."""
+        """Start the enabled controller for an axis at rest at `position` [rad | m]."""
         self.machine = copy_program(self._new)
         self.disabled = self.holding = False
         start_at(self.machine, position)
 
     @property
     def in_fault(self) -> bool:
-        """True if the fault is set."""
+        """Return True if the controller is in the fault state, in which its drive is 0."""
         return read(self.machine, int(self.machine.ports[LEFT])) < 0.0
 
     def command(self, name: CommandName, position: float) -> None:
-        """Obey a command; `enable` and `reset` need the measured `position` [rad | m]."""
+        """Execute a command; `enable` and `reset` use the measured `position` [rad | m]."""
         if name == "reset" or (name == "enable" and self.disabled and not self.in_fault):
             self.start(position)
         elif name == "fault":

@@ -34,9 +34,10 @@ STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
 
 @dataclass(frozen=True)
 class SlipMode:
-    """Interval of positions (cell) in one direction of motion, up to the position `high` [rad | m].
+    """Cell of the switched observer: interval of positions in one direction of motion.
 
-    friction: magnitude f_i [N m | N]. gains: L1 [1], L2 [1/s], L3 [wear per rad | m].
+    high: upper end of the interval [rad | m]. friction: magnitude f_i [N m | N]. gains: L1 [1], L2
+    [1/s], L3 [wear per rad | m].
     """
 
     high: float
@@ -48,15 +49,15 @@ class SlipMode:
 class SwitchedParameters:
     """Parameters of the switched observer, in SI.
 
-    inertia [kg m2 | kg], switch_speed Sigma [rad/s | m/s]. forward, backward: cells in order of
-    position; the first and the last also apply beyond the travel. stuck: gains (L1, L2) of mode 0.
-    kept: factor of the estimated speed in mode 0. additive: True if wear is an increase of
-    friction, False if it is a factor. curves (forward, backward): if `additive`, coefficients of
-    the friction f as a polynomial of the position, lowest power first, used instead of the cells'
-    friction. travel: (low, high) position, beyond which the polynomials keep their values. viscous:
-    viscous friction [N m s/rad | N s/m], 0 in the thesis. offset [N m | N]: constant effort against
-    a positive drive, 0 in the thesis. top_speed: bound of the estimated speed. wear: (alpha_min,
-    alpha_max).
+    period: sample period [s]. inertia [kg m2 | kg]. switch_speed: speed Sigma [rad/s | m/s] below
+    which the axis counts as stuck. forward, backward: cells in order of position; the first and the
+    last also apply beyond the travel. stuck: gains (L1, L2) of mode 0. kept: factor a of the
+    estimated speed in mode 0. additive: True if wear is an increase of friction, False if it is a
+    factor. curves (forward, backward): friction f as polynomials of the position, coefficients in
+    rising powers; if `additive`, they replace the cells' friction. travel: (low, high) position,
+    beyond which the polynomials keep their values. viscous: viscous friction [N m s/rad | N s/m], 0
+    in the thesis. offset [N m | N]: constant effort against a positive drive, 0 in the thesis.
+    top_speed: bound of the estimated speed. wear: (alpha_min, alpha_max).
     """
 
     period: float
@@ -77,7 +78,7 @@ class SwitchedParameters:
 
 @dataclass(frozen=True)
 class ActiveModeNodes:
-    """Mode of this sample: `is_stuck` is true in mode 0; `gains` are L1, L2, L3."""
+    """Nodes of the mode at a sample: `is_stuck` is true in mode 0; `gains` are L1, L2, L3."""
 
     is_stuck: ProgramNode
     gains: tuple[ProgramNode, ProgramNode, ProgramNode]
@@ -88,7 +89,8 @@ def write_prediction(
 ) -> tuple[ObserverNodes, ActiveModeNodes]:
     """Write the states of the observer; return the estimates and the active mode at this sample.
 
-    The observer starts at the measured position, at rest, without wear.
+    position: measured position y [rad | m]. The observer starts at this position, at rest, without
+    wear.
     """
     program.block("switched observer: its mode from the estimate, the mode's gains and friction")
     top = facts.top_speed
@@ -128,7 +130,10 @@ def write_correction(
     chosen: ActiveModeNodes,
     facts: SwitchedParameters,
 ) -> None:
-    """Write the prediction and correction of the states for the next sample."""
+    """Write the next states of the observer: prediction by the model plus measurement correction.
+
+    position: measured position y [rad | m]. effort: drive effort u [N m | N] until the next sample.
+    """
     program.block("switched observer: prediction by the model of the mode, correction by its gains")
     theta, omega, wear = (program.states[name] for name in STATES)
     error = program.named("innovation", position - theta)

@@ -1,4 +1,4 @@
-"""The band of position around the target, in which the drive is released.
+"""Rest band: positions around the target within which the controller releases the drive.
 
 ====  =====  ==================================================================
 code  mode   action
@@ -11,9 +11,9 @@ code  mode   action
 Sections 5.2.2 and 5.2.3 of the thesis describe the band. A limit cycle cannot start while the drive
 is 0. The band acts if the position error satisfies |e| <= band and the prefilter has settled: the
 speed f' of the filtered reference satisfies |f'| < settled_speed. Without the second condition, the
-drive would be cut during a move whenever the axis follows the filtered reference closely. `cut`
-enters REST immediately; `brake` first brings the measured speed below `rest_speed`. The mode is RUN
-again when the error leaves the band or the prefilter moves.
+drive would be cut during a move whenever the axis follows the filtered reference closely. The
+action `cut` enters REST immediately; the action `brake` first brings the measured speed below
+`rest_speed`. The mode is RUN again when the error leaves the band or the prefilter moves.
 
 Property: the motion is bounded and ends at rest. Stability is not proved, because the derivative in
 (5.12) of the thesis has no definite sign. The band should be above two encoder steps, and above the
@@ -37,7 +37,8 @@ def is_settled(
 ) -> ProgramNode:
     """Return the condition |error| <= band and |reference speed| < `settled_speed` [rad/s | m/s].
 
-    The second condition is left out if `reference_speed` or `settled_speed` is None.
+    error: position error [rad | m]. band: half-width of the rest band [rad | m]. The second
+    condition is left out if `reference_speed` or `settled_speed` is None.
     """
     inside = abs(error) <= band
     if reference_speed is None or settled_speed is None:
@@ -48,9 +49,10 @@ def is_settled(
 def next_mode(
     program: Program, inside: ProgramNode, speed: ProgramNode | None, rest_speed: float
 ) -> ProgramNode:
-    """Return the mode at this sample.
+    """Return the mode at this sample: RUN, BRAKE or REST.
 
-    speed: the measured speed for a band with action `brake`, None for the action `cut`.
+    inside: condition of `is_settled`. speed: measured speed [rad/s | m/s] for the action `brake`,
+    None for the action `cut`. rest_speed: speed below which braking ends [rad/s | m/s].
     """
     rest = program.constant(REST)
     before = program.state("mode", RUN, REST, start=REST)

@@ -1,4 +1,4 @@
-"""Observer for a coarse encoder, corrected only if the estimate leaves the encoder's cell.
+"""Observer for a coarse encoder, corrected only if the estimate leaves a dead zone.
 
     m    = y - x with a dead zone of +-cell/2            y: measured, the lower edge of a count
                                                          x: estimate in encoder readings
@@ -8,16 +8,17 @@
     x+   = x^ + T (v^ + v+)/2
 
 The mark ^ denotes a corrected estimate, + the prediction for the next sample. T is the sample
-period, J the inertia, e the drive's effort, and `cell` the width of the dead zone. Within this cell
-nothing is corrected: between two counts the model determines the speed, which is 0 at rest. The dry
-friction is the value of the friction map at x^; while the backlash is open, it is the friction of
-the motor alone. The backlash follows thesis (4.45). The disturbance d [N m | N] is the effort that
-the model lacks, added to the drive. At rest, d is between 0 and the value that reduces the drive's
-effort to the breakaway.
+period, J the inertia, e the drive's effort, and `cell` the width of the dead zone. Within the dead
+zone nothing is corrected: between two counts the model determines the speed, which is 0 at rest.
+The dry friction is the value of the friction map at x^; while the backlash is open, it is the
+friction of the motor alone. The backlash follows thesis (4.45). The disturbance d [N m | N] is the
+effort that the model lacks, added to the drive. At rest, d is between 0 and the value that reduces
+the drive's effort to the breakaway friction.
 
-Property: in slip, while m is outside the cell, the error is linear with three poles at exp(-w T)
-(observe/design/tracking.py). With cell = 0 the observer is linear. A cell of one encoder step is
-too wide, since the estimate then stays at the edges of the cell (docs/theory/velocity.md).
+Property: in slip, while m is not 0, the estimation error is linear with three poles at exp(-w T)
+(observe/design/tracking.py), where w is the observer's bandwidth. With cell = 0 the observer is
+linear. A cell of one encoder step is too wide, since the estimate then stays at the ends of the
+dead zone (docs/theory/velocity.md).
 """
 
 from __future__ import annotations
@@ -41,12 +42,12 @@ class TrackingParameters:
     """Parameters of the tracking observer, in SI.
 
     gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]. cell, step: widths of the innovation's dead zone
-    and of an encoder step [rad | m]. forward, backward: coefficients of the friction [N m | N] as a
-    polynomial of the position [rad | m], lowest power first. travel: (low, high) position, beyond
-    which the friction is constant. breakaway: ratio of friction at rest to friction in slip. knees:
-    (speed, increase of the viscous coefficient above that speed). backlash: width of the gap [rad |
-    m]. loose: friction while the gap is open. top_speed, most_effort: bounds of the speed and the
-    disturbance.
+    and of an encoder step [rad | m]. forward, backward: friction [N m | N] as polynomials of the
+    position [rad | m], coefficients in rising powers. travel: (low, high) position, beyond which
+    the friction is constant. breakaway: ratio of friction at rest to friction in slip. knees:
+    points at which the viscous friction bends: (speed, increase of the viscous coefficient above
+    that speed). backlash: width of the gap [rad | m]. loose: friction while the gap is open.
+    top_speed, most_effort: bounds of the speed and the disturbance.
     """
 
     period: float
@@ -71,8 +72,8 @@ class TrackingParameters:
 class TrackingNodes:
     """Nodes of the corrected estimates at a sample.
 
-    position [rad | m]: in encoder readings. gap: position of the motor in the backlash; None
-    without backlash. friction: dry friction (forward, backward). still: true at rest.
+    position: in encoder readings [rad | m]. gap: position of the motor in the backlash; None if the
+    model has no backlash. friction: dry friction (forward, backward). still: true at rest.
     """
 
     position: ProgramNode
@@ -139,7 +140,10 @@ def write_prediction(
 def write_update(
     program: Program, effort: ProgramNode, tracked: TrackingNodes, facts: TrackingParameters
 ) -> None:
-    """Write the prediction to the next sample for an effort [N m | N] that acts until then."""
+    """Write the prediction of the states for the next sample.
+
+    effort: drive effort from this sample to the next [N m | N].
+    """
     program.block("tracking observer: the model to the next sample")
     zero = program.constant(0.0)
     v = tracked.velocity
@@ -192,7 +196,7 @@ def _friction(
 ) -> tuple[ProgramNode | None, tuple[ProgramNode, ProgramNode]]:
     """Return the position in the backlash [rad | m] and the slip friction [N m | N] at position x.
 
-    The position is None without a backlash. The friction is a pair: forward and backward.
+    The position is None if the model has no backlash. The friction is a pair: forward and backward.
     """
     zero, (low, high) = program.constant(0.0), facts.travel
     mapped = x
@@ -224,7 +228,6 @@ def _friction(
 
 
 def _bounded(program: Program, speed: ProgramNode, top: float) -> ProgramNode:
-    """Return the speed limited to +-top; unchanged if top is not finite."""
     return (
         _within(program, speed, program.constant(top, "most_speed"))
         if math.isfinite(top)
@@ -237,5 +240,5 @@ def _within(program: Program, value: ProgramNode, most: ProgramNode) -> ProgramN
 
 
 def _beyond(program: Program, value: ProgramNode, most: ProgramNode) -> ProgramNode:
-    """Return by how much a value is above +most or below -most, with its sign; 0 between them."""
+    """Return the signed excess of a value over +most or below -most; 0 between them."""
     return value - _within(program, value, most)

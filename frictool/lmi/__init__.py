@@ -1,1 +1,1 @@
-"""Linear matrix inequalities: formulation, balancing and solution."""
+"""Synthesis of controllers and observer gains by linear matrix inequalities."""

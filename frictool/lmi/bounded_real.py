@@ -42,11 +42,11 @@ ROUNDING = 1e-14
 
 @dataclass(frozen=True)
 class ProjectedInequality:
-    """Projected inequality of one plant: fixed + gamma level - p v e' - e v p' > 0, v = R or S.
+    """Projected bounded-real inequality of one plant in the Lyapunov block v = R or S.
 
-    In discrete time it is fixed + gamma level - p v p' + e v e' > 0. p and e are the projected
-    matrices P and E of the module docstring. `fixed` and `level` are the parts without v; `disc` is
-    True in discrete time.
+    In continuous time it is fixed + gamma level - p v e' - e v p' > 0, in discrete time fixed +
+    gamma level - p v p' + e v e' > 0. p and e are the projected matrices P and E of the module
+    docstring. `fixed` and `level` are constant matrices. `disc` is True in discrete time.
     """
 
     p: Matrix
@@ -59,7 +59,7 @@ class ProjectedInequality:
     def of(
         a: Matrix, b: Matrix, c: Matrix, d: Matrix, null: Matrix, disc: bool
     ) -> ProjectedInequality:
-        """Return the inequality of x' = a x + b w, z = c x + d w.
+        """Return the projected inequality of the system x' = a x + b w, z = c x + d w.
 
         The columns of `null` are a basis of the null space N_R or N_S (module docstring).
         """
@@ -81,7 +81,7 @@ class ProjectedInequality:
         )
 
     def at(self, v: Matrix, gamma: float) -> Matrix:
-        """Return the left side for v = R or S; it is positive definite if the inequality holds."""
+        """Return the left side for v = R or S; the inequality holds if it is positive definite."""
         if self.disc:
             return np.asarray(
                 self.fixed + gamma * self.level - self.p @ v @ self.p.T + self.e @ v @ self.e.T
@@ -91,18 +91,19 @@ class ProjectedInequality:
 
     @property
     def columns(self) -> Matrix:
-        """Return the inequality's coefficient matrices of the entries of R or S.
+        """Return the matrices that multiply the entries of R or S in the inequality.
 
-        A column is the upper triangle of one coefficient matrix.
+        Column k is the upper triangle of the matrix that multiplies entry k of R's or S's upper
+        triangle.
         """
         return _columns(self.p, self.e, self.disc)
 
     def reduced(self, n_w: int) -> tuple[Matrix, Matrix, Matrix]:
-        """Return (fixed, columns, entering) of the smaller inequality.
+        """Return (fixed, columns, entering) of the inequality fixed + F - entering/gamma^2 > 0.
 
-        The inequality is fixed + F - entering/gamma^2 > 0 with F linear in R/gamma or S/gamma. This
-        is the Schur complement that removes the last `n_w` rows, divided by gamma. `columns` are
-        the coefficient matrices of F.
+        F is linear in R/gamma or S/gamma, and `columns` contains the matrices that multiply its
+        entries. The inequality is the Schur complement that removes the last `n_w` rows, divided by
+        gamma.
         """
         k = len(self.p) - n_w
         side = self.fixed[:k, k:]
@@ -123,8 +124,8 @@ def _columns(p: Matrix, e: Matrix, disc: bool) -> Matrix:
 def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Matrix:
     """Return the coefficients of left v right' for the entries of the symmetric matrix v.
 
-    A row belongs to an entry of left v right' (upper triangle `rows`), a column to an entry of v
-    (upper triangle `pairs`).
+    Each row belongs to an entry of left v right' (upper triangle `rows`), each column to an entry
+    of v (upper triangle `pairs`).
     """
     up, down, i, j = left[rows[0]], right[rows[1]], *pairs
     both = up[:, i] * down[:, j]
@@ -133,10 +134,10 @@ def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Mat
 
 
 class BoundedRealInequalities:
-    """Inequalities of all plants, which must have the same state coordinates.
+    """Bounded-real inequalities of several plants with common Lyapunov blocks R and S.
 
-    Decision vectors begin with the upper triangles of R' = R/gamma and S' = S/gamma (R and S:
-    module docstring).
+    The plants must have the same state coordinates. Decision vectors begin with the upper triangles
+    of R' = R/gamma and S' = S/gamma (module docstring).
     """
 
     def __init__(self, plants: Sequence[GeneralisedPlant]) -> None:
@@ -167,7 +168,7 @@ class BoundedRealInequalities:
     def reduced(self) -> list[tuple[int, tuple[Matrix, Matrix, Matrix]]]:
         """Return one pair (first, inequality) for each reduced inequality.
 
-        first: index in the decision vector at which the unknowns of the inequality begin.
+        first: index in the decision vector of the first unknown of the inequality.
         """
         return [(0, side.reduced(self.n_w)) for side in self.sides_r] + [
             (self.half, side.reduced(self.n_z)) for side in self.sides_s
@@ -180,7 +181,7 @@ class BoundedRealInequalities:
         )
 
     def free(self) -> list[AffineConstraint]:
-        """Return the inequalities for the unknowns (R/gamma, S/gamma, d, m).
+        """Return the inequalities with unknown gamma, in the unknowns (R/gamma, S/gamma, d, m).
 
         d is 1/gamma, and m a scalar with m >= d^2.
         """
@@ -196,7 +197,7 @@ class BoundedRealInequalities:
         return [*inequalities, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
-        """Return the inequalities for a given gamma, among them [R bI; bI S] >= 0.
+        """Return the inequalities for a given gamma, with [R bI; bI S] in place of [R I; I S].
 
         The matrix of each projected inequality must have no eigenvalue below `margin`. The decision
         vector is (R', S'); if b is None, b is unknown and b/gamma is the last entry.
@@ -212,9 +213,9 @@ class BoundedRealInequalities:
         return inequalities
 
     def _coupling(self, count: int, b: float | None) -> AffineConstraint:
-        """Return the constraint [R' bI; bI S'] >= 0.
+        """Return the constraint [R' bI; bI S'] >= 0 in `count` unknowns.
 
-        If `b` is None, b is an unknown: the entry after R' and S' in the vector of unknowns.
+        If `b` is None, b is the unknown that follows R' and S' in the decision vector.
         """
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
@@ -236,6 +237,5 @@ class BoundedRealInequalities:
 
 
 def _positive(matrix: Matrix) -> bool:
-    """Return True if the smallest eigenvalue is positive beyond rounding."""
     values = np.linalg.eigvalsh(matrix)
     return bool(values[0] > ROUNDING * abs(values[-1]))

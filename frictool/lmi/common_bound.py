@@ -1,4 +1,4 @@
-"""Upper bound of the worst norm (thesis 5.53) of loops whose parameters vary at any speed.
+"""Upper bound of the worst norm (thesis 5.53) of loops whose parameters vary arbitrarily fast.
 
     x' = A x + B w,  z = C x + D w    (A, B, C, D) in the convex hull of the loops
 
@@ -10,8 +10,9 @@ their hull (Boyd et al., 1994). In discrete time a Schur complement keeps A' P A
 The matrices of a sampled plant are not multi-affine in the parameters of the continuous plant. For
 sampled loops the bound is therefore valid for plants whose sampled matrices are interpolated
 between the matrices of the corners. It is not proved for the true plants between the corners,
-although they are close to the interpolated ones. The solver's gamma is not used: for the computed
-P, the smallest gamma of each inequality is the largest eigenvalue of a matrix (Schur complement).
+although they are close to the interpolated ones. The result does not rely on the solver's gamma:
+for the computed P, the smallest gamma of each inequality is the largest eigenvalue of a matrix
+(Schur complement).
 """
 
 from __future__ import annotations
@@ -32,11 +33,12 @@ PASSES = 3  # balancing passes, each in coordinates in which the last P is the u
 
 
 def common_bound(loops: Sequence[Lti]) -> float:
-    """Return a bound of |z|/|w| (L2 norms) for any variation in time within the hull of `loops`.
+    """Return a bound of |z|/|w| (L2 norms) for loops that vary in time within the hull of `loops`.
 
-    The loops have the same states, inputs w, outputs z and domain. The bound is infinite if a loop
-    is unstable or no Lyapunov matrix was found. The Lyapunov matrix is computed in balanced states
-    and, in continuous time, in a unit of time in which the fastest poles have a modulus of about 1.
+    The loops have the same states, inputs w, outputs z and sample period (0 for continuous time).
+    The bound is infinite if a loop is unstable or no Lyapunov matrix was found. The Lyapunov matrix
+    is computed in balanced states and, in continuous time, in a unit of time in which the fastest
+    poles have a modulus of about 1.
     """
     best = np.inf
     if any(not loop.stable for loop in loops):
@@ -67,7 +69,7 @@ def _in_time_unit(loop: Lti, unit: float) -> Lti:
 def _solved(loops: Sequence[Lti]) -> tuple[float, Matrix]:
     """Return the smallest gamma that the solver's Lyapunov matrix P proves, and P.
 
-    gamma is infinite without a proof.
+    gamma is infinite if P proves no bound.
     """
     n = loops[0].order
     unknowns = n * (n + 1) // 2 + 1  # P, then gamma
@@ -112,7 +114,7 @@ def _inequality(loop: Lti, p: Matrix) -> Matrix:
 def _smallest_gamma(whole: Matrix, loop: Lti) -> float:
     """Return the smallest gamma for which whole - diag(0, gamma I) is negative definite.
 
-    gamma is infinite if the block without gamma is not negative.
+    gamma is infinite if the upper left block of `whole` is not negative definite.
     """
     inner = len(whole) - _ports(loop)
     decrease = -whole[:inner, :inner]

@@ -8,11 +8,11 @@
          [ B1' Y             -gamma I   D11'     ] N_Y < 0        [X I; I Y] > 0
          [ C1                D11        -gamma I ]
 
-The inequalities must hold at every r of the grid and every corner of the rates, with X' = sum r_j'
-dX/dr_j (Wu, 1995; Apkarian and Adams, 1998). The thesis prints + before both derivatives. Here X'
-has a minus, because X is a block of an inverse. If the limits of each rate are -a and a, both signs
-give the same conditions. In discrete time the terms are A X(r) A' - X(r + step) and A' Y(r + step)
-A - Y(r).
+r is the vector of scheduled parameters. The inequalities must hold at every r of the grid and every
+corner of the rates r', with X' = sum r_j' dX/dr_j (Wu, 1995; Apkarian and Adams, 1998). The thesis
+prints + before both derivatives. Here X' has a minus, because X is a block of an inverse. If the
+limits of each rate are -a and a, both signs give the same conditions. In discrete time the terms
+are A X(r) A' - X(r + step) and A' Y(r + step) A - Y(r).
 
 The solver gets the smaller form of lmi/bounded_real.py: without the last block row (Schur
 complement), and with unknowns X/gamma and Y/gamma. Here X' and Y' are derivatives in time; at any
@@ -38,9 +38,10 @@ Values = tuple[float, ...]
 
 @dataclass(frozen=True)
 class ParameterBasis:
-    """Basis functions of X(r) or Y(r): 1, r_j from degree 1 on, r_i r_j from degree 2 on.
+    """Monomials of the scheduled parameters r, up to a degree, as basis functions of X(r) or Y(r).
 
-    on: indices of the parameters that occur in the basis.
+    degree: 0 for constant, 1 for affine, 2 for quadratic functions. on: indices of the parameters
+    that occur in the monomials.
     """
 
     degree: int
@@ -56,13 +57,16 @@ class ParameterBasis:
         )
 
     def at(self, values: Sequence[float]) -> Vector:
-        """Return the values (terms,) of the basis functions at the parameter values `values`."""
+        """Return the values (terms,) of the monomials at the parameter values `values`."""
         return np.array(
             [np.prod([values[j] for j in term]) for term in self.terms], dtype=np.float64
         )
 
     def along(self, values: Sequence[float], motion: Sequence[float]) -> Vector:
-        """Return the time derivatives (terms,) of the basis functions for rates `motion`."""
+        """Return the time derivatives (terms,) of the monomials.
+
+        values: parameters. motion: rates of the parameters [1/unit of time].
+        """
         weights = []
         for term in self.terms:
             others = [
@@ -85,10 +89,11 @@ class GridPlants:
 
 
 class GridInequalities:
-    """Inequalities at all points of the grid; `motions`: extreme rates of the parameters.
+    """Inequalities of thesis (5.62) at all points of a grid of scheduled parameters.
 
-    Decision vectors begin with the upper triangles of the coefficients of X/gamma, followed by the
-    upper triangles of the coefficients of Y/gamma.
+    cells: plants of each grid point. bases: monomials of X and of Y. motions: corners of the rates
+    of the parameters. Decision vectors begin with the upper triangles of the coefficients of
+    X/gamma, followed by those of Y/gamma.
     """
 
     def __init__(
@@ -150,7 +155,7 @@ class GridInequalities:
         return [*inequalities, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
-        """Return the inequalities for a given gamma; [X bI; bI Y] >= 0 replaces [X I; I Y] > 0.
+        """Return the inequalities for a given gamma, with [X bI; bI Y] in place of [X I; I Y].
 
         b: factor of the identity; a larger b moves X Y away from the singular case X Y = I.
         The decision vector is (X/gamma, Y/gamma); if b is None, b/gamma is its last entry. The
@@ -191,13 +196,13 @@ class GridInequalities:
                         yield fixed, columns, entering
 
     def weights(self, block: int, values: Values) -> list[tuple[Vector, Vector]]:
-        """Return pairs (w1, w2) of weights of the coefficients of X (block 0) or Y (block 1).
+        """Return pairs (w1, w2) of weights of the coefficients X_k of X (block 0) or Y (block 1).
 
-        There is one pair for each distinct corner of the rates of r. Let X_k be the coefficients.
-        The sum of w1_k X_k is the matrix that is multiplied by matrices of the plant. The sum of
-        w2_k X_k is the matrix v of the separate term e v e' (lmi/bounded_real.py). In continuous
-        time, v is the derivative of X, or minus the derivative of Y. In discrete time, w1 and w2
-        belong to the two ends of a step.
+        There is one pair for each distinct corner of the rates of r. The inequality contains two
+        linear combinations of the coefficients: sum w1_k X_k, which is multiplied by matrices of
+        the plant, and the matrix v = sum w2_k X_k of the separate term e v e'
+        (lmi/bounded_real.py). In continuous time, v is the derivative of X, or minus the derivative
+        of Y. In discrete time, w1 and w2 belong to the two ends of a step.
         """
         basis = self.bases[block]
         pairs = []
@@ -236,8 +241,8 @@ class GridInequalities:
     def margins(self, x: Matrix, y: Matrix, gamma: float) -> Vector:
         """Return the smallest relative eigenvalue (points,) of the inequalities at each grid point.
 
-        Each eigenvalue is divided by the largest one of its matrix. All values are positive if all
-        inequalities hold.
+        A relative eigenvalue is an eigenvalue divided by the largest one of the same matrix. All
+        values are positive if all inequalities hold. x, y: coefficients of X and Y.
         """
         smallest = []
         for cell, sides in zip(self.cells, self.sides, strict=True):

@@ -1,11 +1,11 @@
 """Explicit controllers that depend on r but not on its rates, for constant X and variable Y(r).
 
-With M = I and N(r) = I - Y(r) X in thesis (5.63), the map from the closed loop's inequality to
-(5.62) is constant. The rates of r then occur only as Y' in the second diagonal block of (5.62);
-Apkarian and Adams (1998) call these controllers practically valid. The controller's direct term D
-is any matrix with |D11 + D12 D D21| < gamma. Its other matrices follow by (5.63) from A^, B^ and
-C^. W is the lower right block of (5.62), which a Schur complement removes, and [L1 L2] the row to
-the left of W. With V = -W^-1, E = [0; D12] and F = [D21'; 0]:
+r is the vector of scheduled parameters. With M = I and N(r) = I - Y(r) X in thesis (5.63), the map
+from the closed loop's inequality to (5.62) is constant. The rates of r then occur only as Y' in the
+second diagonal block of (5.62); Apkarian and Adams (1998) call these controllers practically valid.
+The controller's direct term D is any matrix with |D11 + D12 D D21| < gamma. Its other matrices
+follow by (5.63) from A^, B^ and C^. W is the lower right block of (5.62), which a Schur complement
+removes, and [L1 L2] the row to the left of W. With V = -W^-1, E = [0; D12] and F = [D21'; 0]:
 
     A^ = -A' - C2' D' B2' + L2' W^-1 L1        makes the remaining off-diagonal block zero; two
                                                inequalities remain, one in C^ and one in B^
@@ -43,12 +43,11 @@ FULL = 1e-6  # smallest singular value of D12 and D21 with full rank, relative t
 def scheduled_controllers(
     solution: GriddedSolution, points: Sequence[Values], plants: Sequence[GeneralisedPlant]
 ) -> tuple[Lti, ...]:
-    """Return one controller for each point and its plant.
+    """Return one controller for each grid point and its plant.
 
-    The scheduled loop has a norm of at most `solution.gamma` while the parameters vary no faster
-    than the solution's rates. Raises ValueError for sampled plants and for an X of degree above 0.
-    Raises NoSolutionError if, to working precision, the inequalities admit no controller at some
-    point.
+    The norm of the scheduled loop is at most `solution.gamma` while the parameters vary no faster
+    than the solution's rates. Raises ValueError for sampled plants and if X is not constant. Raises
+    NoSolutionError if, to working precision, the inequalities admit no controller at some point.
     """
     if solution.frame.disc or solution.bases[0].degree:
         raise ValueError(
@@ -70,7 +69,7 @@ def scheduled_controllers(
 
 
 class _ScheduledPlant:
-    """One plant in balanced coordinates, with the constant parts of thesis (5.62)."""
+    """Plant of one grid point in balanced coordinates, with the constant terms of thesis (5.62)."""
 
     def __init__(self, solution: GriddedSolution, values: Values, plant: GeneralisedPlant) -> None:
         self.plant = plant
@@ -135,7 +134,7 @@ class _ScheduledPlant:
         )
 
     def controller(self, small: float) -> Lti:
-        """Return the controller of thesis (5.63), M = I, for the regularising weight `small`."""
+        """Return the controller of thesis (5.63) with M = I and the regularising weight `small`."""
         p, x, y = self.plant, self.x, self.y
         c, b, first, second = self.hats(small)
         a = -self.a.T - second.T @ self.v @ first
@@ -149,7 +148,7 @@ class _ScheduledPlant:
 
 
 def lyapunov(solution: GriddedSolution, values: Values) -> Matrix:
-    """Return the Lyapunov matrix P(r) of the loop with a scheduled controller.
+    """Return the Lyapunov matrix P(r) of the loop with a scheduled controller, at r = `values`.
 
     P solves [X I; I 0] P = [I Y; 0 N'], with X and Y of the solution and N' = I - X Y.
     """
@@ -170,11 +169,11 @@ def _balanced(solution: GriddedSolution, values: Values) -> Matrix:
 def certified_gamma(
     solution: GriddedSolution, values: Values, plant: GeneralisedPlant, controller: Lti
 ) -> float:
-    """Return the gamma that P(r) of `lyapunov` proves at r = `values`; inf if it proves none.
+    """Return the smallest norm bound gamma that P(r) of `lyapunov` proves at r = `values`, or inf.
 
     The proof is valid for all allowed rates of the parameters. The controller must have the state
-    coordinates of the scheduled controllers. A barycentric sum of the scheduled controllers (5.64)
-    is also allowed; the synthesis alone guarantees nothing for this sum.
+    coordinates of the scheduled controllers. It may also be a barycentric sum of the scheduled
+    controllers (5.64), for which the synthesis alone guarantees nothing.
     """
     states = scipy.linalg.block_diag(solution.t, np.eye(controller.order))
     loop = plant.closed(controller).transformed(states)

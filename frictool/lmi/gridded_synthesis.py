@@ -1,13 +1,14 @@
 """H-infinity synthesis with parameter-dependent Lyapunov matrices on a refined grid.
 
-X(r) and Y(r) of (5.62) are constant, affine or quadratic in r. Each r_j is in [-1, 1] and varies at
-a bounded rate (lmi/grid_inequalities.py). Unbounded rates with constant X, Y give theorem 5.3.1; a
-single r gives an LTI problem.
+The Lyapunov matrices X(r) and Y(r) of (5.62) are constant, affine or quadratic in the scheduled
+parameters r. Each r_j is in [-1, 1] and varies at a bounded rate (lmi/grid_inequalities.py). If the
+rates are unbounded and X and Y constant, this is theorem 5.3.1; if the grid has a single point, the
+problem is LTI.
 
 A grid proves nothing between its points. After each solution the inequalities are evaluated on a
 finer grid with an offset, and the points at which they fail join the grid. This is evidence, not a
-proof for every r. The controller of one r is therefore verified by the norms of its closed loops.
-One r may have several plants (vertices of parameters on which X and Y do not depend). The
+proof for every r. The controller at each r is therefore verified by the norms of its closed loops.
+A grid point may have several plants (vertices of parameters on which X and Y do not depend). The
 inequalities then hold for every plant in the convex hull of these plants.
 """
 
@@ -59,9 +60,9 @@ INSIDE = 0.75
 class GridSchedule:
     """Dependence of the Lyapunov matrices X and Y on the scheduled parameters r_j.
 
-    rates: bound of |dr_j/dt| for each parameter, in 1/s (for sampled plants, per sample); X and Y
-    do not depend on a parameter with an infinite rate. degrees: degrees of X and Y, 0 to 2. points:
-    number of points of the first grid along each parameter.
+    rates: bound of |dr_j/dt| for each parameter, in 1/s (for sampled plants, per sample). X and Y
+    do not depend on a parameter whose rate is unbounded (inf). degrees: degrees of X and Y, 0 to 2.
+    points: number of points of the first grid along each parameter.
     """
 
     rates: tuple[float, ...]
@@ -71,12 +72,12 @@ class GridSchedule:
 
 @dataclass(frozen=True)
 class GriddedSolution:
-    """Coefficients of X(r) and Y(r) in their bases.
+    """Solution of the gridded synthesis: coefficients x of X(r) and y of Y(r) in their `bases`.
 
-    The plants are functions of the complex variable that `frame` defines. Their states are
-    x = t x_balanced. optimum: smallest gamma of the inequalities. X and Y solve the inequalities at
-    `gamma` >= `optimum`. motions: corners of the rates (steps in discrete time) in the unit of time
-    of `frame`. points: values of r at the final grid points. checked: number of points at which the
+    X and Y solve the inequalities at `gamma` >= `optimum`, the smallest gamma. They belong to
+    plants as functions of the complex variable that `frame` defines, with the states x = t
+    x_balanced. motions: corners of the rates (steps in discrete time) in the unit of time of
+    `frame`. points: values of r at the final grid points. checked: number of points at which the
     inequalities were evaluated, including the finer grid.
     """
 
@@ -92,9 +93,9 @@ class GriddedSolution:
     checked: int
 
     def frozen(self, plant: GeneralisedPlant, values: Sequence[float]) -> Lti:
-        """Return the central controller of `plant` at the parameters `values`.
+        """Return the central controller of `plant` for parameters that are constant at `values`.
 
-        The norm of its loop is below gamma. Raises NoSolutionError if X and Y do not admit a
+        The norm of the closed loop is below gamma. Raises NoSolutionError if X and Y do not admit a
         controller to working precision.
         """
         x, y = (
@@ -111,7 +112,7 @@ class GriddedSolution:
 
 
 def minimise(family: Family, schedule: GridSchedule, recentring: float) -> GriddedSolution:
-    """Return X and Y that solve the inequalities at `recentring` times the smallest gamma.
+    """Return X(r) and Y(r) that solve the inequalities at `recentring` times the smallest gamma.
 
     The smallest gamma is computed on the grid. X and Y also satisfy the inequalities at the points
     of the finer grid. `family` maps values r_j in [-1, 1] to plants, all continuous or all sampled.
@@ -127,7 +128,7 @@ def minimise(family: Family, schedule: GridSchedule, recentring: float) -> Gridd
 
 
 class _GridSearch:
-    """Grid and coordinates during the refinement."""
+    """Grid refinement: the present grid points, state coordinates and scale of gamma."""
 
     def __init__(self, family: Family, schedule: GridSchedule, recentring: float) -> None:
         self.family = family
@@ -204,9 +205,9 @@ class _GridSearch:
         return GridInequalities(cells, self.bases, self.motions)
 
     def solved(self) -> tuple[Matrix, Matrix, float]:
-        """Return the coefficients of the recentred X and of Y, and the smallest gamma.
+        """Return the coefficients of X and of Y at the recentred gamma, and the smallest gamma.
 
-        X and Y are in the coordinates `t`, gamma in units of the `level`, of the last balancing
+        X and Y are in the state coordinates `t`, gamma in units of `level`, of the last balancing
         pass.
         """
         for k in range(PASSES + 1):
@@ -274,7 +275,7 @@ def _trace(problem: GridInequalities) -> Vector:
 
 
 def _widest(problem: GridInequalities, gamma: float, smallest: Vector) -> Vector:
-    """Return the unknowns with the largest b in [X bI; bI Y] > 0 at a nearly minimal mean trace."""
+    """Return the X and Y with the largest b in [X bI; bI Y] > 0 at a nearly minimal mean trace."""
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(
         np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None]

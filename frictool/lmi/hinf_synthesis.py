@@ -78,8 +78,8 @@ class LyapunovPair:
     """Lyapunov blocks R and S in the state coordinates x = t x_balanced.
 
     R and S solve the inequalities at `gamma` for the plants as functions of the complex variable
-    that `frame` defines. Without a pole region, they also solve the inequalities of the plants in s
-    or z. `optimum` is the smallest gamma.
+    that `frame` defines. If no pole region was requested, they also solve the inequalities of the
+    plants in s or z. `optimum` is the smallest gamma.
     """
 
     r: Matrix
@@ -95,9 +95,10 @@ def minimise(
 ) -> LyapunovPair:
     """Return R and S that solve the inequalities at `recentring` times the smallest gamma.
 
-    The plants are all continuous or all sampled. Raises NoSolutionError if a pole cannot be moved
-    into the region of stability (or the `pole_region`), if the inequalities are infeasible, or if
-    the solver's result violates them. Raises ValueError if B2, C2, D12 or D21 vary.
+    The plants are all continuous or all sampled. Raises NoSolutionError if feedback cannot move a
+    pole into the region of stability (or the `pole_region`), if the inequalities are infeasible, or
+    if the solver's result violates them. Raises ValueError if B2, C2, D12 or D21 differ between the
+    plants.
     """
     try:
         return _minimise(plants, recentring, pole_region)
@@ -147,7 +148,7 @@ def _by_riccati(
     """Return R and S of one plant in the variable `chosen`, by Riccati equations.
 
     The result is None if the equations do not apply, if R and S violate the inequalities, or if
-    they admit no controller. t: first balancing of the plant's states.
+    R and S admit no controller. t: first balancing of the plant's states.
     """
     optimum = smallest_gamma(plant.transformed(t))
     if optimum is None:
@@ -172,10 +173,11 @@ def _by_riccati(
 def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.0) -> Lti:
     """Return the central controller of one plant; its loop has a norm of at most `lyapunov.gamma`.
 
-    With `ease` > 1 the result is the central controller at `ease` times that gamma. The
-    inequalities then guarantee only this larger norm. The controller is slower, and the norm of its
-    loop is often still below `lyapunov.gamma`, but this must be verified. Raises NoSolutionError if
-    (R, S) do not admit a controller to working precision, ValueError if `ease` is below 1.
+    With `ease` > 1 the result is the central controller for the larger norm `ease` times
+    `lyapunov.gamma`, which is then all that the inequalities guarantee. This controller is slower.
+    The norm of its loop is often still below `lyapunov.gamma`, but this must be verified. Raises
+    NoSolutionError if (R, S) do not admit a controller to working precision, ValueError if `ease`
+    is below 1.
     """
     if not ease >= 1.0:
         raise ValueError(f"ease is {ease:g}; allowed: 1 or more, a factor on gamma")
@@ -194,8 +196,8 @@ def vertex_controllers(
 ) -> tuple[Lti, ...]:
     """Return a controller for each plant, all in the same state coordinates.
 
-    Any convex combination of the plants and the same combination of these controllers form a loop
-    with a norm of at most `ease` times gamma (thesis 5.46, 5.64).
+    A convex combination of the plants, with the same combination of the controllers, is a loop with
+    a norm of at most `ease` times gamma (thesis 5.46, 5.64).
     """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 
@@ -203,7 +205,7 @@ def vertex_controllers(
 def scale_level(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
     """Return `plant` scaled so that its closed-loop norm is divided by `level`.
 
-    The same R and S solve the scaled inequalities.
+    R and S that solve the inequalities of `plant` also solve the scaled inequalities.
     """
     root = np.sqrt(level)
     return replace(
@@ -217,7 +219,7 @@ def scale_level(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
 
 
 def _optimum(problem: BoundedRealInequalities) -> tuple[float, Matrix, Matrix]:
-    """Return the smallest gamma with its R and S; raise NoSolutionError if it is not finite."""
+    """Return the smallest gamma with its R and S; raise NoSolutionError if gamma is not finite."""
     objective = np.zeros(2 * problem.half + 2)
     objective[-2] = -1.0
     solution = solve(objective, problem.free())
@@ -234,7 +236,7 @@ def _optimum(problem: BoundedRealInequalities) -> tuple[float, Matrix, Matrix]:
 def _next(*pairs: tuple[Matrix, Matrix]) -> Matrix:
     """Return the balancing transformation of the first pair (R, S) that is finite and positive.
 
-    Raises NoSolutionError if there is none.
+    Raises NoSolutionError if no pair is finite and positive.
     """
     for r, s in pairs:
         if (
@@ -251,12 +253,12 @@ def _trace(problem: BoundedRealInequalities) -> Vector:
 
 
 def _smallest(problem: BoundedRealInequalities, gamma: float) -> Vector:
-    """Return the decision vector with the smallest trace(R + S) at a gamma."""
+    """Return the R and S with the smallest trace(R + S) at a given gamma, as a decision vector."""
     return solve(_trace(problem), problem.at(gamma, 1.0 + STRICT, STRICT)).x
 
 
 def _widest(problem: BoundedRealInequalities, gamma: float, smallest: Vector) -> Vector:
-    """Return the unknowns with the largest b in [R bI; bI S] >= 0 at nearly least trace(R + S)."""
+    """Return the R and S with the largest b in [R bI; bI S] >= 0 near the smallest trace(R + S)."""
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(
         np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None]

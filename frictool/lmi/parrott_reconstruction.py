@@ -1,4 +1,4 @@
-"""Explicit controller of a plant for given (R, S), by Parrott's lemma.
+"""Explicit controller of a plant for given Lyapunov blocks (R, S), by Parrott's lemma.
 
 The lemma replaces the optimisation of the controller in thesis (5.62)-(5.63). With
 P = [S, -G; -G, G] and G = S - R^-1, the bounded-real lemma in discrete time becomes
@@ -57,7 +57,7 @@ def central(plant: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float) -> Lti:
 
 
 def _cayley(p: GeneralisedPlant, h: float) -> tuple[GeneralisedPlant, Matrix]:
-    """Return the continuous plant `p` as a discrete one in z = (1 + h s)/(1 - h s), and its D22."""
+    """Return the continuous plant `p` as a discrete one, z = (1 + h s)/(1 - h s), and its D22."""
     identity = np.eye(len(p.a))
     inverse = np.linalg.inv(identity - h * p.a)
     root = np.sqrt(2.0 * h)
@@ -78,7 +78,7 @@ def _cayley(p: GeneralisedPlant, h: float) -> tuple[GeneralisedPlant, Matrix]:
 def _discrete(
     p: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float, d22: Matrix, period: float
 ) -> Lti:
-    """Return the central controller of a discrete plant `p` with D22 = `d22`, for R and S."""
+    """Return the central controller of a discrete plant for R = `r`, S = `s` and D22 = `d22`."""
     n = len(p.a)
     n_w = p.b1.shape[1]
     n_z = len(p.c1)

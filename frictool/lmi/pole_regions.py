@@ -5,7 +5,8 @@
     half-plane of poles   p = (s + decay) T    Re p < 0      Re s < -decay
     disc of poles         p = (s - c)/r        abs(p) < 1    abs(s - c) < r
 
-c and r are centre and radius of a disc, and decay is the least decay rate of the poles.
+c and r are centre and radius of a disc, and decay is the least decay rate of the poles. For sampled
+plants s stands for z.
 
 If every pole is inside the region, a bound of the gain on the region's boundary also holds on the
 imaginary axis or the unit circle (maximum modulus). A single inequality in p therefore guarantees
@@ -29,17 +30,17 @@ UNREACHED = 1e-9
 
 @dataclass(frozen=True)
 class PoleHalfPlane:
-    """Region Re s < -decay [rad/s] of closed-loop poles; continuous time."""
+    """Region Re s < -decay [rad/s] for the poles of a closed loop in continuous time."""
 
     decay: float
 
 
 @dataclass(frozen=True)
 class PoleDisc:
-    """Region abs(s - centre) < radius of closed-loop poles.
+    """Region abs(s - centre) < radius for the poles of a closed loop.
 
-    The disc lies in the left half-plane (centre and radius in rad/s) or, for sampled plants, in the
-    unit disc.
+    The disc lies in the left half-plane (centre and radius in rad/s). For sampled plants, s stands
+    for z, and the disc lies in the unit disc.
     """
 
     centre: float
@@ -51,14 +52,17 @@ PoleRegion = PoleHalfPlane | PoleDisc
 
 @dataclass(frozen=True)
 class TransformVariable:
-    """Variable p = scale (s - shift); the region is abs(p) < 1 if `disc`, else Re p < 0."""
+    """Complex variable p = scale (s - shift), or scale (z - shift) for sampled plants.
+
+    The region of the poles is abs(p) < 1 if `disc` is True, else Re p < 0.
+    """
 
     shift: float
     scale: float
     disc: bool
 
     def plant(self, plant: GeneralisedPlant) -> GeneralisedPlant:
-        """Return the plant as a function of p; its period is 1 for a disc, else 0."""
+        """Return the plant as a function of p: sampled (period 1) for a disc, else continuous."""
         root = np.sqrt(self.scale)
         return replace(
             plant,
@@ -71,23 +75,23 @@ class TransformVariable:
         )
 
     def back(self, k: Lti, period: float) -> Lti:
-        """Convert the controller `k` from the variable p to s (`period` 0) or z."""
+        """Return the controller `k`, a function of p, as a function of s (`period` 0) or z."""
         root = np.sqrt(self.scale)
         return Lti(
             k.a / self.scale + self.shift * np.eye(k.order), k.b / root, k.c / root, k.d, period
         )
 
     def inside(self, pole: complex) -> bool:
-        """Return True if a pole, in s or z, is in the region."""
+        """Return True if a pole, given in s or z, is inside the region."""
         p = self.scale * (pole - self.shift)
         return abs(p) < 1.0 if self.disc else p.real < 0.0
 
 
 def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> TransformVariable:
-    """Return the variable p in which the region of poles is the unit disc or a half-plane.
+    """Return the variable p in which the region of poles is the unit disc or the left half-plane.
 
-    Without `region`, the poles need only be stable. Raises ValueError if the region contains
-    unstable poles.
+    If `region` is None, the region is that of stable poles. Raises ValueError if the region
+    contains unstable poles.
     """
     sampled = plants[0].period > 0.0
     if isinstance(region, PoleDisc):

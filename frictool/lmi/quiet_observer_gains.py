@@ -1,14 +1,16 @@
 """Switched-observer gains with the least noise amplification for a given bound of the model error.
 
 switched_observer_gains.py states the inequality (6.6) of the thesis and its symbols. Many gains are
-nearly optimal. Since (6.6) contains no noise, the optimal gains correct the error within one or two
-samples and therefore amplify the noise of a coarse encoder. Here the gains minimise nu subject to
+nearly optimal for (6.6). Since (6.6) contains no noise, the optimal gains correct the error within
+one or two samples and therefore amplify the noise of a coarse encoder. Here the gains minimise nu
+subject to
 
     |z| <= factor gamma* |Delta|    gamma*: the smallest gamma with the requested decay
     |z| <= nu |w|                   y = C_i x + n_i w: noise w, which enters the error as -L_i n_i w
 
-Both bounds are proved with the same P_i. For every allowed switch (i, j), a slack G_i replaces the
-factor P_i of (6.6), with V_i = G_i' L_i. In the noise inequality -V_i n_i replaces G_i' Q_i:
+Both bounds are proved with the same P_i. For every allowed switch (i, j), a slack matrix G_i
+replaces the factor P_i of (6.6), with V_i = G_i' L_i. In the noise inequality -V_i n_i replaces
+G_i' Q_i:
 
     [lambda^2 P_i - C-bar_i' C-bar_i   0           A_i' G_i - C_i' V_i']
     [ *                                gamma^2 I   Q_i' G_i            ]  >  0
@@ -18,8 +20,8 @@ factor P_i of (6.6), with V_i = G_i' L_i. In the noise inequality -V_i n_i repla
 which lemma 6.2.1 requires P_j < 2 P_i for every switch. If the wear alpha acts in opposite
 directions in two successive modes, that requirement excludes a fast estimate of alpha.
 
-gamma* is a result of the solver. `factor` times gamma* and nu are checked by (6.9) with the
-computed gains and P_i.
+gamma* is a result of the solver. With the computed gains and P_i, the bounds `factor` times gamma*
+and nu are checked by (6.9).
 """
 
 from __future__ import annotations
@@ -55,10 +57,11 @@ INSIDE, FASTER = (
 
 @dataclass(frozen=True)
 class QuietGains:
-    """Gains with matrices P_i that prove two bounds.
+    """Switched-observer gains with matrices P_i that prove a bound of model error and of noise.
 
-    gains: the gains L_i, the matrices P_i, and the bound gamma that P_i prove. noise_gain: the
-    smallest bound nu of |z|/|w| that P_i prove, for the noise w.
+    gains: the gains L_i, the matrices P_i, and the bound gamma of the effect of the model error.
+    noise_gain: the smallest bound nu of |z|/|w| that P_i prove, with the noise w and weighted error
+    z.
     """
 
     gains: SwitchedGains
@@ -73,13 +76,15 @@ def quiet_gains(
     factor: float,
     apart: Mapping[int, NDArray[np.bool_]] = MappingProxyType({}),
 ) -> QuietGains:
-    """Return the gains for `modes` and the allowed `switches`.
+    """Return the switched-observer gains with the least noise amplification.
 
-    `noise` maps a mode to the amplitude n_i (m,) of its measurement noise. `apart` maps a mode to a
-    mask (n, m) of the gains that may differ from 0; states with equal rows of the mask must be
-    consecutive. Raises NoSolutionError if a mode is not detectable, or if no gains are proved for
-    `factor` times the smallest gamma. Raises ValueError for a decay outside (0, 1] or a factor of
-    at most 1.
+    modes: matrices of each mode. switches: allowed switches (i, j). noise: amplitude n_i (m,) of
+    the measurement noise in each mode. decay: largest factor on the error per sample. factor:
+    allowed gamma, relative to the smallest one. apart: for each mode, mask (n, m) of the gains that
+    may differ from 0; states with equal rows of the mask must be consecutive.
+
+    Raises NoSolutionError if a mode is not detectable, or if no gains are proved for `factor` times
+    the smallest gamma. Raises ValueError for a decay outside (0, 1] or a factor of at most 1.
     """
     if not 0.0 < decay <= 1.0 or not factor > 1.0:
         raise ValueError(
@@ -163,7 +168,7 @@ class _QuietProblem:
         self.count = count + 1
 
     def smallest(self) -> float:
-        """Return the smallest gamma that the solver finds, or 0 if it finds none."""
+        """Return the smallest gamma that the solver computes, or 0 if it computes none."""
         square = float(
             solve(
                 np.eye(self.count)[-1],
@@ -182,7 +187,7 @@ class _QuietProblem:
     def inequality(self, i: int, j: int, level: float | None, of_noise: bool) -> AffineConstraint:
         """Return the constraint of the switch from mode i to mode j (module docstring).
 
-        level: gamma^2; None if the last unknown replaces it. of_noise: True for the noise
+        level: gamma^2; if None, the last unknown is used instead. of_noise: True for the noise
         inequality.
         """
         mode = self.posed[i]
@@ -213,7 +218,7 @@ class _QuietProblem:
         )
 
     def multipliers(self, index: int, x: Matrix) -> tuple[Matrix, Matrix]:
-        """Return k matrices G_i (n, n) and k matrices V_i (n, m) from k rows of unknowns `x`."""
+        """Return the matrices G_i (k, n, n) and V_i (k, n, m) from k rows of unknowns `x`."""
         of_g, of_v = self.masks[index]
         return of_g * x[:, : self.n**2].reshape(-1, *of_g.shape), of_v * x[:, self.n**2 :].reshape(
             -1, *of_v.shape
@@ -241,8 +246,8 @@ class _QuietProblem:
 def _matrix(first: Matrix, below: Matrix, last: Matrix, square: Vector) -> Matrix:
     """Return the matrix of the module docstring from its blocks.
 
-    first, last (k, n, n): diagonal blocks; square (k,) times the identity (w, w) is between them.
-    below (k, n, n + w): block below the first two, and its transpose at their right.
+    first, last (k, n, n): first and last diagonal block. square (k,): factor of the identity (w,
+    w), the middle diagonal block. below (k, n, n + w): the last block row, without `last`.
     """
     n, whole = first.shape[1], below.shape[2]
     out = np.zeros((len(first), whole + n, whole + n))

@@ -34,7 +34,7 @@ FIRST, FACTOR, LARGEST = 1.0, 4.0, 1e6  # first and largest gamma tried, and the
 
 
 def smallest_gamma(plant: GeneralisedPlant) -> float | None:
-    """Return the smallest gamma; the result is at most a fraction PRECISION too large.
+    """Return the smallest gamma, at most a fraction PRECISION too large.
 
     The result is None if the plant does not meet the conditions of the Riccati equations.
     """
@@ -72,9 +72,10 @@ def smallest_gamma(plant: GeneralisedPlant) -> float | None:
 def lyapunov_blocks(
     plant: GeneralisedPlant, gamma: float, strict: float
 ) -> tuple[Matrix, Matrix] | None:
-    """Return R and S that solve the inequalities of bounded_real.py at `gamma`; None if none do.
+    """Return R and S that solve the inequalities of bounded_real.py at `gamma`, or None.
 
-    `strict` > 0 is the gain of the output and the disturbance that are added to every state.
+    The result is None if no such R and S exist. `strict` > 0 is the gain of the output and the
+    disturbance that are added to every state.
     """
     continuous = _continuous(plant)
     n = len(plant.a)
@@ -98,7 +99,7 @@ def lyapunov_blocks(
 
 
 def _continuous(plant: GeneralisedPlant) -> GeneralisedPlant:
-    """Return a sampled plant as a continuous plant in s = (z - 1)/(z + 1), without D22."""
+    """Return a sampled plant as a continuous plant in s = (z - 1)/(z + 1), with D22 set to 0."""
     if not plant.period:
         return plant
     identity = np.eye(len(plant.a))
@@ -126,7 +127,7 @@ def _regular(plant: GeneralisedPlant) -> bool:
 
 
 def _excess(plant: GeneralisedPlant, gamma: float) -> float:
-    """Return (spectral radius of X Y)/gamma^2 - 1 for the solutions X and Y of both equations.
+    """Return (spectral radius of X Y)/gamma^2 - 1 for the solutions X, Y of the Riccati equations.
 
     The result is NaN if X or Y does not exist or is indefinite.
     """
@@ -139,7 +140,7 @@ def _radius(x: Matrix, y: Matrix) -> float:
 
 
 def _solutions(plant: GeneralisedPlant, gamma: float) -> tuple[Matrix, Matrix] | None:
-    """Return the stabilising solutions X and Y; None if one does not exist or is indefinite."""
+    """Return the stabilising solutions X and Y; None if X or Y does not exist or is indefinite."""
     p = plant
     n_z, n_w = p.d11.shape
     x = _stabilising(p.a, np.hstack([p.b1, p.b2]), p.c1, np.hstack([p.d11, p.d12]), gamma, n_w)

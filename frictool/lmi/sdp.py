@@ -1,8 +1,8 @@
 """Semidefinite programs for Clarabel: minimise c'x subject to F_j(x) = F_j0 + sum x_k F_jk >= 0.
 
-A constraint has one of two forms: F_j0 with the upper triangles of all F_jk, or an affine function
-that takes an array of decision vectors. The values of the function at zero and at the unit vectors
-give the first form exactly.
+A constraint is written in one of two ways: as F_j0 with the upper triangles of all F_jk, or as a
+function F_j that takes an array of decision vectors. Since F_j is affine, its values at zero and at
+the unit vectors determine F_j0 and F_jk exactly.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ TOLERANCE = 1e-7  # relative to a constraint's own scale
 class AffineConstraint:
     """Constraint fixed (m, m) + sum x_k F_k >= 0.
 
-    `columns` (m (m + 1)/2, count) are the upper triangles of the F_k, column by column.
+    Column k of `columns` (m (m + 1)/2, count) is the upper triangle of F_k, itself column by
+    column.
     """
 
     fixed: Matrix
@@ -39,10 +40,10 @@ class AffineConstraint:
 
 @dataclass(frozen=True)
 class SdpSolution:
-    """Decision vector `x` that a solver returned.
+    """Result `x` of a solver for a semidefinite program.
 
-    holds: True if x satisfies the constraints in a check without the solver. status: status that
-    the solver reports, as text.
+    holds: True if x satisfies the constraints in a check that does not use the solver. status:
+    status that the solver reports, as text.
     """
 
     x: Vector
@@ -51,9 +52,9 @@ class SdpSolution:
 
 
 def symmetric(x: Matrix, size: int) -> Matrix:
-    """Return the symmetric matrices (..., size, size) with the upper triangles `x`.
+    """Return the symmetric matrices (..., size, size) whose upper triangles are `x`.
 
-    `x` has the shape (..., size (size + 1)/2), column by column.
+    `x` (..., size (size + 1)/2) contains the triangles column by column.
     """
     out = np.zeros((*x.shape[:-1], size, size))
     rows, columns = upper_triangle(size)
@@ -64,14 +65,17 @@ def symmetric(x: Matrix, size: int) -> Matrix:
 
 @lru_cache(maxsize=256)
 def upper_triangle(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return rows and columns of the upper triangle, column by column."""
+    """Return row and column indices of the upper triangle of a matrix, column by column."""
     columns = np.concatenate([np.full(c + 1, c) for c in range(size)])
     rows = np.concatenate([np.arange(c + 1) for c in range(size)])
     return rows, columns
 
 
 def assemble(constraint: Affine, count: int) -> AffineConstraint:
-    """Return the constraint from its values at zero and at the `count` unit vectors."""
+    """Return an affine matrix function as a constraint, from its values at 0 and the unit vectors.
+
+    count: number of unknowns.
+    """
     base, *moved = constraint(np.vstack([np.zeros(count), np.eye(count)]))
     rows, columns = upper_triangle(len(base))
     return AffineConstraint(base, (np.array(moved) - base)[:, rows, columns].T)
@@ -80,7 +84,7 @@ def assemble(constraint: Affine, count: int) -> AffineConstraint:
 def solve(
     objective: Vector, constraints: Sequence[Affine | AffineConstraint], *, iterations: int = 200
 ) -> SdpSolution:
-    """Return the x that minimises objective @ x, with all constraints positive semidefinite."""
+    """Minimise objective @ x subject to all `constraints` being positive semidefinite."""
     import clarabel
 
     count = objective.shape[0]

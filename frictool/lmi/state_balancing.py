@@ -1,4 +1,4 @@
-"""Balancing of states for well-conditioned matrix inequalities and reliable solver results."""
+"""Balancing of states, which makes matrix inequalities well-conditioned for the solver."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ SMALLEST = 1e-12  # smallest eigenvalue of R and S that balancing uses, relative
 
 
 def even_out(plants: Sequence[GeneralisedPlant], sweeps: int = 20) -> Matrix:
-    """Return a diagonal t for which the gains into and out of each state x/t are of equal size."""
+    """Return a diagonal t that makes the gains into and out of each state t^-1 x about equal."""
     return osborne([_whole(p) for p in plants], len(plants[0].a), sweeps)
 
 
 def osborne(systems: Sequence[Matrix], n: int, sweeps: int = 20) -> Matrix:
     """Return Osborne's balancing, a diagonal t (n, n), for matrices [A B; C D] with n states.
 
-    Inputs and outputs are included in the row and column norms.
+    The row and column norms include inputs and outputs.
     """
     whole = np.max(np.abs(systems), axis=0)
     scale = np.ones(n)
@@ -50,7 +50,7 @@ def _whole(p: GeneralisedPlant) -> Matrix:
 def balancing(r: Matrix, s: Matrix) -> Matrix:
     """Return the matrix t for which t^-1 R t^-T and t' S t are equal and diagonal.
 
-    r, s: R and S, positive definite.
+    r, s: positive definite matrices R and S.
     """
     root_r, root_s = _root(r), _root(s)
     _, values, v = scipy.linalg.svd(root_s.T @ root_r)

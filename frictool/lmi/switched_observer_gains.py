@@ -1,6 +1,6 @@
 """Gains of a switched observer that bound the effect of the model error on its estimate.
 
-Theorem 6.2.1 of the thesis gives the bound. The error e in mode i at sample k follows
+Theorem 6.2.1 of the thesis gives the bound. The estimation error e at sample k, in mode i, follows
 
     e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k),    z(k) = C-bar_i e(k)        (6.5)
 
@@ -19,9 +19,9 @@ For any allowed switches, e' P e is then multiplied by at most lambda^2 per samp
 neither symmetric nor square.
 
 The solver's result is checked. (6.6) implies (6.9). With the computed gains and P_i, the smallest
-gamma of (6.9) is the largest eigenvalue of a matrix; a result without this proof is rejected. The
-states are scaled so that their coupling is of order one, and in each later pass so that the mean of
-the previous P_i is the unit matrix.
+gamma of (6.9) is the largest eigenvalue of a matrix; gains for which (6.9) holds with no gamma are
+rejected. In the first pass, the states are scaled so that their coupling is of order one; in each
+later pass, so that the mean of the previous P_i is the unit matrix.
 """
 
 from __future__ import annotations
@@ -66,11 +66,11 @@ class ObserverMode:
 
 @dataclass(frozen=True)
 class SwitchedGains:
-    """Gains L_i (n, m) of each mode, and the `gamma` that thesis (6.9) proves for them with `p`.
+    """Gains L_i (n, m) of each mode, and the bound `gamma` of the effect of the model error.
 
-    decay: lambda. smallest_gamma: smallest gamma of (6.6) without a decay. t, p: scaling t of the
-    states, and P_i for the scaled states t^-1 x. In SI units, rounding errors would hide the
-    decrease of e' P_i e.
+    gamma is proved by thesis (6.9) with the matrices P_i. decay: lambda. smallest_gamma: smallest
+    gamma of (6.6) for lambda = 1. t: scaling of the states. p: P_i for the scaled states t^-1 x; in
+    SI units, rounding errors would hide the decrease of e' P_i e.
     """
 
     gains: dict[int, Matrix]
@@ -81,7 +81,7 @@ class SwitchedGains:
     t: Matrix
 
     def value(self, mode: int, error: Matrix) -> NDArray[np.float64]:
-        """Return e' P_i e for errors e (..., n) in mode i."""
+        """Return the Lyapunov function e' P_i e for errors e (..., n) in mode i."""
         x = np.linalg.solve(self.t, error[..., None])[..., 0]
         return np.asarray(np.einsum("...i,ij,...j->...", x, self.p[mode], x))
 
@@ -89,11 +89,12 @@ class SwitchedGains:
 def switched_gains(
     modes: Mapping[int, ObserverMode], switches: Switches, decay: float = 1.0
 ) -> SwitchedGains:
-    """Return gains for `modes` and the allowed `switches` (i, j).
+    """Return the gains with the smallest bound gamma for `modes` and the allowed `switches` (i, j).
 
-    With a switch (i, i), mode i may last for several samples. Raises NoSolutionError if a mode's
-    (A_i, C_i) is not detectable, or if the inequalities have no solution that passes the check.
-    Raises ValueError for a decay outside (0, 1].
+    Mode i may last for several samples if the switch (i, i) is allowed. decay: largest factor
+    lambda on the error per sample. Raises NoSolutionError if (A_i, C_i) of a mode is not
+    detectable, or if the inequalities have no solution that passes the check. Raises ValueError for
+    a decay outside (0, 1].
     """
     if not 0.0 < decay <= 1.0:
         raise ValueError(f"decay is {decay:g} per sample; allowed: above 0 and at most 1")
@@ -114,10 +115,10 @@ def switched_gains(
 def _candidates(
     modes: Mapping[int, ObserverMode], switches: Switches, decay: float, t: Matrix
 ) -> list[SwitchedGains]:
-    """Return gains slightly inside the optimum, then gains at the optimum.
+    """Return gains slightly inside the optimum, then gains at the optimum, then an empty result.
 
-    There is one entry of each kind per balancing pass, the last pass first. The last entry has an
-    infinite gamma and stands for no result. t: scaling of the states in the first pass.
+    There is one entry of each kind of gains for each balancing pass, the last pass first. The empty
+    result has an infinite gamma. t: scaling of the states in the first pass.
     """
     inner, edge = [], []
     for _ in range(PASSES):
@@ -139,9 +140,10 @@ def proved_gamma(
     t: Matrix,
     decay: float,
 ) -> float:
-    """Return the smallest gamma for which inequality (6.9) of the thesis holds; inf if none does.
+    """Return the smallest gamma for which inequality (6.9) of the thesis holds, or inf.
 
-    decay: factor on the error per sample. p: P_i of each mode, for states x_p with x = t x_p.
+    decay: largest factor on the error per sample. p: P_i of each mode, for states x_p with x = t
+    x_p.
     """
     if any(
         not np.all(np.isfinite(each)) or np.linalg.eigvalsh(each)[0] <= 0.0 for each in p.values()
@@ -183,7 +185,8 @@ def refuse_undetectable(index: int, mode: ObserverMode) -> None:
 class _SwitchedProblem:
     """Inequalities of thesis (6.6) in one set of state coordinates.
 
-    The unknowns are P_i and V_i of each mode, then gamma^2 or, for a given gamma, the margin.
+    The unknowns are P_i and V_i of each mode. The last unknown is gamma^2; if gamma is given, it is
+    the margin of the inequalities.
     """
 
     def __init__(
@@ -215,7 +218,7 @@ class _SwitchedProblem:
         self.count = count + 1
 
     def smallest(self) -> tuple[float, SwitchedGains]:
-        """Return the smallest gamma of the solver and its gains."""
+        """Return the smallest gamma that the solver computes, and the gains for this gamma."""
         x = solve(np.eye(self.count)[-1], [self.inequality(i, j) for i, j in self.switches]).x
         return self.unit * float(np.sqrt(max(x[-1], 0.0))), self.gains(x)
 
@@ -261,7 +264,7 @@ class _SwitchedProblem:
     def gains(self, x: Matrix) -> SwitchedGains:
         """Return the gains L_i = P_i^-1 V_i' for the unknowns `x`, and the gamma that they prove.
 
-        gamma is infinite if P is not positive.
+        gamma is infinite if a P_i is not positive definite.
         """
         gains, p = {}, {}
         for index, mode in self.posed.items():
@@ -287,9 +290,9 @@ def place_among_unknowns(
 ) -> AffineConstraint:
     """Return the inequality of one switch as a constraint on all `count` unknowns.
 
-    `local` has three groups of unknowns: those of the mode before the switch, those of the mode
-    after it, and gamma^2, in this order. `before` and `after` are (first index, number) of the
-    unknowns of these modes; gamma^2 is the last unknown.
+    `local` is the same inequality in three groups of unknowns: those of the mode before the switch,
+    those of the mode after the switch, and gamma^2. `before` and `after` are (first index, number)
+    of the unknowns of these modes; gamma^2 is the last unknown.
     """
     columns = np.zeros((len(local.columns), count))
     columns[:, before[0] : before[0] + before[1]] = local.columns[:, : before[1]]

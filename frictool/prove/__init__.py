@@ -1,1 +1,1 @@
-"""Proofs of a controller's step test, and their independent check."""
+"""Proofs that a controller meets the requirements of a step test for all starts and plants."""

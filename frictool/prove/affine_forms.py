@@ -5,10 +5,11 @@ A form is the set of all
     center + sum over j of gen[j] e_j + error e,     |e_j| <= 1, |e| <= 1
 
 The e_j are common to all forms, so that forms keep their linear dependence on parameters, initial
-position and past encoder errors (Stolfi and de Figueiredo 1997). A form may have additional bounds
-`low` and `high`. Each operation adds ROUND times the sum of the magnitudes of its terms to the
-error. This is more than the rounding errors of the operation in double arithmetic, of which each
-is at most 2^-53 times the magnitude of a term.
+position and past encoder errors (Stolfi and de Figueiredo 1997). A generator is the coefficient
+gen[j]; e belongs to one form only. A form may have additional bounds `low` and `high`. Each
+operation adds ROUND times the sum of the magnitudes of its terms to the error. This is more than
+the rounding errors of the operation in double arithmetic, of which each is at most 2^-53 times the
+magnitude of a term.
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ GROWTH = 1.0 + 1e-12  # factor on a radius: more than the rounding errors of a s
 
 
 class Forms(NamedTuple):
-    """Forms, one per row.
+    """Table of affine forms (module docstring), one per row.
 
     center (n,), gen (n, generators), error (n,). extent (n,): the generators of a row from this
-    column on are 0. low, high (n,): bounds that hold in addition. size (1,): number of generators.
+    column on are 0. low, high (n,): additional bounds of the values. size (1,): number of
+    generators in use.
     """
 
     center: Vector
@@ -42,7 +44,7 @@ class Forms(NamedTuple):
 
 
 def empty_forms(rows: int, generators: int) -> Forms:
-    """Return `rows` forms of the value 0, with memory for a number of generators."""
+    """Return `rows` affine forms of the value 0, with memory for a number of generators."""
     return Forms(
         np.zeros(rows),
         np.zeros((rows, generators)),
@@ -55,7 +57,7 @@ def empty_forms(rows: int, generators: int) -> Forms:
 
 
 def copy_forms(f: Forms) -> Forms:
-    """Return a copy of forms."""
+    """Return a copy of a table of affine forms."""
     return Forms(
         f.center.copy(),
         f.gen.copy(),
@@ -69,7 +71,7 @@ def copy_forms(f: Forms) -> Forms:
 
 @bare_kernel
 def radius(f: Forms, a: int) -> float:
-    """Return an upper bound of |value - center| of row a."""
+    """Return an upper bound of |value - center| for the affine form in row a."""
     total = float(f.error[a])
     for j in range(f.extent[a]):
         total += abs(f.gen[a, j])
@@ -78,7 +80,7 @@ def radius(f: Forms, a: int) -> float:
 
 @bare_kernel
 def lowest(f: Forms, a: int) -> float:
-    """Return a lower bound of row a."""
+    """Return a lower bound of the affine form in row a."""
     r = radius(f, a)
     center = float(f.center[a])
     low: float = center if r == 0.0 else center - r - ROUND * (abs(center) + r)
@@ -87,7 +89,7 @@ def lowest(f: Forms, a: int) -> float:
 
 @bare_kernel
 def highest(f: Forms, a: int) -> float:
-    """Return an upper bound of row a."""
+    """Return an upper bound of the affine form in row a."""
     r = radius(f, a)
     center = float(f.center[a])
     high = center if r == 0.0 else float(center + r + ROUND * (abs(center) + r))
@@ -96,7 +98,7 @@ def highest(f: Forms, a: int) -> float:
 
 @bare_kernel
 def is_number(f: Forms, a: int) -> bool:
-    """Return True if row a is one number."""
+    """Return True if the affine form in row a contains a single number."""
     return bool(f.extent[a] == 0 and f.error[a] == 0.0)
 
 
@@ -112,7 +114,7 @@ def assign(f: Forms, d: int, value: float) -> None:
 
 @part_kernel
 def copy_row(f: Forms, d: int, a: int) -> None:
-    """Set row d to row a."""
+    """Copy the affine form in row a to row d."""
     f.center[d] = f.center[a]
     f.error[d] = f.error[a]
     f.extent[d] = f.extent[a]
@@ -126,7 +128,10 @@ def copy_row(f: Forms, d: int, a: int) -> None:
 def combine(
     f: Forms, d: int, ka: float, a: int, kb: float, b: int, offset: float, error: float
 ) -> None:
-    """Set row d to ka a + kb b + offset, with an additional error; d may be a or b."""
+    """Set row d to ka a + kb b + offset, for the forms in rows a and b; d may be a or b.
+
+    error: half-width of an interval [-error, error] that is added to the result.
+    """
     ea, eb = f.extent[a], f.extent[b]
     extent = max(ea, eb)
     size = abs(ka * f.center[a]) + abs(kb * f.center[b]) + abs(offset)
@@ -147,7 +152,7 @@ def combine(
 
 @part_kernel
 def multiply(f: Forms, d: int, a: int, b: int) -> None:
-    """Set row d to the product of rows a and b; d may be a or b."""
+    """Set row d to the product of the forms in rows a and b; d may be a or b."""
     ra, rb = radius(f, a), radius(f, b)
     ca, cb = f.center[a], f.center[b]
     ea, eb = f.extent[a], f.extent[b]
@@ -168,7 +173,10 @@ def multiply(f: Forms, d: int, a: int, b: int) -> None:
 
 @bare_kernel
 def release(f: Forms, a: int, share: float) -> None:
-    """Make the error of row a a new generator, if it is more than a share of the row's radius."""
+    """Replace the error of row a by a new generator, so that later forms depend on it linearly.
+
+    Nothing changes if the error is at most `share` of the row's radius, or if no generator is free.
+    """
     column = f.size[0]
     if f.error[a] <= share * radius(f, a) or column >= f.gen.shape[1]:
         return
@@ -189,9 +197,9 @@ def add_generator(f: Forms, a: int, half: float) -> None:
 
 @part_kernel
 def reduce_forms(f: Forms, rows: IntVector, fixed: int, keep: int, score: Vector) -> None:
-    """Keep the `keep` largest generators of the given rows; the others become errors.
+    """Keep the `keep` largest generators of the given rows; add the others to the rows' errors.
 
-    The first `fixed` generators are kept. `score` (generators,) is scratch memory.
+    The first `fixed` generators are always kept. `score` (generators,) is scratch memory.
     """
     size = f.size[0]
     if size <= keep:
@@ -241,14 +249,17 @@ def reduce_forms(f: Forms, rows: IntVector, fixed: int, keep: int, score: Vector
 
 @part_kernel
 def clip_row(f: Forms, a: int, low: float, high: float) -> None:
-    """Replace row a by the interval [low, high], as one new generator."""
+    """Replace the form in row a by the interval [low, high], with one new generator."""
     assign(f, a, 0.5 * (low + high))
     add_generator(f, a, 0.5 * (high - low) * GROWTH + ROUND * max(abs(low), abs(high)))
 
 
 @part_kernel
 def root_bounds(low: float, high: float) -> tuple[float, float, float]:
-    """Return slope, lower and upper intercept of lines around the square root on [low, high]."""
+    """Return the slope and intercepts of two lines that enclose the square root on [low, high].
+
+    The result (slope, below, above) satisfies slope x + below <= sqrt(x) <= slope x + above.
+    """
     slope = 1.0 / (math.sqrt(low) + math.sqrt(high))
     below = math.sqrt(low) - slope * low
     above = 0.25 / slope  # tangent with this slope

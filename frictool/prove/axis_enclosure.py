@@ -7,14 +7,14 @@ with the speed w = s v >= 0, the drive i, and a constant command u, the system
 
 is linear (K: drive constant, J: inertia). The Taylor series of its solution is summed with interval
 coefficients, and `_tail` bounds the remainder. The displacement since the start does not depend on
-the initial position, since no law depends on the position: the same enclosure is valid for every
-position within an encoder count.
+the initial position, since neither friction nor load depends on the position: the same enclosure is
+valid for every position within an encoder count.
 
 The integration takes steps that provably contain no event, until at most EVENT seconds remain
 before the next event. The bounds over these EVENT seconds contain every possible motion. If it is
-uncertain whether a stop happens before or after the end of the sample, there are two sets of
-states: one with the stop, one without. If the enclosure cannot decide which event follows, it
-raises `Ambiguous`, and nothing is proved.
+uncertain whether a stop happens before or after the end of the sample, the result consists of two
+sets of states: one after the stop, one of an axis that still moves. If the enclosure cannot decide
+which event follows, it raises `Ambiguous`, and nothing is proved.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class Ambiguous(Exception):
 class PlantBox:
     """Parameters of an axis as intervals in SI units, with the names of plant/axis.py.
 
-    gap_coulomb, gap_breakaway: friction inside the backlash. `lag` [s], `drive_limit`, `backlash`
-    and the sample period `period` [s] are exact numbers.
+    gap_coulomb, gap_breakaway: Coulomb friction and breakaway of the motor inside the backlash.
+    `lag` [s], `drive_limit`, `backlash` and the sample period `period` [s] are exact numbers.
     """
 
     inertia: RoundedInterval
@@ -60,7 +60,7 @@ class PlantBox:
 
 
 def plant_box(axis: AxisParameters, period: float) -> PlantBox:
-    """Return the parameters of one plant as intervals."""
+    """Return the parameters of one plant as intervals of zero width."""
     return PlantBox(
         point(axis.inertia),
         point(axis.viscous),
@@ -79,14 +79,14 @@ def plant_box(axis: AxisParameters, period: float) -> PlantBox:
 
 @dataclass(frozen=True, slots=True)
 class AxisSet:
-    """Set of states of an axis.
+    """Set of states of an axis: an interval for each quantity.
 
     - moved: displacement since the start [rad | m]
     - speed: velocity, with its sign [rad/s | m/s]
     - drive: drive of the motor [A | V]
-    - gap: position inside the backlash [rad | m]
+    - gap: position of the motor inside the backlash [rad | m]
     - direction: sign of the velocity, 0 at rest
-    - edge: +1 or -1 at the edge of the backlash, where the motor moves the load; 0 inside
+    - edge: +1 or -1 at an end of the backlash, where the motor pushes the load; 0 inside
     """
 
     moved: RoundedInterval
@@ -103,8 +103,8 @@ AT_REST = AxisSet(ZERO, ZERO, ZERO, ZERO)
 def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> tuple[AxisSet, ...]:
     """Return the sets of states after `duration` [s] under a constant command [A | V].
 
-    The state of each plant is in at least one of the sets. There are several sets only if a stop
-    may happen before or after the end of `duration`.
+    The state of each plant in the box `p` is in at least one of the sets. There are several sets
+    only if a stop may happen before or after the end of `duration`.
     """
     command = min(max(command, -p.drive_limit), p.drive_limit)
     if p.lag == 0.0:
@@ -124,7 +124,10 @@ def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> tu
 
 
 def thresholds(state: AxisSet, p: PlantBox) -> tuple[RoundedInterval, RoundedInterval]:
-    """Return the breakaway forwards and backwards [N m | N] of plants `p` in a set of states."""
+    """Return the breakaway [N m | N] in the positive and in the negative direction.
+
+    At an end of the backlash the breakaway is that of the axis, else that of the motor alone.
+    """
     return (
         p.breakaway if _carries(state, p, 1) else p.gap_breakaway,
         p.breakaway if _carries(state, p, -1) else p.gap_breakaway,
@@ -157,7 +160,7 @@ _Ends = list[tuple[AxisSet, float]]  # sets of states, and the time [s] after wh
 
 
 def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
-    """Return the set of states after a rest, and the duration of the rest [s].
+    """Return the sets of states at the end of a rest, with the duration of the rest [s].
 
     The rest ends with a breakaway, or after the time `left` [s].
     """
@@ -224,7 +227,7 @@ def _broken_away(
 def _shifted(
     state: AxisSet, distance: RoundedInterval, speed: RoundedInterval, p: PlantBox
 ) -> AxisSet:
-    """Return the set of states after a motion by `distance` >= 0 in its direction.
+    """Return the set of states after a motion by `distance` >= 0 in the set's direction.
 
     The motion ends with `speed` >= 0.
     """
@@ -243,7 +246,7 @@ def _shifted(
 
 
 def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
-    """Return the sets of states after a slip, and the duration of the slip [s].
+    """Return the sets of states at the end of a slip, with the duration of the slip [s].
 
     The slip ends at a contact in the backlash, at a stop, or after the time `left` [s].
     """
@@ -275,9 +278,9 @@ def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
 
 
 def _fitting_step(speed: float, fastest: float, length: float) -> float:
-    """Return the duration t of a step for which (speed + fastest t) t = `length`.
+    """Return the duration t of a step [s] for which (speed + fastest t) t = `length`.
 
-    `fastest`: largest acceleration; a negative one counts as 0.
+    `fastest`: largest acceleration; a negative acceleration counts as 0.
     """
     rise = max(0.0, fastest)
     return 2.0 * length / (speed + math.sqrt(speed * speed + 4.0 * rise * length) + 1e-300)
@@ -287,7 +290,7 @@ def _fitting_step(speed: float, fastest: float, length: float) -> float:
 class _Phase:
     """Coefficients of a slip with the speed w >= 0: w' = settled + excess e^(-rate t) - alpha w.
 
-    speed: w at t = 0. losing: interval that contains the exact rate.
+    speed: w at t = 0. losing: interval that contains the exact value of `rate`, the rounded rate.
     """
 
     speed: RoundedInterval
@@ -300,9 +303,9 @@ class _Phase:
 
 @dataclass(frozen=True, slots=True)
 class _Bounds:
-    """Bounds during a step.
+    """Bounds of the motion during a step of the integration.
 
-    - moves: True if the speed stays above 0, or does not fall from 0
+    - moves: True if the speed stays above 0, or starts at 0 and does not fall
     - farthest: upper bound of the distance [rad | m]
     - slowest, fastest: lower and upper bound of the acceleration [rad/s^2 | m/s^2]
     """
@@ -332,8 +335,8 @@ def _phase(state: AxisSet, command: float, p: PlantBox, carries: bool) -> _Phase
 def _bounds(phase: _Phase, step: float) -> _Bounds:
     """Return bounds of speed, distance and acceleration during a step with a speed >= 0.
 
-    The drive's part of the acceleration falls at most by the factor 1 - rate step during the step.
-    SLACK exceeds the rounding errors.
+    The acceleration by the drive falls at most by the factor 1 - rate step during the step. SLACK
+    exceeds the rounding errors.
     """
     kept = RoundedInterval((1.0 - phase.rate * step) * (1.0 - SLACK), 1.0)
     push = phase.settled + phase.excess * kept
@@ -362,10 +365,10 @@ def _room(state: AxisSet, p: PlantBox) -> float:
 
 
 def _mapped(phase: _Phase, step: float) -> tuple[RoundedInterval, RoundedInterval]:
-    """Return `_series` as a weighted sum of three cached series.
+    """Return the result of `_series` as a weighted sum of three cached series.
 
-    The motion is linear in `speed`, `settled` and `excess`. Each cached series has the value 1 for
-    one of them and 0 for the others.
+    The motion is linear in `speed`, `settled` and `excess`. In each cached series, one of these is
+    1 and the other two are 0.
     """
     w0, w1, w2, y0, y1, y2 = _unit_sums(phase.alpha, phase.losing, phase.rate, step)
     return (
@@ -385,7 +388,7 @@ def _unit_sums(
     RoundedInterval,
     RoundedInterval,
 ]:
-    """Return speeds w0, w1, w2 and distances y0, y1, y2 of the series for `_mapped`."""
+    """Return speeds w0, w1, w2 and distances y0, y1, y2 of the three cached series of `_mapped`."""
     one = point(1.0)
     (w0, y0), (w1, y1), (w2, y2) = (
         _series(_Phase(speed, settled, excess, alpha, losing, rate), step)
@@ -395,7 +398,7 @@ def _unit_sums(
 
 
 def _series(phase: _Phase, step: float) -> tuple[RoundedInterval, RoundedInterval]:
-    """Return speed and distance after `step`, from the Taylor series."""
+    """Return speed and distance after `step` [s], from the Taylor series."""
     d = point(step)
     b, c = phase.excess, phase.speed
     total, path = c, c * d
@@ -428,10 +431,11 @@ def _tail(size: float, beta: float, step: float) -> float:
 
 
 def _stopped(state: AxisSet, command: float, p: PlantBox, left: float, fastest: float) -> _Ends:
-    """Return the set of states after a stop, and a time [s] within which the stop happens.
+    """Return the sets of states after a stop, each with the time [s] after which it is valid.
 
-    The time is the highest speed divided by |`fastest`|, the smallest deceleration. If it exceeds
-    `left` [s], the axis may still move after `left`: this is the second set.
+    The stop happens within the highest speed divided by |`fastest`|, the smallest deceleration. If
+    this time exceeds `left` [s], the axis may still move after `left`; a second set contains these
+    states.
     """
     sign = state.direction
     high = state.speed.magnitude
@@ -466,11 +470,12 @@ def _stopped(state: AxisSet, command: float, p: PlantBox, left: float, fastest: 
 
 
 def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
-    """Return the set of states after a contact in the backlash, and a latest time of the contact.
+    """Return the set of states after a contact in the backlash, and the latest time of contact [s].
 
-    The motion lies between two motions: without contact, and with the axis's friction all the time.
-    If the time `left` [s] ends before the contact is certain, `gap` of the set includes the edge
-    and `edge` is 0: the next sample begins between the same two motions.
+    The motion lies between two motions: one without contact, one with the friction of the axis from
+    the beginning. If the time `left` [s] ends before the contact is certain, `gap` of the set
+    includes the end of the backlash and `edge` is 0; the next sample then begins between the same
+    two motions.
     """
     sign = state.direction
     half = 0.5 * p.backlash

@@ -10,18 +10,18 @@ The drive i approaches the command with the drive's lag. Inside the backlash, th
 **Known direction.** While the speed has one sign for certain and the contact with the load is
 known, the friction is known: the forms are those of the linear differential equation.
 
-**Unknown direction.** Let r = v(T) - s (v(0) + T e), with the mean acceleration e of the drive and
-the load during the sample of length T. With the mean friction acceleration f of the sample, v(T) =
-v(0) + T (e + f), and therefore
+**Unknown direction.** Let T be the sample period, e the mean acceleration by drive and load during
+the sample, and r = v(T) - s (v(0) + T e) with a factor 0 < s <= 1. With the mean friction
+acceleration f of the sample, v(T) = v(0) + T (e + f), and therefore
 
     r / s = kappa v(T) + T f,    kappa = (1 - s) / s >= 0
 
-Friction opposes the motion: f >= -P and f <= Q. If v(T) > 0, let t0 be the last time with v <= 0.
-Then v(T) <= (E - F1)(T - t0), where E is the largest acceleration and F1 the least friction, and
-T f <= t0 Q - (T - t0) F1. Both bounds are linear in t0. Hence r / s <= T Q if kappa b <= T (Q + F1)
-for a bound b of the speed, and similarly r / s >= -T P. The largest such kappa is used. This is the
-enclosure of a dead zone: friction reduces speed and drive by the factor s, with an error of half of
-s T (P + Q).
+Friction opposes the motion and is bounded: f >= -P and f <= Q. If v(T) > 0, let t0 be the last time
+with v <= 0. Then v(T) <= (E - F1)(T - t0), where E is the largest acceleration and F1 the least
+friction, and T f <= t0 Q - (T - t0) F1. Both bounds are linear in t0. Hence r / s <= T Q if kappa b
+<= T (Q + F1) for a bound b of the speed, and similarly r / s >= -T P. The largest such kappa is
+used. This is the enclosure of a dead zone: friction multiplies the speed change by drive and the
+initial speed by the factor s, with an error of half of s T (P + Q).
 """
 
 from __future__ import annotations
@@ -108,12 +108,13 @@ MOTION = 12
 
 
 class AxisCell(NamedTuple):
-    """Constants of a cell of parameters.
+    """Constants of the axis for a cell, which is a box of plant parameters.
 
-    Accelerations are in rad/s^2 | m/s^2 (ratios to the inertia), `backlash` in rad | m.
-    gap_share: friction inside the backlash over friction of the axis. breakaway, gap_breakaway:
-    breakaway over friction, of the axis and inside the backlash. lag_time: integral of e^(-t/lag)
-    over a sample; lag_move: its second integral, minus that of the mean value.
+    Accelerations are in rad/s^2 | m/s^2 (effort divided by the inertia), `backlash` in rad | m.
+    gap_share: friction inside the backlash divided by the friction of the axis. breakaway,
+    gap_breakaway: breakaway divided by friction, of the axis and inside the backlash. lag_time:
+    integral of e^(-t/lag) over a sample [s]. lag_move: difference between the second integral of
+    e^(-t/lag) and that of its mean value [s^2].
     """
 
     period: float
@@ -135,7 +136,10 @@ class AxisCell(NamedTuple):
 
 @part_kernel
 def drive_bounds(f: Forms, o: int, c: AxisCell) -> tuple[float, float]:
-    """Return the least and the largest acceleration by drive and load during the sample."""
+    """Return the least and the largest acceleration by drive and load during the sample.
+
+    o: row of the first quantity of the axis. c: constants of the cell. The unit is rad/s^2 | m/s^2.
+    """
     low = min(lowest(f, o + DRIVE), lowest(f, o + NEXT))
     high = max(highest(f, o + DRIVE), highest(f, o + NEXT))
     least = min(c.ratio_low * low, c.ratio_high * low) - c.offset_high
@@ -146,7 +150,11 @@ def drive_bounds(f: Forms, o: int, c: AxisCell) -> tuple[float, float]:
 
 @part_kernel
 def frictions(contact: int, forward: bool, c: AxisCell) -> tuple[float, float, float]:
-    """Return least and largest friction, and the largest viscous coefficient, in a direction."""
+    """Return the least and largest friction and the largest viscous coefficient, over the inertia.
+
+    contact: contact with the load (ANY ... BEHIND). forward: True for a motion in positive
+    direction.
+    """
     inside = contact == GAP or contact == (BEHIND if forward else IN_FRONT)
     sure = contact == (FORWARD if forward else BACKWARD)
     least = c.friction_low * (1.0 if sure else c.gap_share)
@@ -156,7 +164,11 @@ def frictions(contact: int, forward: bool, c: AxisCell) -> tuple[float, float, f
 
 @part_kernel
 def breakaways(contact: int, forward: bool, c: AxisCell) -> tuple[float, float]:
-    """Return the least and the largest breakaway in a direction."""
+    """Return the least and the largest breakaway friction over the inertia [rad/s^2 | m/s^2].
+
+    contact: contact with the load (ANY ... BEHIND). forward: True for a motion in positive
+    direction.
+    """
     least, most, _ = frictions(contact, forward, c)
     inside = contact == GAP or contact == (BEHIND if forward else IN_FRONT)
     sure = contact == (FORWARD if forward else BACKWARD)
@@ -169,7 +181,7 @@ def breakaways(contact: int, forward: bool, c: AxisCell) -> tuple[float, float]:
 def prepare(f: Forms, o: int, c: AxisCell, nodes: Vector, weights: Vector) -> None:
     """Compute the coefficients of the motion in a known direction, which depend on the viscosity.
 
-    nodes, weights: of a quadrature on [-1, 1], exact for polynomials of high degree.
+    nodes, weights: Gauss quadrature on [-1, 1].
     """
     lam = f.center[o + VISCOUS]
     r = radius(f, o + VISCOUS)
@@ -205,14 +217,18 @@ def prepare(f: Forms, o: int, c: AxisCell, nodes: Vector, weights: Vector) -> No
 
 @part_kernel
 def _coefficient(f: Forms, d: int, a: int, value: float, slope: float, second: float) -> None:
-    """Set row d to value + slope (a - centre of a) +- second / 2."""
+    """Set row d to value + slope (a - centre of a), with an error of at most second / 2."""
     error = 0.5 * second + 1e-12 * abs(value)  # quadrature and rounding
     combine(f, d, slope, a, 0.0, a, value - slope * f.center[a], error)
 
 
 @part_kernel
 def advance(f: Forms, o: int, c: AxisCell, m: Vector) -> None:
-    """Advance the axis by one sample with the command in the row ACTING."""
+    """Advance the axis by one sample with the command in the row ACTING.
+
+    o: row of the first quantity of the axis. c: constants of the cell. m: state of the motion that
+    is not a form, such as the contact with the load (AT_REST ... COUNT_HIGH), updated in place.
+    """
     t = c.period
     decay = math.exp(-t / c.lag)
     combine(f, o + NEXT, decay, o + DRIVE, 1.0 - decay, o + ACTING, 0.0, 0.0)
@@ -319,7 +335,7 @@ def advance(f: Forms, o: int, c: AxisCell, m: Vector) -> None:
 def _contact_now(
     f: Forms, o: int, c: AxisCell, m: Vector, low: float, high: float, least: float, most: float
 ) -> int:
-    """Return the contact during the sample; ANY if it may change."""
+    """Return the contact with the load during the sample; ANY if it may change."""
     t = c.period
     contact = int(m[CONTACT])
     gap = c.friction_low * c.gap_share
@@ -337,7 +353,7 @@ def _contact_now(
 
 @part_kernel
 def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
-    """Update the contact after a sample that began with `contact`."""
+    """Update the contact with the load at the end of a sample that began with `contact`."""
     low, high = lowest(f, o + Y), highest(f, o + Y)
     a, b = m[SPEED_LOW], m[SPEED_HIGH]
     top = high - c.period * min(a, 0.0)  # largest position during the sample
@@ -375,9 +391,9 @@ def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
 
 @part_kernel
 def _viscous_excess(slope: float, kappa: float, speed: float, braking: float, t: float) -> float:
-    """Return by how much the mean viscous friction may exceed kappa times the final speed over t.
+    """Return a bound of (mean viscous friction) - kappa (final speed)/t over a sample of length t.
 
-    speed: bound of the speed; braking: bound of the deceleration without viscous friction.
+    speed: bound of the speed. braking: bound of the deceleration without viscous friction.
     """
     fall = 0.5 * t * max(0.0, braking + slope * speed)
     excess = max(0.0, slope * t - kappa) * speed / t + slope * min(fall, speed)
@@ -386,7 +402,7 @@ def _viscous_excess(slope: float, kappa: float, speed: float, braking: float, t:
 
 @part_kernel
 def _effort(f: Forms, o: int, c: AxisCell) -> None:
-    """Set EFFORT to the change of speed by drive and load in a sample without friction."""
+    """Set the row EFFORT to the change of speed in a sample by drive and load, without friction."""
     combine(f, o + WORK, c.period, o + ACTING, c.lag_time, o + LAG, 0.0, 0.0)
     multiply(f, o + EFFORT, o + RATIO, o + WORK)
     combine(f, o + EFFORT, 1.0, o + EFFORT, -c.period, o + OFFSET, 0.0, 0.0)
@@ -394,10 +410,10 @@ def _effort(f: Forms, o: int, c: AxisCell) -> None:
 
 @part_kernel
 def _trapezoid(f: Forms, o: int, c: AxisCell, error: float) -> None:
-    """Set MOVE to the integral of the speed from V to SPEED.
+    """Set the row MOVE to the distance of a sample in which the speed changes from V to SPEED.
 
-    The trapezoidal rule is exact for a constant acceleration. The drive's lag adds a term; error
-    bounds the part of a friction that is not constant.
+    The trapezoidal rule is exact for a constant acceleration. A second term corrects it for the lag
+    of the drive; `error` [rad | m] bounds the effect of a friction that is not constant.
     """
     combine(f, o + MOVE, 0.5 * c.period, o + V, 0.5 * c.period, o + SPEED, 0.0, error)
     multiply(f, o + WORK, o + RATIO, o + LAG)
@@ -406,7 +422,7 @@ def _trapezoid(f: Forms, o: int, c: AxisCell, error: float) -> None:
 
 @part_kernel
 def _known(f: Forms, o: int, c: AxisCell, sign: float, inside: bool) -> None:
-    """Set SPEED and MOVE for a known direction and a known friction."""
+    """Set the rows SPEED and MOVE for a known direction and a known friction."""
     if inside:
         combine(f, o + WORK, 1.0, o + V, 1.0, o + EFFORT, 0.0, 0.0)
         friction = -sign * c.period * c.gap_share
@@ -420,7 +436,7 @@ def _known(f: Forms, o: int, c: AxisCell, sign: float, inside: bool) -> None:
 
 @part_kernel
 def _linear(f: Forms, o: int, d: int, speed: int, acting: int, drive: int, force: int) -> None:
-    """Set row d to the sum of V, ACTING, DRIVE and EFFORT times the given coefficients."""
+    """Set row d to the sum of V, ACTING, DRIVE and EFFORT, each times its row of coefficients."""
     multiply(f, d, speed, o + V)
     multiply(f, o + WORK, acting, o + ACTING)
     combine(f, d, 1.0, d, 1.0, o + WORK, 0.0, 0.0)

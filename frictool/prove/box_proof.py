@@ -1,15 +1,17 @@
 """Proof of a step test for cells of the parameter box, and the share of the box that is proved.
 
-The axis depends on inertia J, viscous friction sigma, Coulomb friction F and constant K through the
-ratios K/J, F/J and sigma/J (axis_forms.py); the load over the inertia is in one interval for all
-plants. A cell is a box of these three ratios. The search halves cells that the tube does not
-decide. A cell is written as its path from the box of all ratios: one letter for each halving,
+The axis depends on inertia J, viscous friction sigma, Coulomb friction F and drive constant K
+through the ratios K/J, F/J and sigma/J (axis_forms.py); the load divided by the inertia is in one
+interval for all plants. A cell is a box of these three ratios. The search halves the cells that it
+cannot prove. A cell is written as its path from the box of all ratios: one letter for each halving,
 c (constant), f (Coulomb friction) or v (viscous friction) for the lower half, C, F or V for the
 upper one. K/J and F/J are halved at their geometric mean, sigma/J at its arithmetic mean.
 
-A cell is proved if every hold of the scenario is: from every position at which the hold before may
-end, the position stays within the overshoot, stays near its final value from the required response
-time on, ends within the static error and inside the band, and the drive then stays 0.
+A hold is an interval of time with a constant reference. A cell is proved if every hold of the
+scenario is proved from every position at which the previous hold may end. In a proved hold, the
+position stays within the overshoot, stays near its final value from the required response time on,
+and ends within the static error and inside the rest band of the controller, where the drive then
+stays 0. box_tube.py computes the enclosure of the motion, called a tube.
 """
 
 from __future__ import annotations
@@ -71,11 +73,12 @@ Box = dict[str, Ends]
 
 @dataclass(frozen=True)
 class HoldGoal:
-    """Plan of a hold and its limits.
+    """Reference and requirements of a hold, that is, of an interval with a constant reference.
 
-    origin, target: reference before and during the hold. overshoot, static, response: limits
-    [rad | m]; infinite without a requirement. still: latest time of rest, from the beginning of the
-    hold [s].
+    origin, target: reference before and during the hold. overshoot, static, response: limits of the
+    overshoot, the static error and the distance from the final value after the response time [rad |
+    m], infinite if not required. still: latest time at which the axis must be at rest, from the
+    beginning of the hold [s].
     """
 
     plan: StepPlan
@@ -90,7 +93,11 @@ class HoldGoal:
 
 @dataclass(frozen=True)
 class BoxTest:
-    """Step test of the box: loop, holds, start, box of the parameters and the constant load."""
+    """Step test for all plants of a parameter box.
+
+    loop: sampled loop. goals: requirements of each hold. start: first start. box: interval of each
+    parameter. load: constant load [N m | N]. travel: positions of the end stops [rad | m].
+    """
 
     loop: TubeLoop
     goals: tuple[HoldGoal, ...]
@@ -101,7 +108,7 @@ class BoxTest:
 
 
 def box_test(model: Model, controller: Controller, scenario: Scenario, spec: Spec) -> BoxTest | str:
-    """Return the test of the box, or the reason for which the tube does not treat it."""
+    """Return the step test of the parameter box, or the reason why it cannot be proved."""
     law = controller.position_law
     if (
         controller.structure != "speed_cascade"
@@ -114,12 +121,21 @@ def box_test(model: Model, controller: Controller, scenario: Scenario, spec: Spe
         or controller.feedforward is not None
         or controller.friction_compensation is not None
     ):
-        return "the tube treats a speed cascade with prefilter and band (action cut) only"
+        return (
+            "the proof over the box supports only a speed cascade with a prefilter and a "
+            "square-root position law with action cut"
+        )
     axis = axis_of(model)
     if min(axis.coulomb, axis.backlash, axis.lag) <= 0.0 or scenario.start is None:
-        return "the tube treats an axis with dry friction, backlash and a lag of the drive only"
+        return (
+            "the proof over the box needs a scenario with a start, and an axis whose Coulomb "
+            "friction, backlash and drive lag are above 0"
+        )
     if controller.delay_samples > 1 or controller.drive_limit > axis.drive_limit:
-        return "the tube treats a delay of at most one sample, and the drive limit of the axis"
+        return (
+            "the proof over the box needs a delay of at most one sample, and a controller whose "
+            "drive limit is at most that of the axis"
+        )
     program = controller_program(controller)
     fixed = AxisFixed(
         controller.sample_period_s,
@@ -154,10 +170,10 @@ def box_test(model: Model, controller: Controller, scenario: Scenario, spec: Spe
 def _goals(
     loop: TubeLoop, reference: Vector, start: float, spec: Spec
 ) -> tuple[HoldGoal, ...] | str:
-    """Return plan and limits of each hold, or the reason for which there are none."""
+    """Return the requirements of each hold, or the reason why the holds cannot be proved."""
     runs = constant_runs(reference)
     if not runs or runs[0][0] != 0 or any(a[1] != b[0] for a, b in itertools.pairwise(runs)):
-        return "the tube treats holds of a constant reference only"
+        return "the proof over the box supports only a piecewise constant reference"
     machine = copy_program(loop.compiled)
     count = math.floor(start / loop.step)
     start_at(machine, count * loop.step)
@@ -175,10 +191,10 @@ def _goals(
         moving = np.flatnonzero(~settled)
         length = (last - first) * loop.axis.period
         if moving.size == 0 or moving[-1] + 1 + COAST[-1] >= last - first:
-            return "the prefilter does not settle within a hold"
+            return "the prefilter does not settle while the reference is constant"
         decay = loop.limit * math.exp(-TAIL * length / loop.axis.lag)
         if decay > RESIDUE or last - first < 100:
-            return "a hold is too short for the drive to become 0"
+            return "an interval of constant reference is too short for the drive to become 0"
         rest = int(moving[-1]) + 1
         limit = spec.response_time_95_s
         response = rest
@@ -214,7 +230,10 @@ def _goals(
 
 
 def _latest_rest(spec: Spec, length: float) -> float:
-    """Return the time in a hold [s] from which the axis has to rest for final value and rest."""
+    """Return the latest time in a hold of `length` [s] at which the axis must come to rest [s].
+
+    The time follows from the requirements of the static error and of rest.
+    """
     latest = (1.0 - TAIL) * length
     if spec.rest is None or length < spec.rest.after_s:
         return latest
@@ -222,7 +241,7 @@ def _latest_rest(spec: Spec, length: float) -> float:
 
 
 def prove_cell(test: BoxTest, ratios: CellRatios) -> None:
-    """Prove all holds for a cell; raise OpenCell with the reason if this fails."""
+    """Prove all holds of the step test for a cell; raise OpenCell with the reason if this fails."""
     start = test.start
     for index, goal in enumerate(test.goals):
         parts = [start]
@@ -243,9 +262,9 @@ def prove_cell(test: BoxTest, ratios: CellRatios) -> None:
 
 
 def _hold(test: BoxTest, ratios: CellRatios, start: StepStart, goal: HoldGoal) -> list[StepBounds]:
-    """Return the bounds of a hold from a set of starts; raise OpenCell if they do not prove it."""
+    """Return the bounds of a hold from a set of starts; raise OpenCell if they prove too little."""
     if start.position[1] - start.position[0] > WIDEST_PART:
-        raise OpenCell("the starts are too far apart")
+        raise OpenCell("the interval of initial positions is too long")
     found = step_bounds(test.loop, ratios, start, goal.plan)
     for one in found:
         _check(test, goal, one)
@@ -253,7 +272,7 @@ def _hold(test: BoxTest, ratios: CellRatios, start: StepStart, goal: HoldGoal) -
 
 
 def _divided(start: StepStart, step: float) -> list[StepStart]:
-    """Return the halves of an interval of starts, or an empty list if it is small enough."""
+    """Return the halves of an interval of initial positions; empty for a short interval."""
     low, high = start.position
     if high - low <= SMALLEST_PART * step * (1.0 + 1e-9):
         return []
@@ -264,7 +283,7 @@ def _divided(start: StepStart, step: float) -> list[StepStart]:
 def _next_start(
     test: BoxTest, following: HoldGoal, goal: HoldGoal, ends: list[StepBounds]
 ) -> StepStart:
-    """Return the start of the next hold: all final positions, and the contact if it is known."""
+    """Return the start of the hold `following`: the final positions and contact after `goal`."""
     low = min(one.final[0] for one in ends)
     high = max(one.final[1] for one in ends)
     forward = goal.target > goal.origin
@@ -278,9 +297,9 @@ def _next_start(
 
 
 def _check(test: BoxTest, goal: HoldGoal, bounds: StepBounds) -> None:
-    """Raise OpenCell if the bounds of a step do not prove the requirements.
+    """Raise OpenCell if the bounds of a hold do not prove its requirements.
 
-    A reading is at most the position, and above the position minus one encoder step.
+    An encoder reading is at most the position, and above the position minus one encoder step.
     """
     step, plan = test.loop.step, goal.plan
     low, high = bounds.passed[0] - step - SLACK, bounds.passed[1] + SLACK
@@ -302,12 +321,15 @@ def _check(test: BoxTest, goal: HoldGoal, bounds: StepBounds) -> None:
 
 
 def _count(position: float, step: float) -> float:
-    """Return a lower bound of the reading at a position."""
+    """Return a lower bound of the encoder reading at a position."""
     return math.floor((position - SLACK) / step) * step - SLACK
 
 
 def first_cells(test: BoxTest) -> list[str]:
-    """Return the cells at which the search begins, from the middle of the range of F/J outwards."""
+    """Return the paths of the cells with which the search begins.
+
+    The cells are sorted from the middle of the range of F/J outwards.
+    """
     friction = root(test)[1]
     middle = math.sqrt(friction[0] * friction[1])
     queue, cells = [""], []
@@ -322,7 +344,7 @@ def first_cells(test: BoxTest) -> list[str]:
 
 
 def is_proved(test: BoxTest, path: str) -> bool:
-    """Return True if the tube proves a cell."""
+    """Return True if the enclosure of box_tube.py proves the cell at `path`."""
     try:
         prove_cell(test, ratios_of(test, path))
     except OpenCell:
@@ -331,7 +353,7 @@ def is_proved(test: BoxTest, path: str) -> bool:
 
 
 def is_partition(test: BoxTest, cells: Sequence[str]) -> bool:
-    """Return True if all paths are paths of the search, and no cell contains another."""
+    """Return True if all paths are paths of the search, and no cell contains another cell."""
     for path in cells:
         for k in range(len(path)):
             if path[: k + 1] not in halves(test, path[:k]):
@@ -346,10 +368,11 @@ def search(
     progress: Callable[[float], None] = lambda _: None,
     cores: int | None = None,
 ) -> tuple[str, ...]:
-    """Return the paths of the cells that are proved within a time.
+    """Return the paths of the cells that are proved within `seconds`.
 
-    The search begins with `first_cells`; the halves of undecided cells follow. `cores` processes
-    share the cells.
+    The search begins with `first_cells` and continues with the halves of cells that it could not
+    prove. progress(f) is called with the completed fraction f (0 to 1). `cores`: number of
+    processes that share the cells, by default one for each core.
     """
     begin = time.monotonic()
     cells = first_cells(test)
@@ -374,7 +397,11 @@ def prove_cells(
     progress: Callable[[float], None] = lambda _: None,
     cores: int | None = None,
 ) -> tuple[str, ...]:
-    """Prove cells again; return the proved ones, or none if they are no cells of a search."""
+    """Prove the listed cells again, and return the paths of the proved ones.
+
+    The result is empty if the cells overlap or are not cells of the search. progress(f) is called
+    with the completed fraction f (0 to 1).
+    """
     if not is_partition(test, cells):
         return ()
     proved = []
@@ -388,12 +415,12 @@ def prove_cells(
 
 
 def total_share(test: BoxTest, cells: Iterable[str]) -> float:
-    """Return the share of the box's volume in cells, of which none contains another."""
+    """Return the share of the box's volume (0 to 1) that disjoint cells cover."""
     return math.fsum(share_of(test, path) for path in cells)
 
 
 def root(test: BoxTest) -> tuple[Ends, Ends, Ends]:
-    """Return the intervals of K/J, F/J and sigma/J of the whole box."""
+    """Return the intervals of K/J, F/J and sigma/J for the whole parameter box."""
     low, high = test.box["inertia"]
     constant, coulomb, viscous = (test.box[name] for name in ("constant", "coulomb", "viscous"))
     return (
@@ -404,7 +431,7 @@ def root(test: BoxTest) -> tuple[Ends, Ends, Ends]:
 
 
 def intervals_of(test: BoxTest, path: str) -> tuple[Ends, Ends, Ends]:
-    """Return the intervals of the ratios of a cell."""
+    """Return the intervals of K/J, F/J and sigma/J of the cell at `path`."""
     sides = list(root(test))
     for letter in path:
         index = LETTERS.index(letter.lower())
@@ -415,7 +442,7 @@ def intervals_of(test: BoxTest, path: str) -> tuple[Ends, Ends, Ends]:
 
 
 def ratios_of(test: BoxTest, path: str) -> CellRatios:
-    """Return the ratios of a cell, widened by the rounding of their computation."""
+    """Return the parameter ratios of the cell at `path`, widened by the rounding errors."""
     low, high = test.box["inertia"]
     loads = sorted((test.load / low, test.load / high))
     wide = [(a * (1.0 - 1e-12), b * (1.0 + 1e-12)) for a, b in intervals_of(test, path)]
@@ -425,7 +452,7 @@ def ratios_of(test: BoxTest, path: str) -> CellRatios:
 
 
 def halves(test: BoxTest, path: str) -> Iterator[str]:
-    """Yield the halves of a cell, divided in the direction in which it is largest."""
+    """Yield the paths of a cell's halves; the cell is divided along its largest relative size."""
     relative = sizes(test, path)
     letter = LETTERS[relative.index(max(relative))]
     yield path + letter
@@ -433,7 +460,7 @@ def halves(test: BoxTest, path: str) -> Iterator[str]:
 
 
 def sizes(test: BoxTest, path: str) -> tuple[float, float, float]:
-    """Return the sizes of a cell, relative to those with which the search begins."""
+    """Return the sizes of a cell in K/J, F/J and sigma/J, relative to FIRST_SIZE."""
     ratio, friction, viscous = intervals_of(test, path)
     return (
         math.log(ratio[1] / ratio[0]) / FIRST_SIZE[0],
@@ -443,10 +470,11 @@ def sizes(test: BoxTest, path: str) -> tuple[float, float, float]:
 
 
 def share_of(test: BoxTest, path: str) -> float:
-    """Return the share of the box's volume (J, sigma, F, K) in a cell.
+    """Return the share of the volume of the box (J, sigma, F, K) that the cell at `path` covers.
 
-    For a fixed J, the cell is a box, whose sides are piecewise linear in J; the integral over J is
-    exact with Gauss's rule between the points where a side changes.
+    For a fixed J, the cell is a box in (sigma, F, K), whose sides are piecewise linear in J. The
+    integral over J is exact with Gauss's rule between the values of J at which the slope of a side
+    changes.
     """
     ratio, friction, viscous = intervals_of(test, path)
     low, high = test.box["inertia"]

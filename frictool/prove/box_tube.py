@@ -1,8 +1,10 @@
-"""Tube of a step for all plants of a cell of parameters: affine forms from sample to sample.
+"""Tube of a step: enclosure of the motion of all plants of a cell of parameters, sample by sample.
 
+The tube consists of affine forms (affine_forms.py) of position, speed, drive and controller states.
 The encoder's reading is the position minus half a count, plus an independent error of half a count
-at each sample. Before the first motion, the reading is known. If the condition of the band is
-undecided, the tube branches: in one branch the axis is inside the band, in the other outside.
+at each sample. Before the first motion, the reading is known. If it is uncertain whether the axis
+is inside the rest band of the controller, the tube branches: in one branch the axis is inside the
+band, in the other outside.
 
 When the prefilter overshoots, it is settled for some samples; the controller then rests, and its
 states are numbers. At such a sample the generators of position, speed and drive are joined
@@ -76,11 +78,16 @@ def run_samples(
     past: Forms,
     score: Vector,
 ) -> int:
-    """Run the samples span[0] to span[1] - 1; span[0] is then the sample that is reached.
+    """Run the tube from sample span[0] to span[1] - 1, and set span[0] to the sample reached.
 
-    span[2]: choice at an undecided band, or -1. span[3]: first sample of which
-    `past` keeps the position; generators are not reduced from then on. Returns DONE, FULL,
-    UNBOUNDED, or the row of an undecided band.
+    span[2]: decision if it is uncertain whether the axis is inside the rest band (1 inside, 0
+    outside,
+    -1 to return instead). span[3]: first sample whose position is stored in `past`; from then on no
+    generator is removed. m: motion state (axis_forms.py). reference (n,): reference at each sample.
+    step: encoder step. delay: samples. limit: drive limit. rows: rows that keep values between
+    samples. record (n, 4): bounds of the position at each sample and until the next. Returns DONE,
+    FULL (no generator is free), UNBOUNDED (the position is too uncertain), or the row of an
+    uncertain band condition.
     """
     o = c.scratch + 1
     while span[0] < span[1]:
@@ -142,10 +149,11 @@ def run_samples(
 
 @kernel
 def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vector) -> None:
-    """Bound the final position and the distance of earlier positions from it.
+    """Bound the final position of an axis with released drive, and the distance of `past` from it.
 
-    stop: additional speed by the decaying drive; least deceleration forwards and backwards. past:
-    forms of `count` earlier positions. bounds: the results, columns LOW, HIGH, ERROR.
+    stop: additional speed by the decaying drive, and least deceleration forwards and backwards.
+    past: forms of the position at `count` earlier samples. bounds: array for the results, LOW and
+    HIGH of the final position and the largest distance ERROR [rad | m].
     """
     bounds[LOW] = np.inf
     bounds[HIGH] = -np.inf
@@ -187,9 +195,11 @@ def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vecto
 
 @dataclass(frozen=True)
 class CellRatios:
-    """Intervals (low, high) of constant, Coulomb friction, viscous friction and load over inertia.
+    """Parameter ratios of a cell, as intervals (low, high).
 
-    Units: rad/s^2 or m/s^2 per A or V; rad/s^2 or m/s^2; 1/s; rad/s^2 or m/s^2.
+    ratio: drive constant over inertia [rad/s^2 or m/s^2 per A or V]. friction: Coulomb friction
+    over inertia [rad/s^2 | m/s^2]. viscous: viscous friction over inertia [1/s]. offset: constant
+    load over inertia [rad/s^2 | m/s^2].
     """
 
     ratio: tuple[float, float]
@@ -200,7 +210,7 @@ class CellRatios:
 
 @dataclass(frozen=True)
 class AxisFixed:
-    """Properties of the axis that all plants of the box share; as in AxisCell."""
+    """Properties of the axis that all plants of the box share, with the names of AxisCell."""
 
     period: float
     lag: float
@@ -210,7 +220,7 @@ class AxisFixed:
     backlash: float
 
     def cell(self, ratios: CellRatios) -> AxisCell:
-        """Return the constants of a cell."""
+        """Return the constants of the axis for the cell with the parameter `ratios`."""
         first = self.lag * (1.0 - math.exp(-self.period / self.lag))
         second = self.lag * (self.period - first)
         return AxisCell(
@@ -231,9 +241,10 @@ class AxisFixed:
 
 @dataclass(frozen=True)
 class TubeLoop:
-    """Sampled loop without its plant.
+    """Sampled loop with the properties of the axis that all plants of the box share.
 
-    step: encoder step. delay: samples. limit: of the drive. band: half width of the band.
+    step: encoder step [rad | m]. delay: delay of the command [samples]. limit: drive limit [A | V].
+    band: half-width of the controller's rest band [rad | m].
     """
 
     program: Program
@@ -246,12 +257,12 @@ class TubeLoop:
 
     @cached_property
     def names(self) -> dict[str, int]:
-        """Return name -> row of the named nodes."""
+        """Return a dictionary from the name of a program node to its row in the table of forms."""
         return {name: index for index, name in self.program.names.items()}
 
     @cached_property
     def rows(self) -> ControllerRows:
-        """Return the program for the kernels."""
+        """Return the controller's program and the rows that the enclosure treats separately."""
         compiled, names = self.compiled, self.names
         states = compiled.writes.shape[0]
         first = compiled.real.size - states
@@ -272,23 +283,23 @@ class TubeLoop:
 
     @cached_property
     def first(self) -> int:
-        """Return the first row of the axis."""
+        """Return the row of the axis's first quantity in the table of forms."""
         return self.rows.scratch + 1
 
     @cached_property
     def position_before(self) -> int:
-        """Return the row of the last reading."""
+        """Return the row of the encoder reading at the last sample."""
         return self.program.states["position_before"].index
 
     @cached_property
     def states(self) -> tuple[int, ...]:
-        """Return the rows of the controller's states, except the last reading."""
+        """Return the rows of the controller's states, except the last encoder reading."""
         rows = (int(row) for row in self.compiled.writes[:, 0])
         return tuple(row for row in rows if row != self.position_before)
 
     @cached_property
     def kept(self) -> IntVector:
-        """Return the rows that keep values from one sample to the next."""
+        """Return the rows of controller and axis that keep values from one sample to the next."""
         axis = (ax.Y, ax.V, ax.DRIVE, ax.ACTING, ax.PENDING, ax.READ)
         own = (self.position_before, self.rows.drive_before)
         return np.array([*self.states, *own, *(self.first + row for row in axis)])
@@ -296,12 +307,13 @@ class TubeLoop:
 
 @dataclass(frozen=True)
 class StepStart:
-    """Start of a step at rest.
+    """Set of starts of a step, with the axis at rest.
 
-    - position: interval of the axis
-    - values: values of the controller's rows
-    - contact, reach, far: contact with the load, least and largest distance to it, position of the
-      contact (ax.CONTACT, ax.REACH_LOW, ax.REACH_HIGH, ax.FAR)
+    - position: interval of the axis position [rad | m]
+    - values: values of the controller program's nodes
+    - contact: contact with the load (ANY ... BEHIND of axis_forms.py)
+    - reach: least and largest distance to the contact in the direction of motion [rad | m]
+    - far: position of the contact, if it is in front of or behind the axis [rad | m]
     """
 
     position: tuple[float, float]
@@ -313,13 +325,13 @@ class StepStart:
 
 @dataclass(frozen=True)
 class StepPlan:
-    """Reference of a step and its times in samples of the hold.
+    """Reference of a step, and times of the step in samples from its beginning.
 
-    - reference: one value per sample, (n,)
+    - reference: one value per sample (n,) [rad | m]
     - response: first sample at which the position has to stay near its final value
-    - pause: sample after which the controller has rested on the way, or 0
-    - settled: first sample from which the prefilter is settled
-    - tracked: least and largest filtered reference from `settled` on
+    - pause: sample after which the prefilter has been settled for a while and moves again, or 0
+    - settled: first sample from which the prefilter stays settled
+    - tracked: least and largest filtered reference from `settled` on [rad | m]
     """
 
     reference: Vector
@@ -331,13 +343,13 @@ class StepPlan:
 
 @dataclass(frozen=True)
 class StepBounds:
-    """Bounds of a step for all plants of a cell.
+    """Bounds of a step for all plants of a cell; positions as (low, high) in rad | m.
 
-    final: final position. passed, reached: position at the samples of the step, and at all times.
-    late: position from `settled` on.
-    error: largest distance of the position from its final value, from `response` on. still: time
-    from the beginning of the hold to rest [s]. contact, far: contact with the load at the end.
-    positions: least and largest position at each sample, (n, 2).
+    final: final position. passed: position at the samples of the step. reached: position at all
+    times. late: position at the samples from `settled` on. error: largest distance of the position
+    from its final value, from `response` on. still: time from the beginning of the step to rest
+    [s]. contact, far: contact with the load at the end (StepStart). positions (n, 2): least and
+    largest position at each sample. `settled` and `response` are samples of StepPlan.
     """
 
     final: tuple[float, float]
@@ -352,7 +364,7 @@ class StepBounds:
 
 
 class OpenCell(Exception):
-    """The tube does not decide a cell; the message is the reason."""
+    """Error: the enclosure does not prove a cell; the message is the reason."""
 
 
 @dataclass
@@ -376,7 +388,10 @@ class _Tube:
 def step_bounds(
     loop: TubeLoop, ratios: CellRatios, start: StepStart, plan: StepPlan
 ) -> list[StepBounds]:
-    """Return the bounds of the branches of a step; raise OpenCell if the tube decides nothing."""
+    """Return the bounds of a step for each branch of the tube.
+
+    Raises OpenCell if the enclosure becomes too wide, or if no bounds of the rest follow from it.
+    """
     cell = loop.axis.cell(ratios)
     stack = [_started(loop, ratios, start, plan)]
     arrived: list[_Tube] = []
@@ -389,7 +404,7 @@ def step_bounds(
             continue
         branches += 1
         if branches > MOST_BRANCHES:
-            raise OpenCell("too many branches at the band")
+            raise OpenCell("too many branches of the tube at the rest band")
         stack += (_branch(loop, cell, tube.copy(), plan, inside) for inside in (0, 1))
     return [_finish(loop, cell, ratios, tube, plan) for tube in arrived]
 
@@ -436,7 +451,7 @@ def _started(loop: TubeLoop, ratios: CellRatios, start: StepStart, plan: StepPla
 def _follow(
     loop: TubeLoop, cell: AxisCell, tube: _Tube, plan: StepPlan, last: int, choice: int = -1
 ) -> int:
-    """Run the tube to the sample `last`; return DONE, or the row of an undecided band."""
+    """Run the tube to the sample `last`; return DONE, or the row of an uncertain band condition."""
     span = np.array([tube.sample, last, choice, plan.response])
     status = run_samples(
         tube.forms,
@@ -460,7 +475,7 @@ def _follow(
 
 
 def _branch(loop: TubeLoop, cell: AxisCell, tube: _Tube, plan: StepPlan, inside: int) -> _Tube:
-    """Run one sample with the decision that the axis is inside (1) or outside (0) the band."""
+    """Run one sample of a tube whose axis is assumed inside (1) or outside (0) the rest band."""
     m = tube.motion
     tracked = tube.forms.center[loop.program.nodes[loop.names["error"]].args[0].index]
     if inside and m[ax.SPEED_LOW] >= 0.0:
@@ -474,19 +489,19 @@ def _branch(loop: TubeLoop, cell: AxisCell, tube: _Tube, plan: StepPlan, inside:
 def _finish(
     loop: TubeLoop, cell: AxisCell, ratios: CellRatios, tube: _Tube, plan: StepPlan
 ) -> StepBounds:
-    """Follow the tube to the rest of the controller, and bound the final position."""
+    """Follow the tube until the controller releases the drive, and bound the final position."""
     o = loop.first
     if plan.pause:
         if tube.motion[ax.AT_REST] == 0.0:
             _join(loop, tube.forms)
         if _follow(loop, cell, tube, plan, plan.settled) != DONE:
-            raise OpenCell(f"the band is undecided at sample {tube.sample}")
+            raise OpenCell(f"rest band not certainly reached or left at sample {tube.sample}")
     bounds = np.array([-np.inf, np.inf, np.inf])
     still = np.inf
     for samples in COAST:
         # inside the band: the caller checks this with the bounds `late`
         if _follow(loop, cell, tube, plan, plan.settled + samples, 1) != DONE:
-            raise OpenCell(f"the band is undecided at sample {tube.sample}")
+            raise OpenCell(f"rest band not certainly reached or left at sample {tube.sample}")
         stop = _stopping(loop, ratios, tube.forms)
         if stop is None:
             continue
@@ -500,7 +515,7 @@ def _finish(
         still = min(still, tube.sample * cell.period + speed / min(stop[1], stop[2]))
     record = tube.record
     if not (np.isfinite([*bounds, still]).all() and np.isfinite(record).all()):
-        raise OpenCell("the drive is not small enough after the cut")
+        raise OpenCell("the released drive may still move the axis")
     low, high = float(bounds[LOW]), float(bounds[HIGH])
     late = record[plan.settled :]
     return StepBounds(
@@ -517,7 +532,7 @@ def _finish(
 
 
 def _stopping(loop: TubeLoop, ratios: CellRatios, f: Forms) -> Vector | None:
-    """Return `stop` of `coast`; None if the drive may still move an axis at rest."""
+    """Return the argument `stop` of `coast`; None if the drive may still move an axis at rest."""
     o = loop.first
     for row in (o + ax.ACTING, o + ax.PENDING):
         if f.extent[row] or f.error[row] or f.center[row]:
@@ -531,7 +546,11 @@ def _stopping(loop: TubeLoop, ratios: CellRatios, f: Forms) -> Vector | None:
 
 
 def _pushed(ratios: CellRatios, axis: AxisFixed, m: Vector, end: float, sign: int) -> float:
-    """Return a bound of the final position that uses the load's friction beyond its contact."""
+    """Return a tighter bound of the final position if the axis must push the load to reach `end`.
+
+    The friction beyond the contact is that of the axis with its load, above that inside the
+    backlash.
+    """
     if m[ax.CONTACT] != (ax.IN_FRONT if sign > 0 else ax.BEHIND) or sign * (end - m[ax.FAR]) <= 0:
         return end
     share = max(
@@ -543,10 +562,11 @@ def _pushed(ratios: CellRatios, axis: AxisFixed, m: Vector, end: float, sign: in
 
 
 def _join(loop: TubeLoop, f: Forms) -> None:
-    """Join generators of similar direction in position and speed, if the controller has reset.
+    """Join generators of similar direction in the plane of position and speed.
 
-    The generators of a sector are replaced by their sum d, with the sign that points into the upper
-    half plane. Each of them is share * d plus a rest; the rests become errors.
+    This is done only if the states of the controller are numbers. The generators of a sector of
+    directions are replaced by their sum d, with the sign that points into the upper half plane.
+    Each generator is share * d plus a remainder; the remainders become errors.
     """
     if any(f.extent[row] or f.error[row] for row in loop.states):
         return

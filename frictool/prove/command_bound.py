@@ -1,4 +1,4 @@
-"""Bound of the command that is valid for every plant.
+"""Bound of the controller's command that is valid for every plant and every start.
 
 The output of a controller program (adapters/controller_composition.py) is 0, or a drive that
 `drive_limit.limit` has clipped. In every number format, |command| is therefore at most the stored
@@ -19,7 +19,7 @@ from frictool.documents.controller import Controller, ProgramNumber
 
 
 def command_bound(controller: Controller, number: ProgramNumber) -> float:
-    """Return a bound of |command| [A | V] for every plant and start; infinity if there is none."""
+    """Return a bound of |command| [A | V] for every plant and start; infinity if none is proved."""
     program = controller_program(controller)
     assert program.output is not None
     if any(math.isinf(one.low) or math.isinf(one.high) for one in program.states.values()):

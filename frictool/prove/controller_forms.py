@@ -1,11 +1,13 @@
 """One sample of a controller's program on affine forms (affine_forms.py).
 
-Each operation has an enclosure: linear operations and products as in affine_forms.py, |x|, square
-root, minimum and maximum as lines with an error, a comparison as 0, 1 or undecided. An undecided
-selection is the mean of its two values plus half of their largest difference, with two exceptions:
+Each operation has an enclosure. Linear operations and products are those of affine_forms.py; |x|,
+square root, minimum and maximum are lines with an error; a comparison is 0, 1 or undecided. If the
+condition of a selection is undecided, the result is the mean of both values plus an error of half
+their largest difference, with two exceptions:
 
-- eta, which is held while the last command was limited and the change of eta has its sign
-- the condition of the band, at which the tube branches (box_tube.py)
+- eta, which keeps its value while the last command was limited and the change of eta has the sign
+  of that command
+- the condition of the controller's rest band, at which the tube branches (box_tube.py)
 """
 
 from __future__ import annotations
@@ -40,10 +42,11 @@ NEGLIGIBLE = 1e-6  # share of a radius below which the error of an operation sta
 class ControllerRows(NamedTuple):
     """Program of a controller, and the rows that the enclosure treats separately.
 
-    code, terms, writes, ports: as in CompiledProgram. band: condition of the band. eta, change:
-    state eta at this sample and its change. drive: command before the limit; drive_before: its
-    value at the last sample. next_state: first of the rows that take the new values of the states.
-    scratch: a free row.
+    code, terms, writes, ports: as in CompiledProgram. The other fields are rows of the table of
+    forms. band: condition that the axis is inside the rest band. eta, change: integral eta at this
+    sample, and its change. drive: command before the limit. drive_before: command of the last
+    sample before the limit. next_state: first row of the next values of the states. scratch: row
+    for intermediate results.
     """
 
     code: Rows
@@ -61,9 +64,10 @@ class ControllerRows(NamedTuple):
 
 @part_kernel
 def run_program(f: Forms, c: ControllerRows, limit: float, choice: int) -> int:
-    """Compute the rows of one sample; return DECIDED, or the band's row if it is undecided.
+    """Run one sample of a controller on affine forms.
 
-    choice: value of the band's condition if it is undecided; -1: return instead.
+    limit: drive limit. choice: value to use if the condition of the rest band is undecided; -1
+    stops the sample instead. Returns DECIDED, or the row of the undecided condition.
     """
     for k in range(c.ports[GUARD_ROWS], c.code.shape[0]):
         operation = c.code[k, 0]
@@ -126,7 +130,7 @@ def run_program(f: Forms, c: ControllerRows, limit: float, choice: int) -> int:
 
 @part_kernel
 def update_states(f: Forms, c: ControllerRows) -> None:
-    """Set the states of the program to their new values."""
+    """Set the states of the program to their next values."""
     copy_row(f, c.drive_before, c.drive)
     for k in range(c.writes.shape[0]):
         copy_row(f, c.next_state + k, c.writes[k, 1])
@@ -148,7 +152,7 @@ def _above(value: float) -> float:
 
 @part_kernel
 def _dot(f: Forms, c: ControllerRows, d: int, first: int, last: int) -> None:
-    """Set row d to a scalar product of constants and rows, in the controller's order."""
+    """Set row d to a sum of products of constants and rows, in the controller's order."""
     total = f.center[c.terms[first, 0]] * f.center[c.terms[first, 1]]
     extent = 0
     exact = True
@@ -210,7 +214,7 @@ def _root(f: Forms, d: int, a: int) -> None:
 
 @part_kernel
 def _truth(f: Forms, d: int, low: float, high: float) -> None:
-    """Set row d to a truth value between low and high (0 or 1 each)."""
+    """Set row d to a truth value between low and high, each 0 or 1."""
     assign(f, d, 0.5 * (low + high))
     f.error[d] = 0.5 * (high - low)
 
@@ -241,9 +245,9 @@ def _select(f: Forms, c: ControllerRows, d: int, a: int, b: int, e: int, limit: 
 
 @part_kernel
 def _largest_held(f: Forms, c: ControllerRows, sign: float, limit: float) -> float:
-    """Return a bound of sign * change of eta where sign * (last drive) exceeds the limit.
+    """Return a bound of sign * (change of eta) where sign * (last drive) exceeds the limit.
 
-    For every factor >= 0, sign * change <= sign * change + factor (sign * drive - limit) there.
+    There, sign * change <= sign * change + factor (sign * drive - limit) for every factor >= 0.
     """
     best = np.inf
     for t in range(15):

@@ -4,8 +4,8 @@ The controller reads the position as a count. If the counts from two starts agre
 the commands are identical; the controller's program therefore runs with numbers instead of sets.
 The axis moves by the same distance from both starts (axis_enclosure.py). The range of starts is
 divided wherever a count differs. With the start phi, the displacement X(k) at sample k, and the
-encoder step, the count changes to n at phi = n step - X(k). The parts overlap by the width of X and
-by OVERLAP, so that they cover every start.
+encoder step, the count changes to n at phi = n step - X(k). Since X is an interval, the parts of
+the range overlap by the width of X and by OVERLAP, so that they cover every start.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ DRIVE_SLACK = 1e-9  # relative distance of the drive from the breakaway while th
 class LoopOfPlant:
     """Sampled loop of one plant and one number format.
 
-    - running: program of the controller before its start
-    - reference: one value per sample, (n,), rad | m
-    - delay: delay of the command in samples
-    - encoder_step: encoder step, rad | m
-    - start: initial position, rad | m; the proof is valid for every initial position with the same
+    - running: compiled program of the controller, not yet started
+    - reference: one value per sample (n,) [rad | m]
+    - delay: delay of the command [samples]
+    - encoder_step: encoder step [rad | m]
+    - start: initial position [rad | m]; the proof is valid for every initial position with the same
       encoder count
-    - travel: positions of the end stops, rad | m; a run that may reach an end stop is not proved
+    - travel: positions of the end stops [rad | m]; a run that may reach an end stop is not proved
     """
 
     plant: PlantBox
@@ -67,11 +67,11 @@ class LoopOfPlant:
 class PhaseRun:
     """Runs from the starts [low, high] [rad | m], with equal readings and commands at every sample.
 
-    - position: readings of the encoder, (n,), rad | m
-    - command: commands of the controller, (n,), A | V
+    - position: readings of the encoder (n,) [rad | m]
+    - command: commands of the controller (n,) [A | V]
     - rests: True if the axis is at rest at the end
-    - reason: reason why nothing is proved for these starts; empty if the runs are proved. With a
-      reason, `position` and `command` end before the undecided sample
+    - reason: empty if the runs are proved; otherwise the reason why nothing is proved for these
+      starts. `position` and `command` then end before the undecided sample
     """
 
     low: float
@@ -100,7 +100,7 @@ class _Branch:
 
 
 def phase_runs(loop: LoopOfPlant) -> Iterator[PhaseRun]:
-    """Yield the runs from all starts with the encoder count of `loop.start`, in rising order."""
+    """Yield the runs from all starts with the encoder count of `loop.start`, lowest start first."""
     step = loop.encoder_step
     count = math.floor(loop.start / step)
     low, high = count * step, (count + 1) * step
@@ -126,7 +126,10 @@ def phase_runs(loop: LoopOfPlant) -> Iterator[PhaseRun]:
 
 
 def _followed(loop: LoopOfPlant, branch: _Branch, stack: list[_Branch]) -> PhaseRun | None:
-    """Follow a branch until it ends or is divided; put the parts on the stack."""
+    """Follow a branch to its end and return its runs.
+
+    If the branch is divided, its parts are put on the stack and the result is None.
+    """
     n = loop.reference.size
     while branch.sample < n:
         k = branch.sample
@@ -183,7 +186,7 @@ def _ended(branch: _Branch, reason: str) -> PhaseRun:
 
 
 def _divided(loop: LoopOfPlant, branch: _Branch) -> list[_Branch]:
-    """Return the parts of the branch, one for each encoder count that may be read now."""
+    """Return the parts of a branch, one for each encoder count that is possible at this sample."""
     step, moved = loop.encoder_step, branch.state.moved
     overlap = OVERLAP * step
     first = math.floor((branch.low + moved.low - overlap) / step)
@@ -214,7 +217,7 @@ def _still_drives(state: AxisSet, p: PlantBox) -> tuple[float, float]:
 
 
 def _stays(loop: LoopOfPlant, branch: _Branch) -> bool:
-    """Return True if the axis rests, and its drive and the delayed commands leave it at rest."""
+    """Return True if the axis rests and stays at rest under its drive and delayed commands."""
     if branch.state.direction != 0:
         return False
     low, high = _still_drives(branch.state, loop.plant)
@@ -226,7 +229,7 @@ def _stays(loop: LoopOfPlant, branch: _Branch) -> bool:
 
 
 def _stand(loop: LoopOfPlant, branch: _Branch) -> None:
-    """Let the axis rest until a command acts that may move it, or to the end."""
+    """Advance a branch at rest until a command acts that may move the axis, or to the end."""
     k = branch.sample
     reading = branch.reading
     if branch.at is None or branch.state.moved != branch.at:

@@ -62,20 +62,20 @@ class RoundedInterval:
 
     @property
     def width(self) -> float:
-        """Return an upper bound of the width."""
+        """Return an upper bound of high - low."""
         return nextafter(self.high - self.low, inf)
 
     @property
     def magnitude(self) -> float:
-        """Return the largest absolute value."""
+        """Return the largest absolute value of the numbers in the interval."""
         return max(abs(self.low), abs(self.high))
 
     def hull(self, other: RoundedInterval) -> RoundedInterval:
-        """Return the smallest interval that contains both."""
+        """Return the smallest interval that contains this interval and `other`."""
         return RoundedInterval(min(self.low, other.low), max(self.high, other.high))
 
     def clipped(self, low: float, high: float) -> RoundedInterval:
-        """Return the interval of min(max(x, low), high) for x in this interval."""
+        """Return the interval of min(max(x, low), high) for all x in this interval."""
         return RoundedInterval(min(max(self.low, low), high), min(max(self.high, low), high))
 
 
@@ -83,7 +83,7 @@ ZERO = RoundedInterval(0.0, 0.0)
 
 
 def point(value: float) -> RoundedInterval:
-    """Return the interval that contains one double."""
+    """Return the interval that contains only the double `value`."""
     return RoundedInterval(value, value)
 
 
@@ -91,7 +91,7 @@ WHOLE = tuple(point(float(n)) for n in range(64))  # whole numbers of series
 
 
 def decay(rate_time: RoundedInterval) -> RoundedInterval:
-    """Return an enclosure of e^-x for an interval x >= 0, from a Taylor series."""
+    """Return an enclosure of e^-x for an interval of x >= 0, from a Taylor series."""
     halvings = 0
     x = rate_time
     while x.high > 0.5:

@@ -22,7 +22,11 @@ def verdict_of(proof: Proof) -> str:
 
 
 def json_view(proof: Proof, differing: tuple[str, ...] | None) -> dict[str, Any]:
-    """Return a proof as JSON values; `differing`: keys for which a repeated proof differs."""
+    """Return a proof as JSON values.
+
+    differing: keys in which a repeated proof differs from the stored one; None if it was not
+    repeated.
+    """
     return {
         "name": proof.name,
         "verdict": verdict_of(proof),
@@ -68,7 +72,7 @@ def lines(proof: Proof) -> list[str]:
 
 
 def _rest_in_band(proof: Proof) -> list[str]:
-    """Prove rest in the band for every plant of the box; return the lines of a successful proof."""
+    """Return the lines of a successful proof of rest in the rest band for all plants of the box."""
     controller, certificate = proof.controller, proof.controller.certificate
     if certificate is None:
         return []
@@ -87,7 +91,10 @@ def _plants(proof: Proof) -> str:
 
 
 def confirmation(again: Proof, differing: tuple[str, ...]) -> list[str]:
-    """Return text lines for a repeated proof, with the keys in which the stored proof differs."""
+    """Return text lines for a repeated proof, with the keys in which the stored proof differs.
+
+    again: repeated proof. differing: these keys; empty if the stored proof is confirmed.
+    """
     if not differing:
         return [
             *lines(again),

@@ -1,9 +1,9 @@
 """Proof of a step test: all runs of each plant from one encoder count, and their metrics.
 
-Readings and commands of a run are numbers (encoder_phases.py). The metrics are computed from these
-numbers as `report` computes them from a log. A requirement is proved if every start belongs to a
-run that meets the requirement. A requirement is refuted only if a simulation by the event-exact
-engine, from one of the starts, violates it as well.
+Readings and commands of a run are numbers, not sets (encoder_phases.py). The metrics are computed
+from these numbers as `report` computes them from a log. A requirement is proved if every start
+belongs to a run that meets the requirement. A requirement is refuted only if the event-exact
+simulation from one of the starts violates it as well.
 """
 
 from __future__ import annotations
@@ -127,9 +127,10 @@ def prove_step(
 
 @dataclass(frozen=True)
 class PlantOutcome:
-    """Result for one plant.
+    """Result of the proof for one plant.
 
-    runs: number of runs. open_share: share of the initial positions without a result, 0 to 1.
+    requirements: verdict of each requirement. runs: number of runs. open_share: share of the
+    initial positions without a result, 0 to 1.
     """
 
     requirements: tuple[ProvedRequirement, ...]
@@ -146,7 +147,7 @@ def _prove_plant(test: ProofRequest, plant: AxisVariant) -> PlantOutcome:
 
 
 def _merged(outcomes: tuple[ProvedRequirement, ...]) -> ProvedRequirement:
-    """Return the worst verdict and the worst value of a requirement over all plants."""
+    """Return the worst verdict and the worst value of one requirement over all plants."""
     worst = min(outcomes, key=lambda one: ("refuted", "undecided", "proved").index(one.state))
     values = [one.value for one in outcomes]
     known = [value for value in values if value is not None]
@@ -157,7 +158,7 @@ def _merged(outcomes: tuple[ProvedRequirement, ...]) -> ProvedRequirement:
 def differences(proof: Proof, again: Proof) -> tuple[str, ...]:
     """Return the keys in which a stored proof differs from a repeated proof.
 
-    The list also contains blocks of the controller that were changed after its verification.
+    The keys include blocks of the controller that were changed after its verification.
     """
     stored, computed = (msgspec.to_builtins(one) for one in (proof, again))
     keys = [
@@ -171,7 +172,7 @@ def differences(proof: Proof, again: Proof) -> tuple[str, ...]:
 
 
 def prove_again(proof: Proof, progress: Callable[[float], None] = lambda _: None) -> Proof:
-    """Repeat a proof from the documents that it contains, with the cells that it lists."""
+    """Repeat a proof from the documents in the proof, for the plants and cells that it lists."""
     test = ProofRequest(proof.model, proof.controller, proof.scenario, proof.spec, proof.number)
     again = prove_step(test, proof.provenance, progress=progress)
     if not proof.cells:
@@ -186,7 +187,7 @@ def prove_box(
     progress: Callable[[float], None] = lambda _: None,
     cores: int | None = None,
 ) -> Proof:
-    """Return a proof with the cells of the parameter box that a search of `seconds` proves.
+    """Return the proof with added cells of the parameter box that a search of `seconds` proves.
 
     Raises
     ------
@@ -212,7 +213,7 @@ def _box_test(test: ProofRequest) -> BoxTest:
 
 
 def _with_cells(proof: Proof, box: BoxTest, cells: tuple[str, ...]) -> Proof:
-    """Return a proof with proved cells and their share of the box."""
+    """Return the proof with the proved `cells` and their share of the parameter box."""
     share = total_share(box, cells)
     requirements = tuple(
         msgspec.structs.replace(one, share=share) if one.key in BOX_KEYS else one
@@ -223,7 +224,10 @@ def _with_cells(proof: Proof, box: BoxTest, cells: tuple[str, ...]) -> Proof:
 
 
 def loop_of(test: ProofRequest, plant: AxisVariant) -> LoopOfPlant:
-    """Return the sampled loop of a plant; raise NoSolutionError if no proof is possible for it."""
+    """Return the sampled loop of a plant.
+
+    Raises NoSolutionError if the proof does not support the loop.
+    """
     _refuse_uncovered(test)
     axis = plant.axis.checked()
     controller, scenario = test.controller, test.scenario
@@ -327,11 +331,11 @@ def _judged(
 
 
 def _for_the_box(test: ProofRequest, peak: ProvedRequirement) -> ProvedRequirement:
-    """Return the outcome of the drive peak, with its bound for every plant of the parameter box.
+    """Return the verdict on the drive peak, extended to every plant of the parameter box.
 
-    A bound within the limit proves the requirement, even if it is undecided for the runs of a
-    plant. A bound above the limit proves nothing. A refuted requirement stays refuted: its run is a
-    counterexample, whatever the bound says.
+    If the bound of the command is within the limit, the requirement is proved, even if it is
+    undecided for the runs of a plant. A bound above the limit proves nothing. A refuted requirement
+    stays refuted, because its run is a counterexample.
     """
     bound = command_bound(test.controller, test.number)
     if bound > peak.limit or peak.state == "refuted":
@@ -342,7 +346,7 @@ def _for_the_box(test: ProofRequest, peak: ProvedRequirement) -> ProvedRequireme
 
 
 def _bound(spec: Spec, key: str) -> float:
-    """Return the limit of a requirement as a number; NaN if the limit is no number."""
+    """Return the limit of a requirement as a number; NaN if it has no numeric limit."""
     limit = getattr(spec, key)
     if key == "rest":
         return float(spec.rest.drive)
@@ -351,7 +355,7 @@ def _bound(spec: Spec, key: str) -> float:
 
 
 def _margin(controller: Controller, bound: float) -> ProvedRequirement:
-    """Return the outcome of the modulus margin, which the controller's certificate proves."""
+    """Return the verdict on the modulus margin, which the controller's certificate proves."""
     certificate = controller.certificate
     margins = [
         one.modulus_margin
@@ -372,7 +376,7 @@ Metric = Callable[[ProofRequest, LoopOfPlant, Vector, Vector], float | str]
 def _played(
     test: ProofRequest, loop: LoopOfPlant, plant: AxisVariant, start: float, metric: Metric
 ) -> float | str:
-    """Return the metric of the run that the event-exact engine plays from a start."""
+    """Return the metric of the event-exact simulation from a start."""
     machine = copy_program(loop.running)
     start_at(machine, measure(start, loop.encoder_step))
     record = np.empty((loop.reference.size, RECORD_SIZE))
@@ -402,7 +406,7 @@ def _times(loop: LoopOfPlant) -> Vector:
 
 
 def _of_steps(value: Callable[[LoopOfPlant, Hold, Vector], float]) -> Metric:
-    """Return a function that returns the largest `value` of all steps of a run."""
+    """Return a metric of a run: the largest `value` of all its steps."""
 
     def metric(
         test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector
@@ -447,7 +451,7 @@ def _peak(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vect
 
 
 def _rest(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector) -> float | str:
-    """Return the largest command at rest, or infinity if the axis moves."""
+    """Return the largest |command| at rest, or infinity if the axis moves."""
     after = float(test.spec.rest.after_s)
     worst = -math.inf
     times = _times(loop)
@@ -458,7 +462,7 @@ def _rest(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vect
         if peak_to_peak(hold.of(position)[late]) > FLICKER * loop.encoder_step:
             return math.inf
         worst = max(worst, command_peak(hold.of(command)[late]))
-    return worst if math.isfinite(worst) else f"the reference is never held beyond {after:g} s"
+    return worst if math.isfinite(worst) else f"the reference is never constant for {after:g} s"
 
 
 METRICS: dict[str, Metric] = {

@@ -1,4 +1,4 @@
-"""Verification of a controller from its coefficients, without a solver."""
+"""Verification of controllers from their stored coefficients, without an LMI solver."""
 
 from typing import TYPE_CHECKING
 

@@ -21,10 +21,11 @@ Polynomial = list[Fraction]  # of the lowest power first
 
 
 def of_state_space(controller: StateSpace) -> tuple[Polynomial, Polynomial]:
-    """Return numerator and denominator in z, by the algorithm of Faddeev and Le Verrier.
+    """Return numerator and denominator of a controller in z, exactly.
 
-    The state matrix is multiplied by a power of two that makes its entries integers. The divisions
-    of the algorithm then have no remainder.
+    The algorithm is that of Faddeev and Le Verrier. The state matrix is first multiplied by a power
+    of two that makes its entries integers, so that the divisions of the algorithm have no
+    remainder.
     """
     n = len(controller.a)
     scale = _scale([value for row in controller.a for value in row])
@@ -47,9 +48,9 @@ def of_state_space(controller: StateSpace) -> tuple[Polynomial, Polynomial]:
 
 
 def of_sections(sections: Sequence[Sequence[float]]) -> tuple[Polynomial, Polynomial]:
-    """Return numerator and denominator in z of second-order sections b0 b1 b2 1 a1 a2.
+    """Return numerator and denominator in z of second-order sections b0 b1 b2 1 a1 a2, exactly.
 
-    A section with b2 = a2 = 0 has one state, or no state if b1 = a1 = 0, too.
+    A section with b2 = a2 = 0 has one state, or none if also b1 = a1 = 0.
     """
     numerator, denominator = [Fraction(1)], [Fraction(1)]
     for section in sections:
@@ -61,15 +62,15 @@ def of_sections(sections: Sequence[Sequence[float]]) -> tuple[Polynomial, Polyno
 
 
 def section_order(section: Sequence[float]) -> int:
-    """Return the number of states of a section."""
+    """Return the number of states (0, 1 or 2) of a second-order section b0 b1 b2 1 a1 a2."""
     _, b1, b2, _, a1, a2 = section
     return 2 if b2 or a2 else int(bool(b1 or a1))
 
 
 def on_circle(polynomial: Polynomial) -> Polynomial:
-    """Return the coefficients of p^j q^(m - j) of (q - p)^m f(z), with z = (q + p)/(q - p).
+    """Return the coefficients of p^j q^(m - j) in (q - p)^m f((q + p)/(q - p)).
 
-    f is `polynomial`, of degree m.
+    f is the polynomial in z of degree m with the coefficients `polynomial`.
     """
     m = len(polynomial) - 1
     mapped = [Fraction(0)] * (m + 1)
@@ -92,7 +93,7 @@ def _binomials(plus: int, minus: int) -> list[int]:
 
 
 def product(x: Polynomial, y: Polynomial) -> Polynomial:
-    """Return the product of two polynomials, given by coefficients of p^j q^(degree - j)."""
+    """Return the product of two polynomials, given by their coefficients of p^j q^(degree - j)."""
     whole = [Fraction(0)] * (len(x) + len(y) - 1)
     for i, one in enumerate(x):
         for j, other in enumerate(y):
@@ -101,7 +102,7 @@ def product(x: Polynomial, y: Polynomial) -> Polynomial:
 
 
 def total(x: Polynomial, y: Polynomial) -> Polynomial:
-    """Return the sum of the polynomials x and y, which have the same formal degree."""
+    """Return the sum of two polynomials with equally many coefficients."""
     return [one + other for one, other in zip(x, y, strict=True)]
 
 

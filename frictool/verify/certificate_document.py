@@ -1,4 +1,4 @@
-"""Proof of a document's certificate for the loop with the stored coefficients."""
+"""Proof of the certificate in a controller document, for the stored coefficients."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from frictool.verify.proved_bound import ProvedBound
 
 
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
-    """Return the sampled loop of a document, with the bench's delay and the lag of the drive.
+    """Return the closed loop that the certificate of a controller document bounds.
 
-    The loop has the coefficients that run on the target. Raises NoSolutionError if the loop feeds
-    back the speed estimate of an observer.
+    The loop contains the bench's delay, the lag of the drive, and the coefficients that run on the
+    target. Raises NoSolutionError if the loop feeds back the speed estimate of an observer.
     """
     return CertificateLoop(
         controller=controller.linear.discrete,
@@ -44,7 +44,8 @@ def prove_document(controller: Controller, certificate: Certificate) -> tuple[Pr
     Raises
     ------
     NoSolutionError
-        If a bound is not proved, or if a bound is missing without a reason.
+        If a bound is not proved, or if the certificate neither contains a bound nor says why it is
+        missing.
     """
     quantities = ("sensitivity",) if controller.judged_by is None else ("norm", "sensitivity")
     for quantity in quantities:

@@ -1,4 +1,4 @@
-"""Closed loop that a certificate bounds, with the stored coefficients of the controller.
+"""Closed loop whose norm or sensitivity a certificate bounds, with the stored coefficients.
 
 generalised_plant.py defines the loop, linear_axis.py the sampled axis. The computational delay is
 at the input of the axis.
@@ -20,8 +20,9 @@ SENSITIVITY = CertifiedWeights(error=Filter(1.0), disturbance=0.0, drive=0.0)  #
 class SpeedFeedback:
     """Feedback of the speed: drive = C(z) (F(z) m + position_gain eta), with eta = -position.
 
-    m: minus the speed. velocity: filter F, and source of the speed (difference of positions, or a
-    sensor). position_gain: gain [1/s] of a proportional law around the speed loop, or 0.
+    m is minus the measured speed. velocity: filter F, and source of the speed (difference of
+    positions, or a sensor). position_gain: gain [1/s] of a proportional law around the speed loop,
+    0 without one.
     """
 
     velocity: Velocity
@@ -30,13 +31,12 @@ class SpeedFeedback:
 
 @dataclass(frozen=True)
 class CertificateLoop:
-    """Data of a closed loop that are common to all plants.
+    """Properties of a closed loop that are the same for all plants.
 
-    `controlled` is the quantity whose error is weighted. `delay` is in samples, the time constant
-    `lag` of the drive and the sample period `period` in s.
-
-    `sections` replace the controller's matrices if the target runs sections. Each section is b0 b1
-    b2 a0 a1 a2 with a0 = 1, as stored. `speed` is None if eta is the controller's only input.
+    controller: linear controller. controlled: quantity whose error is weighted. delay: in samples.
+    lag: time constant of the drive [s]. period: sample period [s]. sections: second-order sections
+    b0 b1 b2 a0 a1 a2 with a0 = 1, which replace the matrices of `controller` if the target runs
+    sections. speed: feedback of the speed; None if eta is the controller's only input.
     """
 
     controller: StateSpace
@@ -50,18 +50,18 @@ class CertificateLoop:
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return the quantities that a certificate bounds.
+        """Return the quantities that a certificate bounds: norm and sensitivity.
 
-        A loop that feeds back the speed has no norm.
+        The norm is not defined for a loop that feeds back the speed.
         """
         return ("norm", "sensitivity") if self.speed is None else ("sensitivity",)
 
 
 def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
-    """Return the loops whose norms define a quantity; the quantity is the largest of these norms.
+    """Return the loops whose largest H-infinity norm is the `norm` or the `sensitivity`.
 
-    The norm is defined by `loop`. The sensitivity is defined by unweighted loops: the position or
-    speed loop and, with a proportional law, also the outer loop.
+    The norm is that of `loop`. The sensitivity is the largest norm of two unweighted loops: the
+    position or speed loop and, with a proportional law, the outer loop.
     """
     if of == "norm":
         return (loop,)

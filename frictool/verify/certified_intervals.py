@@ -1,4 +1,4 @@
-"""Check whether a plant and its rig are among those for which a controller was verified."""
+"""Check whether a plant and its bench are among those for which a controller was verified."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def differences(
 ) -> tuple[str, ...]:
     """Return a phrase for each fact and each parameter that contradicts the verification.
 
-    A fact (verify/rig_facts.py) contradicts the verification if it differs from the fact of the
-    controller's bench. A parameter contradicts the verification if its interval in `ranges` [SI] is
-    not inside the verified interval.
+    A fact (verify/rig_facts.py) contradicts the verification if it differs from the same fact of
+    the controller's bench. A parameter contradicts the verification if its interval in `ranges`
+    [SI] is not inside the verified interval.
     """
     return (*different_facts(controller.bench, facts), *parameters_outside(controller, ranges))
 
@@ -73,7 +73,7 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
 
 
 def outside_message(controller: str, names: Iterable[str]) -> str:
-    """Return a warning with the phrases `names`; the caller prefixes the subject, such as "model".
+    """Return a warning with the phrases `names`, to which the caller prefixes a subject ("model ").
 
     The warning shows the first phrases and the number of the others; `verify --model` prints all.
     """

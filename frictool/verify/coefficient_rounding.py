@@ -28,9 +28,10 @@ def coefficient_rounder(number: Number) -> Held:
 
 
 def rounded_linear(linear: LinearController, number: Number) -> LinearController:
-    """Return the controller with rounded matrices, sections and anti-windup gains.
+    """Return the linear controller with matrices, sections and anti-windup gains rounded.
 
-    The continuous form is unchanged, because the target does not run it.
+    number: number format. The continuous-time controller is unchanged, because the target does not
+    run it.
     """
     hold = coefficient_rounder(number)
 

@@ -1,4 +1,4 @@
-"""Parameter intervals of a controller document, from its certificate or else its vertices."""
+"""Parameter intervals of a controller document, from its certificate or its vertices."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from frictool.verify.vertices import vertex_points
 
 
 def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
-    """Return the interval (low, high) of each parameter.
+    """Return the interval (low, high) [SI] of each plant parameter.
 
-    A document without a certificate must have a vertex.
+    The intervals are those of the certificate or, for a document without a certificate, the
+    smallest intervals that contain all vertices.
     """
     if controller.certificate is None:
         return enclosing_box(vertex_points(controller))
@@ -28,8 +29,8 @@ def check_box(controller: Controller) -> None:
     Raises
     ------
     NoSolutionError
-        If a vertex or a part of an interval of the bench is outside the document's intervals, or if
-        the document has no vertex.
+        If a vertex or an interval of the bench is not within the document's intervals, or if the
+        document has no vertex.
     """
     vertices = vertex_points(controller)
     holder = (

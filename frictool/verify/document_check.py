@@ -1,4 +1,7 @@
-"""Check of a controller document: the loops at all vertices, rebuilt from stored coefficients."""
+"""Check of a controller document: stability and margins of the loops at all vertices.
+
+The loops are built from the stored coefficients.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,10 @@ NOT_EVALUABLE = (
 def loop_checks(
     loops: Sequence[FeedbackLoop], point: PlantPoint, lag: float, delays: tuple[int, ...]
 ) -> tuple[DelayCheck, ...]:
-    """Return worst spectral radius and modulus margin at one vertex, for each delay [samples]."""
+    """Return the worst spectral radius and modulus margin of several loops, for each delay.
+
+    point: plant. lag: time constant of the drive [s]. delays: in samples.
+    """
     checks = []
     for delay_samples in delays:
         each = [check_feedback(loop, point.rates, lag, delay_samples) for loop in loops]
@@ -50,7 +56,10 @@ def loop_checks(
 def check_feedback(
     loop: FeedbackLoop, rates: AxisRates, lag: float, delay_samples: int
 ) -> LoopCheck:
-    """Return the stability and modulus margin of one loop with one plant."""
+    """Return the spectral radius and the modulus margin of one loop with one plant.
+
+    lag: time constant of the drive [s].
+    """
     if loop.sees == (ETA,):
         return check_loop(loop.system, rates, lag, delay_samples)
     closed = sensitivity(open_loop(loop, rates, lag, delay_samples))
@@ -60,9 +69,10 @@ def check_feedback(
 def limiter_brake(
     limiter: Limiter | None, velocity: Velocity, constant: float, period: float
 ) -> tuple[FeedbackLoop, ...]:
-    """Return the loops near standstill with a limiter's virtual friction; () without this friction.
+    """Return the loops near standstill that a limiter's virtual friction closes.
 
-    constant: effort per unit of drive.
+    The result is empty if there is no limiter or no virtual friction. constant: effort per unit of
+    drive. period: sample period [s].
     """
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return ()
@@ -72,13 +82,15 @@ def limiter_brake(
 
 
 def check_document(controller: Controller, *, margins: bool = False) -> None:
-    """Check a document from its coefficients; with `margins`, also compare the stored margins.
+    """Check the loops of a document from its coefficients.
+
+    margins: True to compare the stored margins with recomputed ones as well.
 
     Raises
     ------
     NoSolutionError
         If the document contradicts its bench, a loop at a vertex is unstable or has less than the
-        specified margin, or the realisations in the document differ.
+        specified margin, or the state-space form and the sections in the document differ.
     """
     _of_its_bench(controller)
     if controller.velocity.observer is not None:
@@ -179,7 +191,7 @@ def _compare(where: str, stated: float, recomputed: float, delay_samples: int) -
 def _resonant(controller: Controller) -> None:
     """Check the loops with the document's resonances at each stored delay.
 
-    They must be stable, and have the specified margin at the bench's delay.
+    All loops must be stable. At the bench's delay, they must also have the specified margin.
     """
     resonances = controller.resonances
     if resonances is None:

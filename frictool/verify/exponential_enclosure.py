@@ -39,7 +39,7 @@ class HoldPolynomials:
     """Polynomials of h_1, h_2, a and b in sigma - `middle`, and bounds of their errors.
 
     The module docstring defines the symbols. coefficients: coefficients of each polynomial, lowest
-    power first. errors: one error bound for each polynomial. kept: e, with an error of at most
+    power first. errors: error bound of each polynomial. kept: e, with an error of at most
     `kept_error`.
     """
 
@@ -51,7 +51,11 @@ class HoldPolynomials:
 
 
 def check_range(ratio: Fraction, low: Fraction, high: Fraction) -> None:
-    """Raise NoSolutionError if the drive's lag or the axis's J/sigma_v is too short."""
+    """Raise NoSolutionError if the lag of the drive or J/sigma_v of the axis is too short.
+
+    ratio: sample period divided by the lag. low, high: interval of sigma, the sample period times
+    the viscous rate sigma_v/J. The absolute values of all three must be at most LARGEST.
+    """
     if ratio > LARGEST or max(abs(low), abs(high)) > LARGEST:
         what = "actuator.loop_time_constant_s" if ratio > LARGEST else "inertia/viscous"
         raise NoSolutionError(
@@ -96,14 +100,14 @@ def growth(low: Fraction) -> Fraction:
 def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
     """Return a function of (order, sigma) that computes the derivatives of h_q(., ratio).
 
-    The order is at most DEGREE, and |sigma| at most `largest`. The function returns the derivative
-    and a bound of its error, below 2^-94. Two recursions compute the sums:
+    The order of the derivative is at most DEGREE, and |sigma| at most `largest`. The function
+    returns the derivative and a bound of its error, below 2^-94. Two recursions compute the sums:
 
         v_j = 1 - ratio/j v_(j+1),    0 <= v_j <= 1
         H_m = m!/(m+q)! v_(m+q+1) - sigma/(m+1) H_(m+1),    |H_m| <= exp(|sigma|),    h_q = H_0
 
     The sum over n of (-ratio)^n/(m + n + q)! is v_(m+q+1)/(m+q)!. Each recursion starts at a term
-    with a negligible bound. An error of the last bit grows by exp(ratio + sigma) at most.
+    whose bound is negligible. An error of the last bit grows by exp(ratio + sigma) at most.
     """
     guard = BITS + 32 + 4 * math.ceil(ratio) + 4 * largest
     one = 1 << guard

@@ -16,8 +16,8 @@ of the controller: the loop is opened after controller and observer.
 
 A proportional law is linear and gives a second, outer loop; both loops are checked. In a loop that
 feeds back the speed only, the position is not a state. A square-root law, a limiter and friction
-compensation are nonlinear and not part of any loop. The virtual friction of a limiter has a
-separate loop near standstill, with the largest slope F_cv/v_r of the friction (F_cv: virtual
+compensation are nonlinear and not part of any loop. The virtual friction of a limiter is checked in
+a separate loop near standstill, with the largest slope F_cv/v_r of the friction (F_cv: virtual
 Coulomb friction, v_r: virtual speed).
 
     L(z) = -(transfer from the commanded to the requested drive),  sensitivity 1/(1 + L)
@@ -47,8 +47,8 @@ ETA, DIFFERENCE, SPEED = "eta", "difference", "sampled_speed"
 class FeedbackLoop:
     """Linear feedback from measured signals to the drive.
 
-    sees: names of the measured signals. system: one input per signal, one output. name: name of the
-    loop in messages.
+    sees: names of the measured signals. system: system with these signals as inputs and the drive
+    as output. name: name of the loop in messages.
     """
 
     name: str
@@ -57,7 +57,7 @@ class FeedbackLoop:
 
 
 def running_form(linear: LinearController, period: float) -> Lti:
-    """Return the linear controller in the form that runs on the target.
+    """Return the linear controller in the form that runs on the target: state space or sections.
 
     For sections, the states are s1, s2 of each section in the order of the chain.
     """
@@ -82,8 +82,8 @@ def feedbacks(
 ) -> tuple[FeedbackLoop, ...]:
     """Return the loop of the linear controller and, with a proportional law, the outer loop.
 
-    The outermost loop is the last one. `hold`: function that rounds the coefficients of velocity
-    filter and position law to the target's number format (verify/coefficient_rounding.py).
+    The outer loop is the last one. `hold`: function that rounds the coefficients of velocity filter
+    and position law to the target's number format (verify/coefficient_rounding.py).
     """
     c = running_form(linear, period)
     if structure == "position":
@@ -107,7 +107,11 @@ def feedbacks(
 def speed_feedback(
     c: Lti, velocity: Velocity, position_gain: float, period: float, hold: Held = float
 ) -> FeedbackLoop:
-    """Return the speed loop or, for a `position_gain` [1/s] > 0, the loop around the speed loop."""
+    """Return the speed loop or, for `position_gain` > 0, the position loop around the speed loop.
+
+    c: linear controller. position_gain: gain of the proportional law [1/s]. period: sample period
+    [s]. hold: function that rounds coefficients to the target's number format.
+    """
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     behind = low_pass(velocity, period, hold)
     if not position_gain:
@@ -167,10 +171,11 @@ def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
 
 
 def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[FeedbackLoop, ...]:
-    """Return the loops with a limiter's virtual friction near standstill.
+    """Return the loops that a limiter's virtual friction closes near standstill.
 
     There is one loop, or one for each mode of an observer that estimates the speed. slope: drive
-    per speed near standstill, F_cv/(v_r K) [A | V per rad/s | m/s].
+    per speed near standstill, F_cv/(v_r K) [A | V per rad/s | m/s], with the virtual Coulomb
+    friction F_cv, the virtual speed v_r, and the effort K per unit of drive.
     """
     if velocity.observer is not None:
         law = gain(slope, period)
@@ -193,7 +198,8 @@ def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[F
 def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
     """Return the low-pass F(z) of the velocity block, of order 1 or 2, with rounded coefficients.
 
-    F is 1 without a filter. Raises ValueError if an observer estimates the speed.
+    F is 1 if the velocity block has no filter. Raises ValueError if an observer estimates the
+    speed.
     """
     if velocity.source == "observer":
         raise ValueError("an observer is not a filter of the position alone")
@@ -207,9 +213,9 @@ def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
 
 
 def from_position(feedback: FeedbackLoop) -> Lti:
-    """Return the system from -(encoder position) to the drive: the response to encoder counts.
+    """Return the system from -(encoder position) to the drive, for the response to encoder counts.
 
-    A speed from a separate sensor has no encoder counts; it is 0 in this system.
+    The speed of a separate sensor is 0 in this system, because encoder counts do not affect it.
     """
     period = feedback.system.period
     if feedback.sees == (ETA,):
@@ -232,9 +238,10 @@ def open_loop(
     delay_samples: int,
     resonance: Lti | None = None,
 ) -> Lti:
-    """Return the loop gain L(z) with one plant; `lag` is the drive's time constant [s].
+    """Return the loop gain L(z) with one plant.
 
-    `resonance`: filter of a resonance (adapters/resonance_filter.py), or None.
+    lag: time constant of the drive [s]. resonance: filter of a resonance
+    (adapters/resonance_filter.py), or None.
     """
     blocks, sums = _diagram(feedback, rates, lag, delay_samples, resonance)
     return connect(blocks, {**sums, "returned": {"u": -1.0}}, ("entering",), ("returned",))
@@ -243,7 +250,10 @@ def open_loop(
 def friction_to_speed(
     feedback: FeedbackLoop, rates: AxisRates, lag: float, delay_samples: int
 ) -> Lti:
-    """Return the closed loop from friction/(Coulomb friction) to the speed."""
+    """Return the closed loop from friction/(Coulomb friction) to the speed.
+
+    lag: time constant of the drive [s].
+    """
     blocks, sums = _diagram(feedback, rates, lag, delay_samples)
     del sums["friction"]
     return connect(blocks, {**sums, "entering": {"u": 1.0}}, ("friction",), ("speed",))
@@ -268,7 +278,7 @@ def _diagram(
 def measured_axis(
     rates: AxisRates, lag: float, period: float, sees: tuple[str, ...], resonance: Lti | None = None
 ) -> DiagramBlock:
-    """Return the sampled axis of linear_axis.py; outputs: speed and the measured signals.
+    """Return the sampled axis of linear_axis.py with the outputs speed and measured signals `sees`.
 
     The position is a state only if it is measured.
     """
@@ -298,10 +308,10 @@ def measured_axis(
 
 
 def _one_plus_integral(rate: float, period: float) -> Lti:
-    """Return the system 1 + rate T z/(z - 1); T is the `period` [s].
+    """Return the system 1 + rate T z/(z - 1), with T the `period` [s].
 
-    For the input eta, the output is eta plus the integral of the requested speed `rate` eta,
-    including the current sample.
+    For the input eta, the output is eta plus the integral of the requested speed `rate` eta, where
+    the integral includes the current sample.
     """
     return Lti(
         np.eye(1), np.eye(1), np.array([[rate * period]]), np.array([[1.0 + rate * period]]), period

@@ -6,7 +6,8 @@ With eta = -position, the controller C = N/A and the filter of the speed F = N_F
     speed from differences of positions     drive = C (F (z - 1)/(T z) + g) eta
     measured speed                          drive = C (g eta - speed)
 
-g is the gain of a proportional law, or 0. All arithmetic uses integers and fractions.
+T is the sample period and g the gain of a proportional law, or 0. All arithmetic uses integers and
+fractions.
 """
 
 from __future__ import annotations
@@ -29,10 +30,10 @@ from frictool.verify.certificate_loop import CertificateLoop, SpeedFeedback
 class FeedbackPolynomials:
     """Polynomials in z with drive = (numerator * eta - measured * speed)/denominator.
 
-    `numerator` and `measured` have the formal degree of the denominator; `measured` is empty
-    without a measured speed. If `free` is True, the loop feeds back the speed only; then
-    drive = (numerator * (z - 1) * eta - measured * speed)/denominator, and the degree of the
-    numerator is lower by 1, or the numerator is zero.
+    eta is minus the position. `numerator` and `measured` have as many coefficients as the
+    denominator; `measured` is empty if no sensor measures the speed. If `free` is True, the loop
+    feeds back the speed only. Then drive = (numerator * (z - 1) * eta - measured *
+    speed)/denominator, and the numerator is zero or has one coefficient less.
     """
 
     numerator: Polynomial
@@ -42,7 +43,7 @@ class FeedbackPolynomials:
 
 
 def feedback_polynomials(loop: CertificateLoop) -> FeedbackPolynomials:
-    """Return the polynomials of a loop's feedback from the stored coefficients."""
+    """Return the exact polynomials of the feedback from position and speed to the drive."""
     numerator, denominator = (
         of_sections(loop.sections) if loop.sections else of_state_space(loop.controller)
     )
@@ -64,7 +65,7 @@ def feedback_polynomials(loop: CertificateLoop) -> FeedbackPolynomials:
 
 
 def _filter(speed: SpeedFeedback, period: float) -> tuple[Polynomial, Polynomial]:
-    """Return numerator and denominator of the speed's filter, as it runs on the target."""
+    """Return numerator and denominator of the speed filter, with the coefficients of the target."""
     passed, filtered = [Fraction(1)], [Fraction(1)]
     bandwidth = speed.velocity.bandwidth_rad_s
     if bandwidth:

@@ -48,7 +48,7 @@ def norm(
 ) -> tuple[float, float]:
     """Return the H-infinity norm and its peak frequency [rad/s]; (inf, nan) if unstable.
 
-    The returned norm is the gain at that frequency, and is below the true norm by at most the
+    The returned norm is the gain at the peak frequency. It is below the true norm by at most the
     relative `tolerance`. The frequency is inf for a continuous system with its largest gain at
     infinity. `looks` are the frequencies that are evaluated first, by default frequencies derived
     from the poles.
@@ -120,8 +120,8 @@ def _between(crossings: NDArray[np.float64], period: float) -> NDArray[np.float6
 def _crossings(system: Lti, level: float) -> NDArray[np.float64]:
     """Return the sorted frequencies [rad/s] at which a singular value equals `level`.
 
-    They are imaginary eigenvalues of the Hamiltonian. The level must exceed the gain at infinity
-    (in continuous time) or at half the sampling frequency.
+    The frequencies are imaginary eigenvalues of the Hamiltonian matrix. The level must exceed the
+    gain at infinity (in continuous time) or at half the sampling frequency.
     """
     a, b, c, d = (
         _bilinear_image(system) if system.period else (system.a, system.b, system.c, system.d)

@@ -33,7 +33,7 @@ STEPS = 30  # iterations; each halves the steps of parameters that do not increa
 
 @dataclass(frozen=True)
 class WorstPlant:
-    """Plant with the largest norm, and that norm (inf if the loop is unstable)."""
+    """Plant with the largest norm among those examined, and its norm (inf if unstable)."""
 
     norm: float
     point: PlantPoint
@@ -77,10 +77,10 @@ def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
 def worst_inside(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], vertices: Sequence[PlantPoint]
 ) -> tuple[WorstPlant, WorstPlant]:
-    """Return the worst plant of the vertices, and the worst plant between the vertices.
+    """Return the worst plant of the vertices, and the worst plant found between the vertices.
 
-    Between the vertices, POINTS scattered plants are evaluated first; a local search then starts at
-    the worst of these plants and the vertices.
+    Between the vertices, POINTS scattered plants are evaluated first. A local search then starts at
+    the worst of all these plants.
     """
     box = enclosing_box(vertices)
     at_vertices = worst_norm(controller, plant, vertices)
@@ -92,10 +92,10 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, the largest between them, and a plant.
+    """Return the largest sensitivity at the vertices, the largest between them, and its plant.
 
     The plant is the one with the largest sensitivity between the vertices, where POINTS scattered
-    plants are evaluated.
+    plants are evaluated. lag: time constant of the drive [s]. delay: in samples.
     """
 
     def sensitivity(point: PlantPoint) -> float:
@@ -108,7 +108,10 @@ def worst_sensitivity(
 
 
 def points_inside(vertices: Sequence[PlantPoint]) -> int:
-    """Return the number of plants to check between the vertices: POINTS, or 1 if all are equal."""
+    """Return the number of plants to evaluate between the vertices.
+
+    The number is POINTS, or 1 if there is only one vertex.
+    """
     return POINTS if len(vertices) > 1 else 1
 
 
@@ -126,7 +129,10 @@ def worst_norm(
 def searched(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], box: Box, start: WorstPlant
 ) -> WorstPlant:
-    """Return the worst plant of a coordinate search from `start` within the intervals `box`."""
+    """Return the worst plant of a coordinate search from `start` within the intervals `box`.
+
+    The search maximises the norm of the closed loop.
+    """
     low, high = (np.array([box[name][side] for name in NAMES]) for side in (0, 1))
     width = np.where(high > low, high - low, 1.0)
     at = np.clip((np.array([getattr(start.point, name) for name in NAMES]) - low) / width, 0.0, 1.0)

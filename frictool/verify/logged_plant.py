@@ -1,4 +1,4 @@
-"""Linear plant of a simulated stream, as stored in the metadata of the log."""
+"""Linear plant of a simulated axis, as stored in the metadata of the log."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class LoggedPlant:
     """Linear plant of one axis, in SI units.
 
     inertia, viscous, coulomb, constant: parameters that a scheduled controller uses. slopes:
-    viscous friction in each direction and speed regime. constants: efforts per unit of drive. If
-    the parameters drift during the simulation, `slopes` and `constants` include their extreme
-    values.
+    viscous friction coefficients of each direction and speed range. constants: efforts per unit of
+    drive. If the parameters drift during the simulation, `slopes` and `constants` include their
+    extreme values.
     """
 
     inertia: float
@@ -35,7 +35,7 @@ class LoggedPlant:
 
     @property
     def point(self) -> PlantPoint:
-        """Return the parameters that a scheduled controller uses."""
+        """Return the plant with the parameters that a scheduled controller uses."""
         return PlantPoint("", self.inertia, self.viscous, self.coulomb, self.constant)
 
     @property
@@ -46,7 +46,7 @@ class LoggedPlant:
         return finite and self.inertia > 0.0 and bool(self.slopes and self.constants)
 
     def points(self) -> tuple[PlantPoint, ...]:
-        """Return all linear plants of the axis: each slope with each constant."""
+        """Return all linear plants of the axis: each viscous coefficient with each constant."""
         pairs = itertools.product(self.slopes, self.constants)
         return tuple(
             PlantPoint("", self.inertia, slope, self.coulomb, constant) for slope, constant in pairs
@@ -74,12 +74,15 @@ class LoggedPlant:
 
 
 def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str, str]:
-    """Return each interval as text, for a log's metadata."""
+    """Return the interval of each parameter as text for a log's metadata."""
     return {name: json.dumps(ends) for name, ends in intervals.items()}
 
 
 def intervals_of_text(record: Mapping[str, str]) -> dict[str, tuple[float, float]]:
-    """Return the intervals in a log's metadata; entries without two finite numbers are left out."""
+    """Return the interval of each parameter from a log's metadata.
+
+    Entries that are not two finite numbers are left out.
+    """
     intervals = {}
     for name, text in record.items():
         try:

@@ -55,8 +55,9 @@ OFFERED: tuple[stored.Number, ...] = (
 class LinearLoops:
     """Linear loops of a controller at the vertices `points`, with the data for norms and margins.
 
-    weights: None if the largest sensitivity replaces the weighted norm. period, lag: in s. delay:
-    in samples. count: one encoder count [rad | m].
+    weights: None if the largest sensitivity replaces the weighted norm. period: sample period [s].
+    lag: time constant of the drive [s]. delay: in samples. count: size of an encoder count [rad |
+    m].
     """
 
     structure: Structure
@@ -84,9 +85,10 @@ class LinearLoops:
         )
 
     def plant(self, rates: AxisRates, *, sampled: bool = True) -> GeneralisedPlant:
-        """Return the weighted plant: sampled with the bench's delay, or continuous without delay.
+        """Return the weighted plant for the `rates` of an axis.
 
-        `weights` must not be None.
+        sampled: True for a sampled plant with the bench's delay, False for a continuous plant
+        without delay. `weights` must not be None.
         """
         assert self.weights is not None
         controlled: Controlled = "position" if self.structure == "position" else "speed"
@@ -169,7 +171,11 @@ class LinearLoops:
         return stored.Rounded(number, gamma, min(margins))
 
     def seen_inside(self) -> float:
-        """Return the largest norm between the vertices: scattered plants, then a local search."""
+        """Return the largest norm found between the vertices by scattered plants and a search.
+
+        The search is local. If `weights` is None, the norm is that of the sensitivity, and only
+        scattered plants are evaluated.
+        """
         loops = self.feedbacks()
         if self.weights is not None:
             return worst_inside(loops[0].system, self.plant, self.points)[1].norm
@@ -177,19 +183,23 @@ class LinearLoops:
         return max(at_vertices, inside)
 
     def _norm(self, linear: stored.LinearController, point: PlantPoint, margin: float) -> float:
-        """Return the norm of the weighted loop, or of the sensitivity if there are no weights."""
+        """Return the norm of the weighted loop, or of the sensitivity if `weights` is None."""
         if self.weights is not None:
             return performance(running_form(linear, self.period), self.plant(point.rates))
         return 1.0 / margin if margin > 0.0 else math.inf
 
 
 def delays_checked(delay: int) -> tuple[int, ...]:
-    """Return the delays [samples] at which every loop is checked: 0, 1 and the bench's."""
+    """Return the delays at which every loop is checked [samples]: 0, 1 and that of the bench."""
     return tuple(sorted({0, 1, delay}))
 
 
 def tolerates_rounding(rounded: stored.Rounded, claimed: float, required: float) -> bool:
-    """Return True if rounding raises the norm by at most 1 %, and the margin is sufficient."""
+    """Return True if rounding raises the norm by at most 1 % and leaves the required margin.
+
+    rounded: norm and margin with rounded coefficients. claimed: norm before rounding. required:
+    modulus margin.
+    """
     return (
         rounded.gamma <= CLAIM * claimed
         and rounded.modulus_margin >= required
@@ -198,7 +208,7 @@ def tolerates_rounding(rounded: stored.Rounded, claimed: float, required: float)
 
 
 def loops_of(controller: stored.Controller, points: tuple[PlantPoint, ...]) -> LinearLoops:
-    """Return the loops of a document at the given vertices."""
+    """Return the linear loops of a controller document at the vertices `points`."""
     weights = controller.judged_by
     return LinearLoops(
         structure=controller.structure,
@@ -216,7 +226,7 @@ def loops_of(controller: stored.Controller, points: tuple[PlantPoint, ...]) -> L
 
 
 def weights_of(document: CertifiedWeights) -> PlantWeights:
-    """Return the weights that a document stores, for a generalised plant."""
+    """Return the weights stored in a document, as weights of a generalised plant."""
     error, noise = first_order(document.error), first_order(document.noise)
     return PlantWeights(
         error, document.disturbance, document.drive, document.command, noise, document.eta
@@ -224,7 +234,7 @@ def weights_of(document: CertifiedWeights) -> PlantWeights:
 
 
 def first_order(document: Filter) -> FirstOrderWeight:
-    """Return a stored first-order filter; a missing corner frequency is infinite."""
+    """Return a stored first-order filter as a weight; a missing corner frequency means infinity."""
     return FirstOrderWeight(
         document.gain,
         *(math.inf if value is None else value for value in (document.zero, document.pole)),

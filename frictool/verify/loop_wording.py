@@ -34,14 +34,14 @@ def rounded_down(margin: float) -> str:
 
 
 def plant_units(bench: Bench) -> dict[str, str]:
-    """Return the SI units of inertia, viscous and Coulomb friction, and of the drive's constant."""
+    """Return the units of inertia, viscous and Coulomb friction, and drive constant for a bench."""
     mechanical = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort"}
     units = {name: si_unit(dimension, bench.axis) for name, dimension in mechanical.items()}
     return units | {"constant": bench.actuator.constant.unit}
 
 
 def plant_words(plant: PlantPoint | Vertex, bench: Bench) -> str:
-    """Return the plant in words: inertia 1.11e-05 kg m^2, viscous 0 N m s/rad, ..."""
+    """Return the parameters of a plant as text: inertia 1.11e-05 kg m^2, viscous 0 N m s/rad ..."""
     return ", ".join(
         f"{name} {getattr(plant, name):.4g} {unit}" for name, unit in plant_units(bench).items()
     )

@@ -1,6 +1,7 @@
-"""Kernels of the modulus margin: sensitivity of the loop with one plant, and largest sensitivity.
+"""Kernels of the modulus margin for one controller and thousands of plants.
 
-The kernels compute the loop of verify/feedback_loops.py for one controller and thousands of plants.
+The kernels compute the loop of verify/feedback_loops.py with one plant, and the largest gain of its
+sensitivity.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def exponential(matrix: Matrix) -> Matrix:
 
 @kernel
 def _multiply(a: Matrix, b: Matrix, out: Matrix) -> None:
-    """Write the product of a and b to `out`; for few rows, this is faster than a library."""
+    """Write the product of a and b to `out`; for few rows, this is faster than a library call."""
     n = a.shape[0]
     for i in range(n):
         for j in range(n):
@@ -76,10 +77,11 @@ def _multiply(a: Matrix, b: Matrix, out: Matrix) -> None:
 def sampled_axis(
     drive: float, viscous: float, lag: float, period: float, sees: IntVector
 ) -> tuple[Matrix, Vector, Matrix]:
-    """Return the matrices a (n, n), b (n,), c (m, n) from the command to the measured signals.
+    """Return the matrices a (n, n), b (n,), c (m, n) of the axis, from command to measured signals.
 
-    `feedback_loops.measured_axis` returns the same system. drive and viscous: rates of
-    plant/linear_axis.py. lag and period in s. sees (m,): SEES_ETA, SEES_DIFFERENCE or SEES_SPEED.
+    The system is that of `feedback_loops.measured_axis`. drive and viscous: rates of
+    plant/linear_axis.py. lag: time constant of the drive [s]. period: sample period [s]. sees (m,):
+    SEES_ETA, SEES_DIFFERENCE or SEES_SPEED for each measured signal.
     """
     n = 3 if lag > 0.0 else 2
     whole = np.zeros((n + 1, n + 1))
@@ -129,7 +131,7 @@ def sensitivity(
     delay_samples: int,
     axis: tuple[Matrix, Vector, Matrix],
 ) -> tuple[Matrix, Vector, Vector]:
-    """Return the matrices a (n, n), b (n,) and c (n,) of 1/(1 + L) - 1, L being the loop gain.
+    """Return the matrices a (n, n), b (n,) and c (n,) of 1/(1 + L) - 1, with the loop gain L.
 
     controller: matrices a, b, c, d of the controller, with one input per measured signal and one
     output. axis: result of `sampled_axis`. The states belong to controller, delay and axis, in this
@@ -257,10 +259,10 @@ def peak(
 ) -> float:
     """Return the largest gain of a stable loop; UNKNOWN if the eigenvectors are too imprecise.
 
-    loop: result of `sensitivity`. poles (n,), vectors (n, n): eigenvalues and eigenvectors of a.
-    grid (k,): rising angles in [0, pi] at which the search starts, besides the angles of the poles.
-    The gain is computed from poles and residues during the search, and from the matrices at the
-    peak.
+    loop: matrices from `sensitivity`. poles (n,), vectors (n, n): eigenvalues and eigenvectors of
+    a. grid (k,): rising angles in [0, pi] at which the search starts, in addition to the angles of
+    the poles. The search computes the gain from poles and residues. At the peak, the gain is
+    computed again from the matrices.
     """
     _, b, c = loop
     n = poles.shape[0]

@@ -39,10 +39,10 @@ REAL = 1e-6  # largest residual of the crossing condition, relative to |L| + 1
 class LoopMargins:
     """Margins of one loop; if the loop is unstable, `gain_up` is 1 and all others are 0.
 
-    `gain_up` is the factor by which the gain may rise, inf without a limit; `gain_down` in [0, 1)
-    is the factor to which it may fall. `phase` is in rad, `delay` in s, `delay_samples` is the same
-    delay in sample periods. `modulus` is min |1 + L|. `crossing` [rad/s] is the highest frequency
-    with |L| = 1; NaN if there is none.
+    gain_up: factor by which the gain may rise, inf without a limit. gain_down: factor in [0, 1) to
+    which the gain may fall. phase: in rad. delay: in s. delay_samples: the same delay in sample
+    periods. modulus: min |1 + L|. crossing: highest frequency with |L| = 1 [rad/s]; NaN if |L| is
+    never 1.
     """
 
     gain_up: float
@@ -55,7 +55,10 @@ class LoopMargins:
 
 
 def open_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> Lti:
-    """Return the loop gain L from eta to the position with one plant; `lag` in s."""
+    """Return the loop gain L from eta to the position with one plant.
+
+    lag: time constant of the drive [s].
+    """
     blocks = {
         "controller": DiagramBlock(controller, ("error",), ("u",)),
         "delay": DiagramBlock(delay(delay_samples, controller.period), ("u",), ("command",)),
@@ -71,7 +74,10 @@ def open_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int)
 
 
 def margins(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> LoopMargins:
-    """Return the margins of the sampled loop with one plant; `lag` in s."""
+    """Return the margins of the sampled loop with one plant.
+
+    lag: time constant of the drive [s].
+    """
     return loop_margins(open_loop(controller, rates, lag, delay_samples))
 
 
@@ -101,12 +107,12 @@ def loop_margins(loop: Lti) -> LoopMargins:
 
 
 def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> float:
-    """Return ||H_v/w|| of annex (27), the peak gain from the friction w in [-1, 1] to the speed.
+    """Return N = ||H_v/w|| of annex (27), the peak gain from friction w in [-1, 1] to the speed.
 
-    The unit of the gain N is rad/s | m/s; N is inf for an unstable loop. The annex concludes
-    stability from N <= 1, because |sign(v)| <= 1. But |sign(v)| <= |v|/N is true only for speeds
-    above N. N therefore shows only that friction cannot sustain an oscillation whose speed is
-    always above N. Near v = 0, only a simulation can decide.
+    The unit of N is rad/s | m/s; N is inf for an unstable loop. The annex concludes stability from
+    N <= 1, because |sign(v)| <= 1. But |sign(v)| <= |v|/N is true only for speeds above N. N
+    therefore shows only that friction cannot sustain an oscillation whose speed is always above N.
+    Near v = 0, only a simulation can decide.
     """
     period = controller.period
     blocks = {
@@ -167,8 +173,8 @@ def gain_crossings(loop: Lti) -> Vector:
 def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], float]) -> Vector:
     """Return the angular frequencies in (0, pi/T) at which `function` of L is zero.
 
-    They are searched near the eigenvalues of z e - m on the unit circle, and at sign changes of the
-    function on a grid.
+    The zeros are searched near the eigenvalues of z e - m on the unit circle, and at sign changes
+    of the function on a grid.
     """
     period = loop.period
     last = np.pi * (1.0 - 1e-9)

@@ -1,4 +1,4 @@
-"""Check of a controller with a model: intervals, rig, and margins at the model's corners."""
+"""Check of a controller with a model: intervals, bench, and margins at the model's corners."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from frictool.verify.resonant_loop import ResonantCheck, resonant_check
 class ModelCheck:
     """Result of the check of a controller with a model.
 
-    beyond: a phrase for each parameter or fact of the rig that contradicts the verification of the
-    controller (verify/certified_intervals.py). plants: number of plants checked. margin, plant: the
-    smallest modulus margin, and the plant with this margin. specified: required margin. resonant:
-    margin with the model's resonances, None if the model has none. outside_margins: names of the
-    model's nonlinear parts, which no margin takes into account.
+    beyond: a phrase for each parameter or property of the bench that contradicts the verification
+    of the controller (verify/certified_intervals.py). plants: number of plants checked. margin,
+    plant: the smallest modulus margin, and the plant with this margin. specified: required margin.
+    resonant: margin with the model's resonances, None if the model has none. outside_margins: names
+    of the model's nonlinear effects, which no margin takes into account.
     """
 
     beyond: tuple[str, ...]
@@ -36,19 +36,21 @@ class ModelCheck:
 
     @property
     def holds(self) -> bool:
-        """Return True if `beyond` is empty and all margins are at least the specified one."""
+        """Return True if `beyond` is empty and all margins are at least the specified margin."""
         margins = [self.margin, *([] if self.resonant is None else [self.resonant.modulus_margin])]
         return not self.beyond and min(margins) >= self.specified
 
 
 def check_model(controller: Controller, model: Model) -> ModelCheck:
-    """Return the margins at the corners of the intervals of the model and of the model's bench.
+    """Return the margins of the controller's loops at the corners of the model's intervals.
+
+    The intervals contain those of the model and those of the model's bench.
 
     Raises
     ------
     FrictoolError
-        If the model's bench has another axis, drive, period, delay or time constant than the
-        controller's.
+        If the axis, drive, period, delay or time constant of the model's bench differs from that of
+        the controller.
     """
     ours, theirs = controller.bench, model.bench
     pairs = {
@@ -87,9 +89,9 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
 
 
 def outside_margins(model: Model) -> tuple[str, ...]:
-    """Return the names of the nonlinear parts of a model, which no margin takes into account.
+    """Return the names of a model's nonlinear effects, which no margin takes into account.
 
-    The command `simulate` includes these parts.
+    The command `simulate` includes these effects.
     """
     mechanics = model.bench.mechanics
     laws = model.laws

@@ -3,10 +3,11 @@
     controller.yaml, observer.yaml -> velocity: {source: observer, observer: ...}
     -> loops at the vertices -> a controller document
 
-If the linear part uses the speed, the stored norms and margins do not apply to the loop with the
-observer. The margins are then computed again for a slipping axis. Values that cannot be computed
-(norms, certificate, robustness) are removed. If the linear part uses only the position (eta or the
-position error), the loop is unchanged, and only the virtual friction is checked.
+If the linear controller uses the speed, the stored norms and margins do not apply to the loop with
+the observer. The margins are then computed again for a slipping axis. Values that cannot be
+computed (norms, certificate, robustness) are removed. If the linear controller uses only the
+position (eta or the position error), its loop is unchanged, and only the virtual friction is
+checked.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ SAME = 1e-9  # relative tolerance of numbers that two benches state for one rig
 class ObservedController(ResultView):
     """Controller with an observer, and the modulus margins at the worst vertex.
 
-    before, after: margins of the speed loop without and with the observer, None if no linear loop
-    feeds back the speed. at: worst vertex with the observer.
+    before, after: margins of the speed loop without and with the observer; None if no linear loop
+    feeds back the speed. at: name of the vertex with the smallest margin with the observer.
     """
 
     controller: Controller
@@ -139,9 +140,10 @@ def with_observer(
 
 
 def _digested(merged: Controller, source: Controller) -> Controller:
-    """Return the document with digests of its new blocks.
+    """Return the document with new digests of the replaced blocks.
 
-    A block that was changed after its verification keeps its old digest, so that the change shows.
+    A block that was changed after its verification keeps its old digest, so that the change remains
+    visible.
     """
     if not source.verified.digests:
         return merged

@@ -11,10 +11,10 @@ The observer uses only the difference of measured and estimated position. A comm
 positions is therefore not a state of the speed loop.
 
 The linear system of a tracking observer is corrected by the whole difference. This is a good
-approximation for motion over many counts. (Within one encoder cell the observer makes no
-correction, and the estimated speed follows the model.) A switched observer has one system per mode
-in slip; the loop with each system is checked. Dry friction and offset are constant in slip;
-backlash and knees are left out.
+approximation for motion over many counts. (Within its dead zone the observer makes no correction,
+and the estimated speed follows the model.) A switched observer has one system per mode in slip; the
+loop with each system is checked. Dry friction and offset are constant in slip; backlash and the
+speed dependence of the viscous coefficient are left out.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SHOWN, MOVED, DRIVEN = "shown", "motion", "u"
 
 @dataclass(frozen=True)
 class ObserverSpeed:
-    """Linear observer; its output is minus the estimated speed.
+    """Linear observer whose output is minus the estimated speed [rad/s | m/s].
 
     The first input is minus the difference quotient of the position [rad/s | m/s], the second is
     the drive [A | V]. `mode`: name of the mode in messages, empty for an observer with one mode.
@@ -49,7 +49,7 @@ class ObserverSpeed:
 
 
 def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ObserverSpeed, ...]:
-    """Return the system of a tracking observer, or one system per slip mode of a switched observer.
+    """Return the linear observers of a document: one, or one per slip mode of a switched observer.
 
     `hold` is a function that rounds coefficients (verify/coefficient_rounding.py).
     """
@@ -59,9 +59,9 @@ def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ObserverSpeed,
 
 
 def check_observer(observer: Observer, hold: Held = float) -> None:
-    """Raise NoSolutionError if the estimation error does not decay in slip.
+    """Raise NoSolutionError if the estimation error does not decay while the axis slips.
 
-    Such an observer diverges in any loop.
+    An observer with this property diverges in any loop.
     """
     for one in _alone(observer, hold):
         radius = spectral_radius(one.system.a)
@@ -74,7 +74,7 @@ def check_observer(observer: Observer, hold: Held = float) -> None:
 
 
 def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
-    """Return the observer of each mode, with the effort as input instead of the drive.
+    """Return the linear observer of each mode, with the effort as input instead of the drive.
 
     The other input is m, minus the difference quotient of the position. The first state is the
     measured minus the estimated position.
@@ -98,7 +98,7 @@ def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
 
 
 def _tracking(observer: Observer, hold: Held) -> Lti:
-    """Return the system from m and the effort to minus the estimated speed.
+    """Return the system of a tracking observer from m and the effort to minus the estimated speed.
 
     m is minus the difference quotient of the position. The states are the measured minus the
     estimated position after a sample, and the predictions of speed and disturbance for the next
@@ -123,7 +123,10 @@ def _tracking(observer: Observer, hold: Held) -> Lti:
 def _switched(
     observer: Observer, hold: Held, coupling: float, gains: tuple[float, float, float]
 ) -> Lti:
-    """Return the system of one mode; output: minus the speed estimate before the correction."""
+    """Return the system of one slip mode of a switched observer.
+
+    The output is minus the speed estimate before the correction.
+    """
     period, (one, two, three) = observer.sample_period_s, gains
     rate = hold(period / observer.inertia.value)
     viscous = observer.friction.viscous
@@ -155,7 +158,7 @@ def _with_drive(observer: Observer, system: Lti) -> Lti:
 
 
 def _mean(lag: float, period: float) -> Lti:
-    """Return the system from the delayed drive to its mean over a sample, after the lag."""
+    """Return the system from the delayed drive to the mean drive over a sample, after the lag."""
     if lag == 0.0:
         return Lti(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1)), period)
     left = math.exp(-period / lag)

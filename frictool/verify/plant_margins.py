@@ -1,8 +1,8 @@
 """Fast modulus margins of a controller's sampled loops, for the thousands of plants of a campaign.
 
-The margin is 1/max |1/(1 + L)|; verify/feedback_loops.py defines the loop L, here with the bench's
-delay. Compiled kernels assemble the matrices and search the peak with the eigenvectors of the
-closed loop, which give the gain at many frequencies in one call.
+The margin is 1/max |1/(1 + L)|; verify/feedback_loops.py defines the loop gain L, here with the
+bench's delay. Compiled kernels assemble the matrices of the closed loop. The eigenvectors of the
+closed loop give the gain at many frequencies in one call, from which the kernels refine the peak.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ SIGNALS = {ETA: SEES_ETA, DIFFERENCE: SEES_DIFFERENCE, SPEED: SEES_SPEED}
 
 
 class PlantMargins:
-    """Function that returns the modulus margin of one controller's loops with a plant.
+    """Function that maps a plant to the modulus margin of one controller's loops.
 
-    The matrices of a scheduled controller are interpolated for the plant's parameters.
+    The matrices of a scheduled controller are interpolated for the parameters of the plant.
     """
 
     def __init__(self, controller: Controller) -> None:
@@ -54,12 +54,15 @@ class PlantMargins:
         self._grid = np.append(0.0, np.geomspace(1e-6 * np.pi, np.pi, POINTS))
 
     def __call__(self, plant: LoggedPlant) -> float:
-        """Return the smallest margin for all slopes and constants of the plant; 0 if unstable."""
+        """Return the smallest modulus margin over all slopes and constants of the plant.
+
+        The result is 0 if a loop is unstable.
+        """
         loops = self._scheduled(plant.point) if self._schedule is not None else self._loops
         return min(self.of(loop, point.rates) for loop in loops for point in plant.points())
 
     def at(self, point: PlantPoint) -> float:
-        """Return the smallest margin of the loops with one constant plant; 0 if unstable."""
+        """Return the smallest modulus margin of the loops with a constant plant; 0 if unstable."""
         slopes, constants = (point.viscous,), (point.constant,)
         return self(
             LoggedPlant(
@@ -68,7 +71,7 @@ class PlantMargins:
         )
 
     def of(self, loop: FeedbackLoop, rates: AxisRates) -> float:
-        """Return the margin of one loop with one plant; 0 if the loop is unstable."""
+        """Return the modulus margin of one loop with one plant; 0 if the loop is unstable."""
         c = loop.system
         sees = np.array([SIGNALS[name] for name in loop.sees])
         axis = sampled_axis(rates.drive, rates.viscous, self._lag, self._period, sees)

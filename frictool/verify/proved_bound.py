@@ -1,4 +1,4 @@
-"""Bound that is proved for every constant plant of a box (zero_exclusion.py)."""
+"""Bound that is proved for every constant plant in a box of parameters (zero_exclusion.py)."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from frictool.documents.certificate import Bound
 
 @dataclass(frozen=True)
 class ProvedBound:
-    """Proved bound: for all constant plants of a certificate the loop is stable and `of` < `below`.
+    """Proved bound of a norm or of the sensitivity for all constant plants of a certificate.
 
-    of: quantity, norm or sensitivity. cells: number of cells (intervals of frequency and plant) in
-    the proof.
+    of: bounded quantity. below: its upper bound; the proof includes stability of the loop. cells:
+    number of cells (intervals of frequency and plant) in the proof.
     """
 
     of: Literal["norm", "sensitivity"]
@@ -22,5 +22,5 @@ class ProvedBound:
 
     @property
     def modulus_margin(self) -> float | None:
-        """Return the modulus margin that this bound proves; None if the bound is of a norm."""
+        """Return the modulus margin that a bound of the sensitivity proves; None for the norm."""
         return Bound(self.of, self.below).modulus_margin

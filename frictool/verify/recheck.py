@@ -1,4 +1,4 @@
-"""Recomputation of the norms and margins in a controller document, from the stored coefficients."""
+"""Comparison of the norms and margins in a controller document with recomputed values."""
 
 from __future__ import annotations
 
@@ -42,8 +42,7 @@ TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
 class FigureDifference:
     """Stored value of a document that differs from the computed value.
 
-    key: path of the value in the document. stored, computed: the two values; None if a value is
-    missing.
+    key: path of the value in the document. stored, computed: the two values; None if missing.
     """
 
     key: str
@@ -55,9 +54,9 @@ class FigureDifference:
 class Verification(ResultView):
     """Result of `verify`.
 
-    model: check with a model; None without one. proved: proved bounds of the certificate.
-    differences: stored values that differ from the computed ones. changed: blocks that were changed
-    after the verification. not_computed: key -> stored value that `verify` cannot compute.
+    model: check with a model, or None. proved: proved bounds of the certificate. differences:
+    stored values that differ from the computed ones. changed: blocks that were changed after the
+    verification. not_computed: stored values that `verify` cannot compute, by their keys.
     """
 
     controller: Controller
@@ -81,7 +80,7 @@ class Verification(ResultView):
 def verify(controller: Controller, model: Model | None = None) -> Verification:
     """Prove the certificate of a controller in integers, and recompute the stored values.
 
-    The stored values are in the sections `verified` and `schedule`.
+    The stored values are those under the keys `verified` and `schedule` of the document.
 
     Parameters
     ----------
@@ -100,10 +99,10 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
     ------
     NoSolutionError
         If a bound is missing or not proved, the certificate's intervals do not contain the bench's
-        intervals, a loop is unstable or has less than the specified margin, or the realisations in
-        the document differ.
+        intervals, a loop is unstable or has less than the specified margin, or the stored forms
+        of the linear controller differ.
     FrictoolError
-        If the model's bench has another axis, drive or timing than the controller's.
+        If the axis, drive or timing of the model's bench differs from that of the controller.
     """
     checked = None if model is None else check_model(controller, model)
     check_box(controller)
@@ -122,14 +121,14 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
 
 
 def recheck(controller: Controller) -> None:
-    """Check intervals, stability and margins at every vertex, before the coefficients are used.
+    """Check a document before its coefficients are used: intervals, stability and margins.
 
     Raises
     ------
     NoSolutionError
         If the document's intervals do not contain the bench's intervals, a corner of the
-        certificate's intervals is not a vertex, a loop is unstable or has less than the specified
-        margin, or a margin in `verified` differs from the margin that the coefficients give.
+        certificate's intervals is not a vertex, a loop at a vertex is unstable or has less than the
+        specified margin, or a margin under `verified` differs from that of the coefficients.
     """
     check_document(controller, margins=True)
     check_box(controller)
@@ -155,7 +154,10 @@ def _differences(controller: Controller) -> tuple[FigureDifference, ...]:
 
 
 def computed_figures(controller: Controller) -> Verified:
-    """Compute the values under `verified` that need no solver, at the corners of the intervals."""
+    """Return the values under `verified` that need no solver, computed from the coefficients.
+
+    The loops are evaluated at the corners of the parameter intervals.
+    """
     verified = controller.verified
     loops = loops_of(controller, corner_points(box_of(controller)))
     vertices = tuple(loops.vertex(point) for point in loops.points)
@@ -175,7 +177,7 @@ def computed_figures(controller: Controller) -> Verified:
 
 
 def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Rounded, ...]:
-    """Return the number formats whose rounding the loop tolerates.
+    """Return the results for the number formats whose rounding the loop tolerates.
 
     A format near its limit (within TOLERANCE) counts as tolerated if the document lists it.
     """
@@ -192,10 +194,10 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
 
 
 def needs_search(controller: Controller) -> bool:
-    """Return True if no proved bound of the norm between the vertices is low enough.
+    """Return True if a search must estimate the largest norm between the vertices.
 
-    A bound is low enough if it is at most CLAIM times the norm at the vertices. For a loop without
-    weights, the sensitivity replaces the norm.
+    No search is needed if a bound proves that the norm is at most CLAIM times the norm at the
+    vertices. For a loop without weights, the sensitivity replaces the norm.
     """
     bounds = () if controller.certificate is None else controller.certificate.bounds
     most = CLAIM * controller.verified.gamma_verified

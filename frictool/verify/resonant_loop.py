@@ -1,4 +1,4 @@
-"""Check of loops with resonant links, at every corner and for each stored resonance filter."""
+"""Check of loops with resonant links, at every vertex and for each stored resonance filter."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frictool.verify.margins import sensitivity
 
 @dataclass(frozen=True)
 class ResonantCheck:
-    """Worst spectral radius and modulus margin of all loops, corners and resonance filters.
+    """Worst spectral radius and modulus margin over all loops, vertices and resonance filters.
 
     `where` names loop and vertex of the worst margin.
     """
@@ -34,7 +34,10 @@ def resonant_check(
     delay_samples: int,
     resonances: Resonances,
 ) -> ResonantCheck:
-    """Check every loop with every plant and resonance filter; an unstable loop has the margin 0."""
+    """Return the worst spectral radius and margin of all loops, plants and resonance filters.
+
+    An unstable loop has the margin 0. lag: time constant of the drive [s]. delay_samples: delay.
+    """
     radii, margins, peaks = [], [], []
     for loop in loops:
         for point in points:
@@ -54,7 +57,7 @@ def resonant_check(
 def require_margin(
     check: ResonantCheck, resonances: Resonances, required: float, name: str = ""
 ) -> None:
-    """Raise NoSolutionError if a loop with the resonances is unstable or has too little margin."""
+    """Raise NoSolutionError if a loop with resonances is unstable or below the required margin."""
     slowest = min(
         (one.rad_s for one in resonances.poles),
         default=min(resonances.real_poles_rad_s, default=0.0),

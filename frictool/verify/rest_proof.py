@@ -1,8 +1,9 @@
-"""Proof that an axis inside the band of its controller comes to rest and stays there.
+"""Proof that an axis inside the rest band of its controller comes to rest and stays there.
 
-While the drive is released, the forces on the axis are friction, the decaying drive i and a
-disturbance. F is the smallest friction of all plants of the certificate's box, which contains every
-plant with parameters in the stored intervals. For |disturbance| <= d < F,
+The rest band is the interval of position errors |e| <= band in which the controller releases the
+drive. Then the forces on the axis are friction, the decaying drive i and a disturbance. F is the
+smallest friction of all plants of the certificate's box, which contains every plant with parameters
+in the stored intervals. For |disturbance| <= d < F,
 
     J v' = K i(t) - friction + disturbance    =>    the axis moves by at most D = J w^2/(2 (F - d))
 
@@ -33,9 +34,10 @@ BRAKING_SHARE = 0.5  # disturbance while the axis stops, relative to the least f
 
 
 def prove_rest(controller: Controller, certificate: Certificate) -> RestProof | None:
-    """Return the proof of rest for every plant of the certificate; None for a law without a band.
+    """Return the proof of rest for every plant of the certificate.
 
-    The proof uses the document only, so that `verify` can repeat it.
+    The result is None if the controller has no rest band. The proof uses the document only, so that
+    `verify` can repeat it.
     """
     law, limiter = controller.position_law, controller.limiter
     if law is not None and law.action != "none":
@@ -97,8 +99,9 @@ def _law_checks(
 ) -> tuple[RestCheck, ...]:
     """Return the check of the speed of arrival, proposition 5.2.2 of the thesis.
 
-    The speed of arrival is the speed of the law at the band's edge (`cut`), or `rest_speed`
-    (`brake`). It must be at most the speed from which every plant of the box stops within the band.
+    The speed of arrival at the rest band is the speed reference of the law at the band's end
+    (`cut`), or `rest_speed` (`brake`). It must be at most the speed from which every plant of the
+    box stops within the band.
     """
     box, step = certificate.box, controller.bench.encoder.resolution
     braking = (1.0 - BRAKING_SHARE) * least_friction(controller, box)
@@ -119,11 +122,12 @@ def _law_checks(
 
 
 def _limiter_checks(controller: Controller, box: Box, limiter: Limiter) -> tuple[RestCheck, ...]:
-    """Return the hypotheses of proposition 5.2.1 on the released drive.
+    """Return the checks of the hypotheses of proposition 5.2.1 on the released drive.
 
-    The released drive still brakes by virtual friction, against the measured speed. A brake with
-    less effort than the friction cannot move the axis. The effort of a stronger brake after one
-    encoder count must be below the friction, or else the axis may pass the next count.
+    A limiter with virtual friction still brakes against the measured speed while it releases the
+    drive. A brake with less effort than the friction cannot move the axis. The effort of a stronger
+    brake after one encoder count must be below the friction, or else the axis may pass the next
+    count.
     """
     friction = (1.0 - BRAKING_SHARE) * least_friction(controller, box)
     stretched = box.constant[1] / controller.bench.actuator.constant.value
@@ -146,7 +150,7 @@ def _stable_loop(certificate: Certificate) -> RestCheck:
 
 
 def _count_pulse(controller: Controller, limiter: Limiter, effort: float) -> float:
-    """Return the largest effort [N m | N] of the released drive after one encoder count."""
+    """Return the largest effort [N m | N] of the virtual friction after one encoder count."""
     if limiter.virtual_coulomb == 0.0 or controller.velocity.source == "measured":
         return 0.0
     period, velocity = controller.sample_period_s, controller.velocity

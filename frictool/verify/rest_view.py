@@ -1,4 +1,4 @@
-"""Text of the proof of rest, shared by `synth` and `verify`."""
+"""Text of the proof of rest for the output of `synth` and `verify`."""
 
 from __future__ import annotations
 

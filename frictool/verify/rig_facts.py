@@ -1,4 +1,4 @@
-"""Facts of a rig besides its plant parameters: timing, limits, encoder and springs.
+"""Facts of a bench other than its plant parameters: timing, limits, encoder and springs.
 
 A controller is verified for these facts. The facts are a mapping from the names in FACTS to numbers
 in SI units, so that a bench, a model, a mechanism and a log can be compared.
@@ -20,7 +20,7 @@ ROUNDING = 1e-9  # relative tolerance of facts and of interval ends
 
 
 class Fact(NamedTuple):
-    """Property of the rig: its name in messages, and its unit.
+    """Property of a bench: its name in messages, and its unit.
 
     `unit` is a unit, or a quantity such as `position` or `drive`, whose SI unit depends on the
     kind of axis or drive.
@@ -43,9 +43,10 @@ FACTS = {
 
 
 def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
-    """Return the facts of a bench and, with a model, the stiffness of the model's load.
+    """Return the facts of a bench, and the stiffness of the model's load.
 
-    Without a winding, the resistance is 0 ohm and the voltage infinite.
+    The stiffness is 0 if there is no model or no spring. The resistance is 0 ohm and the voltage
+    infinite if the bench has no winding.
     """
     actuator = bench.actuator
     load = None if model is None or model.laws is None else model.laws.load
@@ -66,7 +67,7 @@ def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
 def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, ...]:
     """Return a phrase for each fact that differs from the bench of the verification.
 
-    An example is `drive limit 5 A, verified 10 A`. A missing fact is left out.
+    An example is `drive limit 5 A, verified 10 A`. A fact that is missing in `facts` is left out.
     """
     known = facts_of(verified)
     others = {
@@ -78,12 +79,12 @@ def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, .
 
 
 def missing_facts(facts: Mapping[str, float]) -> tuple[str, ...]:
-    """Return the labels of the facts that are missing in a log."""
+    """Return the labels of the facts that are missing in `facts`, such as those of a log."""
     return tuple(fact.label for name, fact in FACTS.items() if name not in facts)
 
 
 def facts_to_text(facts: Mapping[str, float]) -> dict[str, str]:
-    """Return each fact as text, for a log's metadata."""
+    """Return each fact as JSON text, for a log's metadata."""
     return {name: json.dumps(value) for name, value in facts.items()}
 
 

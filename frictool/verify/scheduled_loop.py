@@ -1,4 +1,7 @@
-"""Loop of a scheduled controller: weighted sum of the corners' matrices (thesis 5.46, 5.64)."""
+"""Norm and margin of a scheduled controller, interpolated between the corners (thesis 5.64).
+
+The matrices of the controller are weighted sums of the matrices of the corners (thesis 5.46).
+"""
 
 from __future__ import annotations
 
@@ -25,9 +28,10 @@ SEED = 2
 
 @dataclass(frozen=True)
 class ScheduledFigures:
-    """Largest norm and smallest modulus margin (0 if a loop is unstable) of a scheduled loop.
+    """Largest norm `gamma` and smallest modulus margin of a scheduled loop.
 
-    `at`: plant with the smallest margin. `points`: number of plants between the corners.
+    The margin is 0 if a loop is unstable. `at`: plant with the smallest margin. `points`: number of
+    plants between the corners.
     """
 
     gamma: float
@@ -44,10 +48,11 @@ def scheduled_figures(
     delay: int,
     period: float,
 ) -> ScheduledFigures:
-    """Return norm and margin of the scheduled controller, at the corners and between them.
+    """Return norm and margin of a scheduled controller, at the corners and between the corners.
 
-    The controller is interpolated for each plant. `names` are the scheduled parameters, `plant`
-    maps rates to the weighted plant; `lag` and `period` are in s, `delay` in samples.
+    corners: controllers at the corners. names: scheduled parameters, for which the controller is
+    interpolated at each plant. plant: function from rates to the weighted plant. lag: time constant
+    of the drive [s]. delay: in samples. period: sample period [s].
     """
     controllers = [read_state_space(corner.discrete, period) for corner in corners]
     plants = [
@@ -69,7 +74,7 @@ def scheduled_figures(
 def weights(
     corners: Sequence[Corner | PlantPoint], names: Sequence[str], point: PlantPoint
 ) -> NDArray[np.float64]:
-    """Return the weights alpha_i (k,) of thesis (5.46), which are nonnegative and sum to 1.
+    """Return the weights alpha_i (k,) of the corners (thesis 5.46), nonnegative with sum 1.
 
     alpha_i is a product with one factor per parameter: the distance to the opposite end of the
     interval, divided by the width of the interval. A parameter outside its interval is replaced by
@@ -86,7 +91,7 @@ def weights(
 
 
 def interpolate_controller(controllers: Sequence[Lti], alpha: NDArray[np.float64]) -> Lti:
-    """Return the controller for the weights `alpha` (thesis 5.64)."""
+    """Return the sum of the controllers' matrices with the weights `alpha` (thesis 5.64)."""
     a, b, c, d = (
         sum(
             (x * getattr(k, part) for x, k in zip(alpha, controllers, strict=True)),

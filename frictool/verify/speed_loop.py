@@ -21,7 +21,7 @@ from frictool.verify.hinf_norm import norm, spectral_radius
 
 @dataclass(frozen=True)
 class LoopCheck:
-    """Spectral radius and modulus margin (0 if the loop is unstable) at one delay."""
+    """Spectral radius and modulus margin of a loop with a given delay; margin 0 if unstable."""
 
     delay_samples: int
     spectral_radius: float
@@ -36,13 +36,16 @@ class LoopCheck:
 def is_required(checked: int, delay: int) -> bool:
     """Return True if a loop must be stable with `checked` samples of delay.
 
-    `delay`: delay of the bench. Instability with a shorter delay is only reported.
+    `delay` is the delay of the bench. An instability with a shorter delay is reported, but allowed.
     """
     return checked >= delay
 
 
 def closed_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> Lti:
-    """Return the sensitivity with one plant: the system from s to s - position."""
+    """Return the sensitivity with one plant: the system from s to s - position.
+
+    s is the integral of the speed reference. lag: time constant of the drive [s].
+    """
     period = controller.period
     blocks = {
         "controller": DiagramBlock(controller, ("error",), ("u",)),
@@ -60,7 +63,10 @@ def closed_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: in
 
 
 def check_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> LoopCheck:
-    """Return the stability and modulus margin of the loop with one plant."""
+    """Return the spectral radius and the modulus margin of the loop with one plant.
+
+    lag: time constant of the drive [s].
+    """
     loop = closed_loop(controller, rates, lag, delay_samples)
     return LoopCheck(delay_samples, spectral_radius(loop.a), 1.0 / norm(loop)[0])
 

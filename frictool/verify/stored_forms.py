@@ -1,4 +1,4 @@
-"""Comparison of the stored forms of one controller: discrete, inverse Tustin, sections."""
+"""Comparison of the stored forms of a linear controller: discrete, continuous, sections."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ANGLES = np.geomspace(1e-3, np.pi * (1.0 - 1e-9), 200)
 
 
 def check_forms(controller: Controller) -> None:
-    """Raise NoSolutionError if the stored realisations differ, or if the anti-windup is unstable.
+    """Raise NoSolutionError if the stored forms differ, or if the anti-windup is unstable.
 
     With conditional integration, the integrators are held while the drive is limited, so that only
     the other states must be stable.
@@ -62,7 +62,7 @@ def check_forms(controller: Controller) -> None:
 def limited_radius(linear: LinearController, period: float) -> float:
     """Return the spectral radius of the controller's state matrix while the drive is limited.
 
-    Integrators that are held during that time are left out.
+    Integrators that keep their value while the drive is limited are left out.
     """
     gains = linear.sos_anti_windup if linear.form == "sos" else linear.anti_windup
     runs = running_form(linear, period)
@@ -78,7 +78,7 @@ def limited_radius(linear: LinearController, period: float) -> float:
 def sections_response(
     sections: tuple[Row, ...], angles: NDArray[np.float64]
 ) -> NDArray[np.complex128]:
-    """Return the response of a chain of second-order sections at angles on the unit circle."""
+    """Return the frequency response of a chain of second-order sections at z = exp(j angle)."""
     delayed = np.exp(-1j * angles)
     powers = np.stack([np.ones(len(angles)), delayed, delayed**2])
     response = np.ones(len(angles), dtype=np.complex128)

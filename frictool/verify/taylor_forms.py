@@ -34,7 +34,7 @@ def modulus(z: complex) -> float:
 
 @kernel
 def taxicab(x: Form) -> float:
-    """Return the sum of |Re| + |Im| of the coefficients c, t, k, s of the form x."""
+    """Return |Re c| + |Im c| plus the same sums for t, k and s of the form x = (c, t, k, s, r)."""
     c, t, k, s, _ = x
     total = abs(c.real) + abs(c.imag) + abs(t.real) + abs(t.imag)
     return float(total + abs(k.real) + abs(k.imag) + abs(s.real) + abs(s.imag))
@@ -119,8 +119,8 @@ def shifted(
     The polynomial's coefficients (n + 1,), lowest power first, are real or imaginary, with a
     relative error of at most U. The polynomial is expanded about `middle`: each term of a new
     coefficient has at most 2 n + 1 roundings (Higham 2002, section 5.1). The sum of the errors is
-    below (2 n + 4) U times the polynomial with the moduli of the coefficients at |middle| + half.
-    `work` (n + 1,) is overwritten.
+    below (2 n + 4) U times the value at |middle| + half of the polynomial whose coefficients are
+    the moduli. `work` (n + 1,) is overwritten.
     """
     n = len(coefficients) - 1
     for j in range(n + 1):

@@ -1,4 +1,4 @@
-"""Text and JSON of a verification."""
+"""Text and JSON of the result of `verify`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MOST_LINES = 12  # differences that the text lists
 
 
 def json_view(verification: Verification) -> dict[str, Any]:
-    """Return the verification as JSON values."""
+    """Return the result of `verify` as JSON values."""
     controller, checked = verification.controller, verification.model
     certificate = controller.certificate
     bounds = [
@@ -66,7 +66,7 @@ def _model_json(checked: ModelCheck) -> dict[str, Any]:
 
 
 def lines(verification: Verification) -> list[str]:
-    """Return the verification as lines of text."""
+    """Return the result of `verify` as lines of text."""
     return [*_proved(verification), *_computed(verification), *_model(verification)]
 
 

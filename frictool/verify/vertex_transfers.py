@@ -52,7 +52,7 @@ ENTRIES: dict[Name, tuple[int, int]] = {"error": (0, 0), "drive": (1, 0), "distu
 
 @dataclass(frozen=True)
 class WorstGain:
-    """Largest ratio of a gain to its upper bound, with its vertex and frequency [rad/s]."""
+    """Largest ratio of a gain to its template, with its vertex and frequency [rad/s]."""
 
     ratio: float
     vertex: str
@@ -61,9 +61,11 @@ class WorstGain:
 
 @dataclass(frozen=True)
 class VertexTransfer:
-    """One transfer function: gains (vertices, frequencies), and their upper bound (frequencies,).
+    """One closed-loop transfer function at every vertex.
 
-    `template` and `worst` are None if the weight is 0 or unknown.
+    gains: (vertices, frequencies). template: upper bound (frequencies,) of the gains. worst:
+    largest ratio of a gain to the template. `template` and `worst` are None if the weight is 0 or
+    unknown.
     """
 
     name: Name
@@ -76,8 +78,8 @@ class VertexTransfer:
 class VertexTransfers:
     """Transfer functions of all vertices at the frequencies (n,) [rad/s].
 
-    `gamma` is the factor of the templates: the requested gamma if `is_requested`, else the verified
-    norm.
+    The templates are proportional to `gamma`: the requested gamma if `is_requested`, else the
+    verified norm.
     """
 
     frequencies: Vector
@@ -88,7 +90,7 @@ class VertexTransfers:
 
 
 def sensitivities(controller: Controller) -> VertexTransfers | str:
-    """Return the transfer functions at every vertex, or the reason why a document has none."""
+    """Return the transfer functions at every vertex, or the reason why there are none."""
     stable = tuple(vertex for vertex in controller.verified.vertices if vertex.stable)
     if not stable:
         return "the controller names no vertex at which its loop is stable"
@@ -143,7 +145,7 @@ def _closed(controller: Controller, vertex: Vertex, weights: PlantWeights) -> Lt
 
 
 def _closed_by_speed(controller: Controller, rates: AxisRates, lag: float) -> Lti:
-    """Return the loop from [speed reference; friction] of a controller of the speed error."""
+    """Return the loop of a controller of the speed error, from [speed reference; friction]."""
     period, velocity = controller.sample_period_s, controller.velocity
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     drive = gain(1.0, period)
@@ -164,7 +166,7 @@ def _closed_by_speed(controller: Controller, rates: AxisRates, lag: float) -> Lt
 def _velocity(velocity: Velocity, period: float, sees: str) -> DiagramBlock:
     """Return the block whose output is minus the estimated speed.
 
-    An observer with several modes is represented by the first.
+    An observer with several modes is represented by its first mode.
     """
     if velocity.observer is not None:
         return DiagramBlock(shown_speeds(velocity.observer)[0].system, (sees, "u"), ("shown",))

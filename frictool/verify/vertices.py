@@ -1,4 +1,4 @@
-"""Vertices of a controller document as plants."""
+"""Vertices of a controller document as plants with constant parameters."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from frictool.plant.polytope import PlantPoint
 
 
 def vertex_points(controller: Controller) -> tuple[PlantPoint, ...]:
-    """Return the plants that a document names as its vertices.
+    """Return the plants of a controller document's vertices.
 
     Raises
     ------
     NoSolutionError
-        If the document names no vertex, so that its loop cannot be verified.
+        If the document has no vertex, so that its loop cannot be verified.
     """
     vertices = controller.verified.vertices
     if not vertices:

@@ -11,13 +11,13 @@ loop (zero_exclusion_kernel.py). Theorem: if
 then the loop of every constant plant of the box is stable with a norm below g. The reason is that
 roots depend continuously on the plant, the box is connected, and by (b) no root crosses the circle.
 (b) and (c) are proved on cells: products of an interval of the frequency and intervals of the plant
-parameters, halved until the enclosure is sharp enough. (a) is proved by Mikhailov's criterion:
-along half the circle, the argument of D, a polynomial of degree n in the bilinear variable, changes
-by n pi/2. The sensitivity is the norm of a loop without weights.
+parameters, halved until the enclosure is sharp enough. (a) is proved by Mikhailov's criterion: if D
+is a polynomial of degree n in the bilinear variable, its argument changes by n pi/2 along half the
+circle. The sensitivity is the norm of a loop without weights.
 
-The proof uses no solver, no grid and no stored figure besides g. All coefficients are computed from
-the stored ones in integers, and all rounding errors of the kernel are bounded (taylor_forms.py).
-The theorem is not valid for parameters that vary with time.
+The proof uses no solver and no grid, and g is the only stored result that it uses. All coefficients
+are computed from the stored ones in integers, and all rounding errors of the kernel are bounded
+(taylor_forms.py). The theorem is not valid for parameters that vary with time.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ ROUNDING = Fraction(1, 1 << 53)
 class OpenCell:
     """Plant (SI) and angular frequency [rad/s] at which a bound was not proved.
 
-    violated: True if the bound is violated there (computed in doubles); False if too many cells
-    were needed.
+    violated: True if the bound is violated at this plant and frequency (computed in doubles); False
+    if the proof needs too many cells.
     """
 
     inertia: float
@@ -69,8 +69,8 @@ class OpenCell:
 def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound, ...]:
     """Prove every bound of the certificate for `loop`, which has the certificate's weights.
 
-    Raises NoSolutionError (exit 4) at the first bound that is not proved; the message states a
-    plant.
+    Raises NoSolutionError at the first bound that is not proved; the message names a plant and a
+    frequency at which the proof fails.
     """
     if not certificate.bounds:
         raise NoSolutionError(
@@ -96,7 +96,10 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
 
 
 def prove_bounds(loops: Sequence[CertificateLoop], box: Box, below: float) -> int | OpenCell:
-    """Apply `prove_bound` to all loops; return the total number of cells, or the first failure."""
+    """Prove that the norms of all `loops` are below `below`; return the total number of cells.
+
+    If a proof fails, return a plant and a frequency at which it fails.
+    """
     cells = 0
     for loop in loops:
         one = prove_bound(loop, box, below)
@@ -109,9 +112,9 @@ def prove_bounds(loops: Sequence[CertificateLoop], box: Box, below: float) -> in
 def prove_bound(loop: CertificateLoop, box: Box, below: float) -> int | OpenCell:
     """Prove that the norm of `loop` is below `below`; return the number of cells.
 
-    Without a proof, return a plant and a frequency at which the bound is not proved. Raises
-    NoSolutionError if the loop of the plant in the middle of the box is unstable, or if
-    coefficients are out of the range of doubles.
+    If the proof fails, return a plant and a frequency at which it fails. Raises NoSolutionError if
+    the loop of the plant in the middle of the box is unstable, or if coefficients are out of the
+    range of doubles.
     """
     try:
         return _prove_bound(loop, box, below)
@@ -200,7 +203,7 @@ def _pieces(interval: Interval) -> Iterator[Interval]:
 
 
 def _kernel_loop(loop: CertificateLoop, holds: HoldPolynomials) -> KernelLoop:
-    """Return the loop as data of the kernel, for the viscous rates at which `holds` is valid."""
+    """Return the data of the loop for the kernel, valid for the viscous rates of `holds`."""
     period = Fraction(loop.period)
     feedback = feedback_polynomials(loop)
     numerator, measured, denominator = (

@@ -117,9 +117,10 @@ class KernelBox(NamedTuple):
 
 
 class KernelWorkspace(NamedTuple):
-    """Workspace of the kernel for a closed-loop matrix T with z rows and w columns.
+    """Scratch arrays of the kernel for a closed-loop matrix T with z rows and w columns.
 
-    parts: parts of T (4, z, w). gram: Gram matrix (w, w). polynomial: overwritten coefficients.
+    parts: Taylor coefficients of T (4, z, w). gram: Gram matrix (w, w). polynomial: coefficients of
+    a polynomial, overwritten.
     """
 
     parts: ComplexVector
@@ -161,7 +162,7 @@ class LoopTerms(NamedTuple):
 
 @kernel
 def workspace(loop: KernelLoop) -> KernelWorkspace:
-    """Return the workspace for a loop."""
+    """Return the scratch arrays for the closed-loop matrix of `loop`."""
     rows = 1 + (loop.drive > 0.0) + (loop.command > 0.0) + (loop.eta > 0.0)
     columns = 1 + (loop.disturbance > 0.0) + (loop.noise[0] > 0.0)
     size = max(loop.denominator.shape[1], loop.holds.shape[1])
@@ -226,7 +227,7 @@ def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
 
 @part_kernel
 def _filtered(weight: tuple[float, float, float], p: Form, q: Form) -> Form:
-    """Return the weight gain (q + zero p)/(q + pole p) as a form; the gain alone if the pole is 0.
+    """Return the weight gain (q + zero p)/(q + pole p) as a form, or the gain if the pole is 0.
 
     weight: gain, zero and pole. p, q: forms of the module docstring.
     """
@@ -238,7 +239,7 @@ def _filtered(weight: tuple[float, float, float], p: Form, q: Form) -> Form:
 
 @part_kernel
 def _held(loop: KernelLoop, index: int, at: tuple[float, float], space: KernelWorkspace) -> Form:
-    """Return the form of the hold polynomial `index` for sigma - middle = at[0] +- at[1]."""
+    """Return the form of h_1, h_2, a or b (`index` 0 to 3) for sigma - middle = at[0] +- at[1]."""
     centre, slope, radius = shifted(loop.holds[index], at[0], at[1], space.polynomial)
     return centre, 0j, 0j, slope, (radius + loop.errors[index]) * UP
 
@@ -365,7 +366,7 @@ def _from_noise(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
 
 @part_kernel
 def _write(space: KernelWorkspace, row: int, column: int, entry: Form) -> float:
-    """Write the first-order parts of an entry of the loop's T; return its squared remainder."""
+    """Write an entry of the closed-loop matrix T to `space`; return its squared remainder."""
     space.parts[0, row, column] = entry[0]
     space.parts[1, row, column] = entry[1]
     space.parts[2, row, column] = entry[2]
@@ -381,7 +382,7 @@ def _write_column(
     signals: tuple[Form, Form, Form],
     space: KernelWorkspace,
 ) -> float:
-    """Write a column of the closed loop T; return the sum of the squared remainders.
+    """Write a column of the closed-loop matrix T; return the sum of the squared remainders.
 
     signals: X/D, e/D and eta/D for the input of this column.
     """
@@ -401,9 +402,9 @@ def _write_column(
 
 @kernel
 def enclose_responses(loop: KernelLoop, at: LoopTerms, space: KernelWorkspace) -> float:
-    """Write the parts of T in a cell into `space`; return the norm of the remainder.
+    """Write the Taylor coefficients of T in a cell to `space`; return the norm of the remainder.
 
-    The closed loop T has the rows error, drive, command and eta, and the columns reference,
+    The closed-loop matrix T has the rows error, drive, command and eta, and the columns reference,
     friction and noise, as far as these signals have weights. The remainder is infinite if the
     enclosure of the characteristic polynomial contains zero.
     """
@@ -421,7 +422,7 @@ def enclose_responses(loop: KernelLoop, at: LoopTerms, space: KernelWorkspace) -
 
 @kernel
 def viscous_rates(loop: KernelLoop, low: float, high: float) -> tuple[float, float]:
-    """Return the ends of sigma for two ends of sigma - middle, rounded outward."""
+    """Return the interval of sigma, rounded outward, for sigma - middle in [low, high]."""
     least = loop.middle + low
     most = loop.middle + high
     return least - 2.0 * U * abs(least), most + 2.0 * U * abs(most)
@@ -449,9 +450,9 @@ def explore(
     """Divide the cell `start` (6,) until a bound is proved; return outcome and number of cells.
 
     PROVED: the characteristic polynomial D is not zero and the norm of the loop T is below `level`
-    for every plant of the box in the cell. VIOLATED: the norm reaches `level`, in doubles, at the
-    t, kappa and sigma written into `at` (3,). UNDECIDED: more than `most` cells would be needed,
-    and `at` is in one of them.
+    for every plant of the box in the cell. VIOLATED: in doubles, the norm reaches `level` at the
+    values of t, kappa and sigma that are written to `at` (3,). UNDECIDED: the proof needs more than
+    `most` cells; `at` is in one that is not proved.
     """
     space = workspace(loop)
     stack = np.empty((DEPTH, 6))
@@ -513,11 +514,11 @@ def explore(
 def turn(
     loop: KernelLoop, box: KernelBox, plant: tuple[float, float], most: int
 ) -> tuple[float, float]:
-    """Return the change [rad] of arg D for one plant from z = 1 to z = -1, and its error.
+    """Return the change of arg D [rad] for one plant from z = 1 to z = -1, and its error.
 
     D is the characteristic polynomial. `plant` is (kappa, sigma - middle). Between neighbouring
     points the enclosure of D does not contain zero, so that arg D changes by less than pi. The
-    error is infinite if the plant is not in the box, or if more than `most` cells would be needed.
+    error is infinite if the plant is not in the box, or if more than `most` points would be needed.
     """
     low, high = inverse_inertia(box, (plant[0], plant[0]), viscous_rates(loop, plant[1], plant[1]))
     space = workspace(loop)
