@@ -1,10 +1,8 @@
-"""Conversion of logs to the formats of other tools; each format is a module with `write`.
+"""Conversion of logs to the formats of other tools; each format has a module with `write`.
 
-    streams ──regrouped──▶ writer ──▶ bytes
-
-The streams are written one after the other, block by block if the format allows it. Each file has
-`time [s]` and then the signals in SI with their units. A file that is read again gives the same
-numbers, bit for bit.
+The streams are written one after the other, block by block if the format allows it. Each stream is
+written as `time [s]`, followed by its signals in SI with their units. Reading the file back gives
+the same numbers, bit for bit.
 """
 
 from __future__ import annotations
@@ -28,25 +26,25 @@ TIME_NAME, TIME_UNIT = "time", "s"
 
 @dataclass
 class OutgoingStream:
-    """Stream to be converted; its samples can be read only once."""
+    """Stream that is to be written in another format; its samples can be read only once."""
 
     head: StreamHeader
     samples: Iterator[SampleBlock]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the columns, time first."""
+        """Return the column names: `time`, then the names of the signals."""
         return (TIME_NAME, *self.head.fields)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Return the units of the columns, time first."""
+        """Return the column units: s for the time, then the units of the signals."""
         return (TIME_UNIT, *self.head.units)
 
     def blocks(self) -> Iterator[list[Vector]]:
-        """Yield time in s and the signals, in blocks of at least BLOCK_ROWS rows.
+        """Yield blocks of rows, each a list of vectors: the time [s], then the signals.
 
-        The last block may be shorter.
+        A block has at least BLOCK_ROWS rows; only the last block may be shorter.
         """
         pending: list[SampleBlock] = []
         for piece in self.samples:
@@ -67,18 +65,19 @@ def _columns(samples: SampleBlock) -> list[Vector]:
 
 
 class FormatWriter(Protocol):
-    """Interface of a module that writes a format."""
+    """Interface of a module that writes log files in one format."""
 
     def write(self, streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-        """Write the streams and the notes to `target`."""
+        """Write the streams and the metadata records `notes` to `target`."""
 
 
 def convert(
     source: str, streams: Sequence[OutgoingStream], notes: Notes, form: Format, target: BinaryIO
 ) -> None:
-    """Write the streams in a format.
+    """Write the streams and the metadata records `notes` to `target` in the format `form`.
 
-    Raises LogError about `source` if there are several streams and a file of the format can contain
+    Raises LogError, naming `source`, if there are several streams but a file in this format can
+    contain
     only one.
     """
     if len(streams) > 1 and not form.several:
@@ -86,8 +85,8 @@ def convert(
         several = ", ".join(name for name, other in WRITTEN.items() if other.several)
         raise LogError(
             source,
-            f"has {len(streams)} streams, {topics}; a {form.name} file contains one: select it "
-            f"with --stream, or convert to {several}",
+            f"has {len(streams)} streams, {topics}; a {form.name} file can contain only one; "
+            f"select it with --stream, or convert to {several}",
         )
     cast(FormatWriter, importlib.import_module(form.writer)).write(streams, notes, target)
 
@@ -95,7 +94,7 @@ def convert(
 def flat_names(streams: Sequence[OutgoingStream]) -> list[str]:
     """Return a name without slashes for each stream, such as `axis_force` for `/axis/force`.
 
-    A number is appended to a name that is already in use.
+    If two streams would get the same name, a number is appended to the second name.
     """
     names: list[str] = []
     for stream in streams:

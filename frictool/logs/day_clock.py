@@ -1,6 +1,6 @@
 """Times of day without a date, continued after midnight.
 
-If a time is more than half a day earlier than the time before it, midnight has passed.
+If a time is more than half a day earlier than the previous time, midnight has passed.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ DAY = 86_400 * NS  # ns per day
 
 
 class DayClock:
-    """Counter of the days while one file is read.
+    """Converter of times of day to times that increase beyond midnight, for the rows of a file.
 
-    Stamps with a date, counted in ns from 1970-01-01, pass unchanged.
+    Times with a date, counted in ns from 1970-01-01, are returned unchanged.
     """
 
     def __init__(self) -> None:
@@ -24,7 +24,7 @@ class DayClock:
         self._days = 0
 
     def onward(self, stamps: Nanoseconds) -> Nanoseconds:
-        """Return the times `stamps` (n,) in ns, plus one day for each midnight passed so far."""
+        """Return `stamps` (n,) [ns] plus one day for each midnight passed since the first row."""
         if not stamps.size or (self._last is None and not 0 <= stamps[0] < DAY):
             return stamps
         steps = np.diff(stamps, prepend=stamps[0] if self._last is None else self._last)

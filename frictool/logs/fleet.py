@@ -20,17 +20,14 @@ PARQUET_MAGIC = b"PAR1"
 
 @dataclass(frozen=True)
 class FleetLog:
-    """Log of the fleet.
-
-    name: path of the log as shown to the user (see `members`).
-    """
+    """Log file of a fleet, with its path and the path shown to the user (`name`, see `members`)."""
 
     path: Path
     name: LogName
 
 
 def is_fleet(logs: Sequence[Path]) -> bool:
-    """Return whether several logs are listed, or a folder other than a ROS 2 bag."""
+    """Return True if several paths are listed, or one folder that is not a ROS 2 bag."""
     return len(logs) > 1 or (logs[0].is_dir() and not _is_bag(logs[0]))
 
 
@@ -39,11 +36,12 @@ def _is_bag(folder: Path) -> bool:
 
 
 def members(logs: Iterable[Path]) -> list[FleetLog]:
-    """Return the listed logs and the logs in the listed folders.
+    """Return the listed logs and all logs in the listed folders.
 
-    Hidden files are left out, and so are tables that frictool wrote about logs. If one folder is
-    listed, the name of a log is relative to this folder. If several folders are listed, the name
-    begins with the name of the folder.
+    Hidden files are left out, and so are tables of results that frictool wrote. If one folder is
+    listed, the names of its logs are paths relative to this folder. If several folders are listed,
+    each
+    name begins with the name of the folder.
 
     Raises LogError if a folder contains no log.
     """
@@ -92,9 +90,9 @@ def _logs(folder: Path) -> Iterator[Path]:
 
 
 def is_table(path: Path) -> bool:
-    """Return whether a file is a table about logs (CSV or Parquet) written by frictool.
+    """Return True if a file is a table of results about logs (CSV or Parquet) that frictool wrote.
 
-    The columns decide, not the file name. Returns False if the file cannot be read.
+    The columns are checked, not the file name. The result is False if the file cannot be read.
     """
     if not path.is_file():
         return False
@@ -119,10 +117,11 @@ def _footer(stream: BinaryIO) -> bytes:
 
 
 def _opens_with(footer: bytes, names: Sequence[str]) -> bool:
-    """Return whether frictool wrote the file and the first columns have these names.
+    """Return True if frictool wrote this Parquet footer and `names` are the first columns.
 
-    The footer contains the names in the order of the columns, each after its length. If frictool
-    wrote the file, the footer contains "frictool" with the version.
+    The footer contains the column names in order, each after one byte with its length. Files
+    written by
+    frictool also contain the text "frictool" with the version.
     """
     positions = [footer.find(bytes([len(name)]) + name.encode()) for name in names]
     return positions[0] >= 0 and positions == sorted(positions) and b"frictool" in footer

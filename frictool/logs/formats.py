@@ -1,8 +1,8 @@
 """Registry of the formats of log files, and detection of the format of a file from its content.
 
-A new format needs its modules, a row in FORMATS, a test and a row in docs/log_formats.md. The
-modules are imported when a file of the format is read or written. A reader has the functions of
-FormatReader; a writer has the function of FormatWriter (conversion.py).
+A new format needs its modules, a row in FORMATS, a test and a row in docs/log_formats.md. A reader
+module has the functions of FormatReader; a writer module has the function of FormatWriter
+(conversion.py). Both are imported only when a file of the format is read or written.
 """
 
 from __future__ import annotations
@@ -24,18 +24,19 @@ if TYPE_CHECKING:
 
 
 class Format(NamedTuple):
-    """Format of log files.
+    """File format of logs.
 
-    name: short name, such as the value of `convert --to`.
-    title: name in messages.
-    suffixes: suffixes of files in this format; a written file gets the first.
+    name: short name, used in `convert --to`.
+    title: name used in messages.
+    suffixes: usual file suffixes; a written file gets the first.
     reader: module that reads the format.
     writer: module that writes the format; "" if frictool does not write it.
     written: name of the format in the help of commands that write it.
     several: True if a written file can contain several streams.
-    library: library that the format needs, and the extra of frictool that installs this library;
-        None if none is needed.
-    other_suffixes: further suffixes of files that are read.
+    library: (module, extra) of the Python library that the format needs and of the extra of
+        frictool
+        that installs it; None if the format needs no library.
+    other_suffixes: less usual suffixes of files that are read as logs.
     """
 
     name: str
@@ -159,17 +160,20 @@ PAGE = re.compile(rb"\s*<(?:!doctype|html)\b", re.IGNORECASE)
 
 
 class FormatReader(Protocol):
-    """Interface of a module that reads a format."""
+    """Interface of a module that reads log files in one format."""
 
     def sniff(self, head: bytes, path: Path) -> bool:
-        """Return True if a file with the first bytes `head` has this format."""
+        """Return True if the file `path`, whose first bytes are `head`, has this format."""
 
     def tables(self, path: Path, layout: Layout | None) -> tuple[RawTable, ...]:
-        """Return the tables of a file."""
+        """Return the tables of a file; `layout` is the layout declared in the bench, if any."""
 
 
 def format_of(path: Path) -> Format:
-    """Return the format of a raw file; raise LogError if it is unreadable or of no known format."""
+    """Return the format of a raw file.
+
+    Raises LogError if the file cannot be read or its format is unknown.
+    """
     head = head_of(path)
     refuse_document(path, head)
     for one in FORMATS:
@@ -203,7 +207,7 @@ def refuse_document(path: Path, head: bytes) -> None:
 
 
 def refuse_swapped(document: Path, log: Path) -> None:
-    """Raise LogError if a log and a document were passed in the wrong order."""
+    """Raise LogError if a log was passed in the place of a document, and a document as the log."""
     if not document.is_file() or not log.is_file():
         return
     match = _document_key().search(head_of(log)) if log.stat().st_size else None
@@ -216,16 +220,21 @@ def refuse_swapped(document: Path, log: Path) -> None:
 
 
 def tables_of(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the tables of a raw file; raise LogError if it is unreadable or damaged."""
+    """Return the tables of a raw file.
+
+    layout: layout of the file declared in the bench; None to detect the layout.
+
+    Raises LogError if the file is unreadable or damaged.
+    """
     log_format = format_of(path)
     require(log_format, path)
     return _reader(log_format).tables(path, layout)
 
 
 def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the tables of a raw file or of the parts of one recording.
+    """Return the tables of one raw file, or of one recording that is split into several files.
 
-    Raises LogError as `tables_of` does.
+    Raises LogError if a file is unreadable or damaged.
     """
     if len(parts) == 1:
         return tables_of(parts[0], layout)
@@ -235,12 +244,12 @@ def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[Ra
 
 
 def format_for(path: Path) -> Format | None:
-    """Return the format that is written to a file with the suffix of `path`, or None."""
+    """Return the format to write for the suffix of `path`; None if no format has this suffix."""
     return next((one for one in WRITTEN.values() if path.suffix.lower() in one.suffixes), None)
 
 
 def require(form: Format | None, path: Path) -> None:
-    """Raise LogError about `path` if the library that the format needs is not installed."""
+    """Raise LogError, naming `path`, if the library that the format needs is not installed."""
     if form is not None and form.library is not None:
         library(path, *form.library)
 

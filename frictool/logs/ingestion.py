@@ -1,4 +1,4 @@
-"""Conversion of bench files to one canonical log, as `frictool ingest` does."""
+"""Conversion of bench files to one canonical log (the work of `frictool ingest`)."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from frictool.runtime.object_view import ResultView
 
 @dataclass(frozen=True)
 class IngestRequest:
-    """Options of a conversion to the canonical log.
+    """Options of a conversion of bench files to a canonical log.
 
     Attributes
     ----------
     window : TimeWindow
-        Part of the log's time that is kept; `TimeWindow.between(2.0, 5.0)` is in seconds.
+        Part of the log's time that is kept; `TimeWindow.between(2.0, 5.0)` keeps 2 s to 5 s.
     period_s : float or None
-        Sample period [s] of one grid to which all streams are resampled; None: no resampling.
+        Sample period [s] to which all streams are resampled on one time grid; None: no resampling.
     kind : str or None
         Kind of test, a key of KINDS; None: the kind that `info` recognises.
     unit : str or None
@@ -40,7 +40,7 @@ class IngestRequest:
     date : str or None
         Date of the recording (ISO 8601), if the files contain none.
     salvage : bool
-        Keep the readable part of a damaged file.
+        If True, the readable part of a damaged file is kept; if False, damage raises LogError.
     """
 
     window: TimeWindow = EVERYTHING
@@ -51,7 +51,7 @@ class IngestRequest:
     salvage: bool = False
 
     def check(self) -> None:
-        """Raise FrictoolError for the first value that is not allowed."""
+        """Raise FrictoolError if an option has a value that is not allowed."""
         if self.period_s is not None and not 1e-6 <= self.period_s <= 10.0:
             raise FrictoolError(f"period_s: found {self.period_s:g} s; allowed: 1e-6 s to 10 s")
         if self.kind is not None and self.kind not in KINDS:
@@ -65,7 +65,7 @@ class IngestRequest:
 
     @property
     def facts(self) -> dict[str, str]:
-        """Return kind, unit and date as entries of the metadata record `log`."""
+        """Return the provided kind, unit and date as entries of the metadata record `log`."""
         entries = ((TEST, self.kind), (UNIT, self.unit), (DATE, self.date))
         return {key: text for key, text in entries if text}
 
@@ -77,8 +77,8 @@ USUAL = IngestRequest()
 class IngestedLog(ResultView):
     """Result of `ingest`.
 
-    streams: header and time base of each written stream. assembly: the streams as read from the
-    files, with their warnings and losses.
+    streams: header and time base of each written stream.
+    assembly: the streams as read from the files, with their warnings and losses.
     """
 
     streams: tuple[tuple[StreamHeader, TimeBase], ...]
@@ -142,7 +142,7 @@ def write_assembly(
 
     tick: callback that receives the completed fraction, 0 to 1.
 
-    Raises LogError if a sample cannot be read, or if no sample is left.
+    Raises LogError if a sample cannot be read, or if no sample is in the requested window.
     """
     notes = {PROVENANCE: provenance_record(provenance)}
     if request.facts:

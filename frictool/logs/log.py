@@ -98,12 +98,11 @@ class Log(ResultView):
     streams : tuple of Stream
         Streams in the order of the file.
     metadata : dict of str to dict of str to str
-        Metadata records such as `provenance`: record name -> key -> text. The units are in the
-        streams instead.
+        Metadata records by name; each record maps keys to texts. An example is `provenance`.
     source : str
-        File name or other name of the log in error messages.
+        Name of the log in error messages, such as its file name.
     warnings : tuple of str
-        Warnings of the reader about a raw file. They are shown to the user and not stored.
+        Warnings about the raw file from which the log was read; not written to a file.
     """
 
     streams: tuple[Stream, ...]
@@ -112,19 +111,22 @@ class Log(ResultView):
     warnings: tuple[str, ...] = ()
 
     def plot(self) -> Figure:
-        """Return a matplotlib figure that shows each signal against time in a panel."""
+        """Return a matplotlib figure with one panel for each signal, plotted against time."""
         from frictool.logs.log_figure import log_figure
 
         return log_figure(self)
 
     @property
     def axes(self) -> tuple[Stream, ...]:
-        """Return the streams of axes, without the stream of a mechanism's blocks."""
+        """Return all streams except `/mechanism`, which has the signals of a mechanism's blocks."""
         return tuple(one for one in self.streams if one.topic.split("/")[1] != MECHANISM_TOPIC[1:])
 
     @property
     def main(self) -> Stream:
-        """Return the stream `/axis`, or the only stream; raise LogError if there is neither."""
+        """Return the stream `/axis` or, if the log has a single stream, this stream.
+
+        Raises LogError if the log has no stream, or several streams without `/axis`.
+        """
         for stream in self.streams:
             if stream.topic == MAIN_TOPIC:
                 return stream

@@ -1,4 +1,4 @@
-"""Assembly of the files of one rig into one log, without holding the samples in memory.
+"""Assembly of the files of one rig into one log, without holding all samples in memory.
 
 files ──▶ streams ──▶ common time ──▶ window ──▶ optional resampling
       ──▶ chunks in order of time ──▶ CanonicalWriter
@@ -45,18 +45,18 @@ from frictool.logs.stream_source import SampleBlock, StreamSource
 
 
 class TimeWindow(NamedTuple):
-    """Window of the log's time in ns, both ends included; None means no limit."""
+    """Time window in ns of the log's time, both ends included; an end that is None is no limit."""
 
     start: int | None = None
     end: int | None = None
 
     @classmethod
     def between(cls, start: float | None = None, end: float | None = None) -> TimeWindow:
-        """Return the window between two times in s."""
+        """Return the window from `start` to `end` [s]; None means no limit."""
         return cls(*(None if at is None else round(at * NS) for at in (start, end)))
 
     def cut(self, pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
-        """Yield the samples within the window; blocks after the window are not read."""
+        """Yield the samples within the window; stop reading after its end."""
         for piece in pieces:
             low = 0 if self.start is None else int(piece.time.searchsorted(self.start))
             high = (
@@ -87,10 +87,10 @@ class LogAssembly:
     flows: streams in the order of the files.
     notes: metadata records.
     lost: losses noticed when the files were opened.
-    earlier_losses: losses that the metadata of a canonical log reports.
+    earlier_losses: losses that the metadata of an already canonical input file reports.
     origin: clock time in ns at time 0 of the log; None until `start_streams` has set it.
     ahead: topic -> time in ns by which the stream's clock leads the log's clock.
-    findings: functions that return the warnings about each raw table.
+    findings: for each raw table, a function that returns its warnings.
     salvage: True if unreadable data is left out; False if it raises LogError.
     """
 
@@ -105,12 +105,12 @@ class LogAssembly:
 
     @property
     def progress(self) -> float:
-        """Return the processed fraction of the files' bytes, 0 to 1."""
+        """Return the processed fraction of all bytes of the files, 0 to 1."""
         return sum(flow.done for flow in self.flows) / max(1, sum(flow.size for flow in self.flows))
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Return the warnings about the samples; complete after the last sample."""
+        """Return the warnings about the samples; complete after all samples have been read."""
         several = len({flow.source for flow in self.flows}) > 1
         odd = tuple(
             (f"{Path(flow.source).name}: " if several else "") + text
@@ -127,7 +127,7 @@ class LogAssembly:
 
     @property
     def losses(self) -> list[DataLoss]:
-        """Return the losses of the files in the log's time; complete after the last sample."""
+        """Return the losses of all files in log time; complete after all samples have been read."""
         collected = LossList()
         for loss in self.lost:
             collected.append(loss)
@@ -143,11 +143,13 @@ class LogAssembly:
 
 
 def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) -> LogAssembly:
-    """Return the streams of the files.
+    """Open the files of one log and return their streams.
 
     The streams of the first file keep their topics. The first stream of each further file becomes
     `/axis/STEM`, its other streams `/axis/STEM_NAME`. STEM is the file's name without suffix, or
     the name of the file's instrument in the bench; NAME is the stream's name within the file.
+
+    salvage: if True, unreadable data is left out; if False, it raises LogError.
 
     Raises LogError if a file cannot be read or does not fit the bench, or if a raw file has no
     bench.
@@ -248,7 +250,13 @@ def _renamed(loss: DataLoss, topics: dict[str, str]) -> DataLoss:
 
 @dataclass
 class PendingStream:
-    """Stream that is ready to be written; `first` is the log time in ns of its first sample."""
+    """Stream that is ready to be written.
+
+    head: topic, fields and units.
+    samples: samples within the window, in log time.
+    first: log time in ns of the first sample.
+    intervals: statistics of the sample intervals, filled while the samples are written.
+    """
 
     head: StreamHeader
     samples: Iterator[SampleBlock]
@@ -256,7 +264,7 @@ class PendingStream:
     intervals: SampleIntervals = field(default_factory=SampleIntervals)
 
     def seen(self) -> Iterator[SampleBlock]:
-        """Yield the samples and add their times to the statistics of intervals."""
+        """Yield the samples, and add their times to `intervals`."""
         for piece in self.samples:
             self.intervals.add(piece.time)
             yield piece
@@ -277,7 +285,7 @@ def write(
         resampling.
     tick: callback that receives the completed fraction, 0 to 1.
 
-    Raises LogError if a sample cannot be read, or if no sample is left.
+    Raises LogError if a sample cannot be read, or if no sample is in the window.
     """
     ready = start_streams(made, window)
     records = {**made.notes, **origins(made, [one.head.topic for one in ready]), **notes}
@@ -316,7 +324,7 @@ def assemble_log(made: LogAssembly) -> Log:
 
 
 def start_streams(made: LogAssembly, window: TimeWindow = EVERYTHING) -> list[PendingStream]:
-    """Return the streams that have a sample in the window.
+    """Return the streams that have a sample in the window, and set the origin of the log's time.
 
     The first sample of every stream is read, because the log starts at the earliest clock time.
     """
@@ -350,7 +358,7 @@ def _since(pieces: Iterator[SampleBlock], origin: int) -> Iterator[SampleBlock]:
 
 
 def origins(made: LogAssembly, topics: list[str]) -> Notes:
-    """Return the metadata records that name the raw columns and the clocks of these streams."""
+    """Return the metadata records with the raw columns and clocks of the streams `topics`."""
     flows = [flow for flow in made.flows if flow.head.topic in topics]
     columns = {
         message_path(flow.head.topic, name): text
@@ -365,7 +373,10 @@ def origins(made: LogAssembly, topics: list[str]) -> Notes:
 def _on_grid(
     made: LogAssembly, ready: list[PendingStream], period_ns: int
 ) -> tuple[list[PendingStream], dict[str, str]]:
-    """Resample all streams to one stream; raise LogError if they overlap by less than a period."""
+    """Resample all streams to one stream.
+
+    Raises LogError if the time that the streams have in common is shorter than the sample period.
+    """
     derived = [
         flow.head.topic
         for flow in made.flows

@@ -1,4 +1,4 @@
-"""Figure of a log with each signal against time in a panel."""
+"""Figure of a log, with one panel for each signal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ MAIN, FURTHER = (1.0, 1.2, 3.0), (0.35, 0.7, 2.0)  # opacity, width, order of a 
 
 
 def log_figure(log: Log) -> Figure:
-    """Return a figure with a panel for each signal of the main stream; other streams are faint."""
+    """Return a figure with one panel for each signal of the main stream, plotted against time.
+
+    If other streams have the same signal, it is drawn faintly in the same panel.
+    """
     from matplotlib.figure import Figure
 
     main = log.main

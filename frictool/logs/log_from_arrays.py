@@ -1,4 +1,4 @@
-"""Logs that a program makes from arrays and writes to a file."""
+"""Making a log from arrays, and writing a log to a file."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from frictool.runtime.part_files import part_file
 
 
 def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: str = "log") -> Log:
-    """Return a log of one stream, `/axis`, made from arrays.
+    """Return a log with one stream, `/axis`, made from arrays.
 
     Parameters
     ----------
     time : array_like, shape (n,)
         Time in s, strictly increasing, at least two samples.
     signals : mapping of str to array_like, shape (n,)
-        Channel -> signal in SI; channels are `position`, `velocity`, `reference` and others.
+        Signals in SI by channel; channels are `position`, `velocity`, `reference` and others.
     axis : {"rotary", "linear"}
         Kind of the axis; it decides the SI units of the signals.
     name : str
@@ -96,7 +96,7 @@ def write_log(log: Log, path: Path | str) -> None:
 
 @contextmanager
 def new_file(path: Path) -> Iterator[BinaryIO]:
-    """Yield a stream that becomes `path` if the with-block succeeds.
+    """Yield a binary stream; its content becomes the file `path` only if the with-block succeeds.
 
     Raises OutputError if the file cannot be written.
     """

@@ -1,4 +1,4 @@
-"""Data losses of a log: collected by readers, stored in the metadata record `lost`."""
+"""Data losses of a log: readers collect them, and the metadata record `lost` stores them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MOST = 1000
 
 
 class LossList(list[DataLoss]):
-    """List of losses with a bounded length, because every row of a long log may be damaged."""
+    """List of data losses of bounded length, because every row of a long log may be damaged."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -28,7 +28,12 @@ class LossList(list[DataLoss]):
         ] = {}  # (channels, reason) -> count, index of the last
 
     def append(self, loss: DataLoss) -> None:
-        """Append a loss; after many losses of the same kind, merge the loss with the last one."""
+        """Append a loss.
+
+        If the list has MOST_OF_A_KIND losses of the same channels and reason, the loss is merged
+        with
+        the last of them.
+        """
         kind = (loss.channels, loss.reason if len(self) < MOST else "")
         count, last = self._kinds.get(kind, (0, 0))
         if count >= MOST_OF_A_KIND or (count and len(self) >= MOST):
@@ -54,9 +59,9 @@ def record_of(losses: list[DataLoss]) -> dict[str, str]:
 def losses_of(
     metadata: dict[str, dict[str, str]], source: Path | str = "the log"
 ) -> list[DataLoss]:
-    """Return the losses recorded in a log's metadata.
+    """Return the losses that the metadata record `lost` of a log contains.
 
-    Raises LogError about `source` if the record is not in the form that frictool writes.
+    Raises LogError, naming `source`, if the record does not have the form that frictool writes.
     """
     try:
         return [
@@ -74,7 +79,7 @@ def as_rows(losses: list[DataLoss]) -> list[dict[str, Any]]:
 
 
 def loss_count_text(losses: list[DataLoss]) -> str:
-    """Return a text with the number of lost samples and the number of losses."""
+    """Return a text with the numbers of samples and losses, such as "3 samples in 2 places"."""
     samples = sum(loss.samples or 0 for loss in losses)
     known = f"{samples} sample{'s' * (samples != 1)}"
     number = f"in {len(losses)} place{'s' * (len(losses) != 1)}"
@@ -84,7 +89,7 @@ def loss_count_text(losses: list[DataLoss]) -> str:
 
 
 def loss_text(loss: DataLoss) -> str:
-    """Return a loss as one line of text."""
+    """Return one line of text with the samples, channels, times and reason of a loss."""
     samples = (
         "samples"
         if loss.samples is None

@@ -10,9 +10,9 @@ from frictool.errors import LogError
 
 
 def library(path: Path, module: str, extra: str) -> ModuleType:
-    """Return the imported module.
+    """Return the imported module `module`.
 
-    Raises LogError about `path`, with the install command, if the module is missing.
+    Raises LogError, naming `path` and the install command, if the module is missing.
     """
     try:
         return importlib.import_module(module)

@@ -1,11 +1,11 @@
-"""Actuator and date of a log, from the metadata or from the path of the log.
+"""Actuator and date of a log, taken from the log's metadata or from its path.
 
-The sources are tried in this order:
+The following sources are tried in this order:
 
-    unit    key `unit` of record `log` (`frictool ingest --unit`); the match of a pattern in the
-            file's name; the folder of the file, if any
-    date    key `date` of record `log`; the clock of a recording; the match of a pattern in the
-            file's name
+    unit    key `unit` of the metadata record `log` (`frictool ingest --unit`); the text that a
+            pattern extracts from the file's path; the folder of the file, if any
+    date    key `date` of the metadata record `log`; the clock of a recording; the text that a
+            pattern extracts from the file's path
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
 
 @dataclass(frozen=True)
 class NamePatterns:
-    """Regular expressions for the path of a log; None extracts nothing.
+    """Regular expressions that extract actuator and date from the path of a log; None if not used.
 
     The extracted text is the whole match or, if the pattern has groups, the groups joined by "-".
     """
@@ -50,7 +50,8 @@ class LogOrigin:
 class LogName:
     """Path of a log, as shown to the user.
 
-    folder: last folder in `file` for a log found in a listed folder; "" if there is none.
+    folder: name of the folder that contains the file, if the log was found by searching a listed
+        folder; else "".
     """
 
     file: str
@@ -64,7 +65,7 @@ def origin_of(
     name: LogName,
     patterns: NamePatterns,
 ) -> LogOrigin:
-    """Return the origin of a log from its metadata, clock and name.
+    """Return actuator and date of a log from its metadata, clock and path.
 
     noted: metadata record `log` of the log.
     clock_ns: clock time in ns at time 0 of the log; None without a clock.
@@ -77,7 +78,7 @@ def origin_of(
 
 
 def origin_of_log(log: Log, name: LogName, patterns: NamePatterns) -> LogOrigin:
-    """Return the origin of a log in memory."""
+    """Return actuator and date of a log in memory."""
     clock = log.metadata.get(TIME, {}).get(EPOCH_KEY)
     first = float(log.main.time[0]) if log.main.time.size else 0.0
     return origin_of(
@@ -86,13 +87,13 @@ def origin_of_log(log: Log, name: LogName, patterns: NamePatterns) -> LogOrigin:
 
 
 def origin_by_name(name: LogName, patterns: NamePatterns) -> LogOrigin:
-    """Return the origin from the path of the log alone."""
+    """Return the actuator and the date that the path of the log contains."""
     unit = _matched_text(patterns.unit, name.file) or name.folder
     return LogOrigin(unit or None, as_date(_matched_text(patterns.date, name.file) or ""))
 
 
 def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list[str]:
-    """Return a message for each pattern that finds no actuator or no date in any name.
+    """Return a message for each pattern that extracts nothing, or no valid date, from all names.
 
     Such a pattern is probably misspelt.
     """
@@ -117,16 +118,15 @@ def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list
 
 
 def _of_clock(clock_ns: int | None, first: float) -> str | None:
-    """Return the time of the first sample in ISO 8601, or None if the clock gives no date."""
     if clock_ns is None or clock_ns < EARLIEST:
         return None
     return datetime.fromtimestamp(clock_ns // NS + round(first), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def as_date(text: str) -> str | None:
-    """Return the ISO 8601 date of a text with year, month, day and optionally hour, minute, second.
+    """Return the ISO 8601 date of a text with year, month, day and perhaps hour, minute, second.
 
-    Any characters may separate the digits. Returns None if the text is no date.
+    Any characters may separate the digits. The result is None if the text is not a date.
 
     >>> as_date("2026-01-03_08h15")
     '2026-01-03T08:15:00'

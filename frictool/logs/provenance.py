@@ -1,4 +1,4 @@
-"""Provenance of a log as an MCAP metadata record."""
+"""Provenance of a log (command, version and input files), stored as a metadata record."""
 
 from __future__ import annotations
 
@@ -20,5 +20,5 @@ def provenance_record(provenance: Provenance) -> dict[str, str]:
 
 
 def with_provenance(log: Log, provenance: Provenance) -> Log:
-    """Return the log with this provenance in its metadata."""
+    """Return a copy of the log with the metadata record `provenance`."""
     return replace(log, metadata={**log.metadata, PROVENANCE: provenance_record(provenance)})

@@ -1,11 +1,12 @@
-"""Raw tables: named columns of a bench file, read in blocks before they become channels.
+"""Raw tables: named columns of a bench file, before they are mapped to channels in SI.
 
-A file has one table for each time base: the rows of a CSV, a channel group of an MDF file, a topic
-of a recording. Tables are read block after block, so that a log of several hours needs little
+A file has one table for each time base: the rows of a CSV file, a channel group of an MDF file, a
+topic of a recording. A table is read block after block, so that a log of several hours needs little
 memory.
 
     RawTable ──blocks──▶ RowBlock, RowBlock, ... ──mapping──▶ samples in SI ──▶ canonical log
-       └─ damage raises LogError; with `--salvage`, each loss is a DataLoss
+
+Damaged data raises LogError. With `--salvage` it is left out and recorded as a DataLoss.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from frictool.typing import Vector
 
 # maximum rows of a block; a file's own larger blocks (chunks, records) are split
 BLOCK_ROWS = 1 << 16
-LONGEST_REASON = 60  # maximum number of characters of a library's reason in a message
+LONGEST_REASON = 60  # maximum number of characters of a library's error text in a message
 LAYOUT = "layout"  # metadata record: file -> description of its detected layout
 Nanoseconds = NDArray[np.int64]
 
@@ -50,7 +51,7 @@ class DataLoss:
 
 
 class LostColumnError(LogError):
-    """Error for a requested column that is missing, but may be in the damaged part of the file.
+    """Error about a requested column that is missing, perhaps because the file is damaged.
 
     reason: the message without the name of the file.
     """
@@ -64,12 +65,12 @@ class LostColumnError(LogError):
 class RowBlock:
     """Consecutive rows of a table.
 
-    first_row: index of the first row in the table, from 0.
-    columns: requested column -> (n,) numbers as in the file, NaN for an empty cell.
-    time_ns: (n,) exact times in ns, if the file dates its rows (messages of a recording, ISO 8601);
+    first_row: index of the block's first row in the table, from 0.
+    columns: requested column -> numbers (n,) as in the file, NaN for an empty cell.
+    time_ns: exact times (n,) in ns, if the file dates its rows (messages of a recording, ISO 8601);
         None if the time is a column of numbers or missing.
-    recorded_ns: (n,) times in ns at which the recorder stored the rows, if another clock gives
-        `time_ns`; else None.
+    recorded_ns: times (n,) in ns at which the recorder stored the rows, if `time_ns` comes from
+        another clock; else None.
     """
 
     first_row: int
@@ -83,8 +84,8 @@ class RawTable(Protocol):
 
     source: file name for messages.
     topic: name of the table in the file; "" if the file has only one table.
-    names: columns in the order of the file, so that a column can be requested by number.
-    units: column -> unit in the file, or None.
+    names: columns in the order of the file; a column can be requested by name or by number.
+    units: column -> unit that the file states, or None.
     clock: name of the clock that dates the rows, such as `log time`; None if the time is a column.
     size: number of bytes that `blocks` processes in total.
     """
@@ -108,21 +109,21 @@ class RawTable(Protocol):
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield blocks of the columns `wanted`, each with the number of bytes processed so far.
 
-        If `losses` is None, damage raises LogError with the line or time, the column, the value
-        read and the allowed values. Otherwise unreadable data is left out, a loss is appended to
-        `losses`, and reading continues.
+        If `losses` is None, damaged data raises LogError with the line or time, the column, the
+        value
+        found and the allowed values. Otherwise damaged data is left out and appended to `losses`.
         """
         ...
 
     def line(self, row: int) -> int | None:
-        """Return the number of the line of `row` in the file; None if the file has no lines."""
+        """Return the line number of the row `row` in the file; None if the file has no lines."""
         ...
 
 
 class DerivedTable:
-    """Table (implements RawTable) that is made from `table`; a subclass defines `blocks`.
+    """Base class of tables that are computed from another table; a subclass defines `blocks`.
 
-    names, units: columns and units of `table`; a subclass may add columns.
+    names, units: columns and units of the other table; a subclass may add columns.
     """
 
     def __init__(self, table: RawTable) -> None:
@@ -135,17 +136,17 @@ class DerivedTable:
         self.units: Mapping[str, str | None] = table.units
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column `wanted`; None if there is none."""
+        """Return the name of the column with this name or number (from 1), or None."""
         return self._table.find(wanted)
 
     def line(self, row: int) -> int | None:
-        """Return the line of a row in the file; None if the lines are unknown."""
+        """Return the line number of the row `row` in the file; None if the file has no lines."""
         return self._table.line(row)
 
 
 @runtime_checkable
 class DetectedLayout(Protocol):
-    """Table of a file with a layout that frictool has detected; messages show its `description`."""
+    """Table of a text file whose layout was detected; messages quote `description`."""
 
     description: str
 
@@ -156,7 +157,7 @@ SALVAGE = "`ingest --salvage` keeps the readable part"
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:
-    """Return an error that names the line of a row, or the sample if the file has no lines."""
+    """Return an error about a row; the message gives its line or, without lines, its sample."""
     line = table.line(row)
     return LogError(
         table.source, message if line is not None else f"sample {row + 1}, {message}", line=line
@@ -164,16 +165,18 @@ def fail_at(table: RawTable, row: int, message: str) -> LogError:
 
 
 def find(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element of `names` with the name or number (from 1) `wanted`, or None."""
+    """Return the element of `names` with this name or number (from 1); None if there is none."""
     if isinstance(wanted, int):
         return names[wanted - 1] if 1 <= wanted <= len(names) else None
     return wanted if wanted in names else None
 
 
 def common_rows(source: str, rows: Mapping[str, int]) -> int:
-    """Return the common number of rows of all columns; 0 if there are no columns.
+    """Return the number of rows, which must be the same for all columns; 0 if there are no columns.
 
-    Raises LogError if the columns differ in length.
+    rows: column -> number of rows.
+
+    Raises LogError if the numbers differ.
     """
     first = next(iter(rows), "")
     for name, n in rows.items():
@@ -186,7 +189,7 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
 def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "column") -> str:
     """Return the name of the column with this name or number (from 1).
 
-    Raises LogError, with the nearest name and the available names, if no column matches.
+    Raises LogError, with the nearest name and the available names, if there is no such column.
     """
     column = find(names, wanted)
     if column is not None:
@@ -202,5 +205,5 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
 
 
 def excerpt(reason: str) -> str:
-    """Return the beginning of a library's error text, which may quote the damaged file."""
+    """Return the first LONGEST_REASON characters of a library's error text, which may be long."""
     return reason if len(reason) <= LONGEST_REASON else f"{reason[:LONGEST_REASON]}..."

@@ -1,4 +1,4 @@
-"""Interface of the streams from which a log is made: samples in SI, block after block.
+"""Interface of the streams from which a log is made; they yield samples in SI, block after block.
 
 The samples come from a raw table (mapping.py) or from a canonical log.
 
@@ -19,8 +19,8 @@ from frictool.typing import Vector
 class SampleBlock(NamedTuple):
     """Consecutive samples of one stream.
 
-    time: (n,) in ns, strictly increasing.
-    values: one vector (n,) in SI for each field.
+    time: times (n,) in ns, strictly increasing.
+    values: one vector (n,) in SI for each field of the stream.
     """
 
     time: Nanoseconds
@@ -36,9 +36,9 @@ class StreamSource(Protocol):
 
     source: file name for messages.
     head: topic, fields and units.
-    columns: field -> name of the raw column, for each field that was made from one column.
-    clock: name of the clock of the samples' times; None if the samples have the log's time.
-    size: number of bytes to process.
+    columns: field -> name of the raw column, for each field that was made from a single column.
+    clock: name of the clock that gave the sample times; None if these are already the log's time.
+    size: total number of bytes to process.
     done: number of bytes processed so far.
     losses: data that could not be read; filled while `samples` runs.
     warnings: warnings that are not losses; complete when `samples` has ended.
@@ -54,9 +54,10 @@ class StreamSource(Protocol):
     warnings: tuple[str, ...]
 
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
-        """Yield the samples.
+        """Yield the samples in blocks.
 
-        Raises LogError if the file is damaged or a value is not valid. With `salvage`, such data is
-        left out and recorded in `losses`.
+        Raises LogError if the file is damaged or a value is not valid. If `salvage` is True, such
+        data
+        is left out and recorded in `losses`.
         """
         ...

@@ -1,20 +1,20 @@
-"""Limit of the unpacked size of a file; a file above the limit is damaged or an attack."""
+"""Limit of the unpacked size of a file, against damaged files and decompression bombs."""
 
 from __future__ import annotations
 
-MOST_TIMES = 1000  # largest ratio of unpacked size to file size
-LARGE = 4 << 30  # bytes, unpacked size above which the ratio is at most MOST_TIMES_LARGE
+MOST_TIMES = 1000  # largest ratio of unpacked size to file size, up to LARGE unpacked bytes
+LARGE = 4 << 30  # bytes; the ratio of a larger unpacked size is at most MOST_TIMES_LARGE
 MOST_TIMES_LARGE = 20
-SMALL = 64_000_000  # bytes, unpacked size allowed for any file
+SMALL = 64_000_000  # bytes; this unpacked size is allowed for a file of any size
 
 
 def allowed_bytes(size: int) -> int:
-    """Return the largest unpacked size, in bytes, allowed for a file of `size` bytes."""
+    """Return the largest unpacked size [bytes] allowed for a file of `size` bytes."""
     return max(SMALL, min(MOST_TIMES * size, max(LARGE, MOST_TIMES_LARGE * size)))
 
 
 class UnpackedBudget:
-    """Number of bytes that may still be unpacked from a file of `size` bytes."""
+    """Budget of unpacked bytes for a file of `size` bytes."""
 
     def __init__(self, size: int) -> None:
         self._size = size
@@ -22,9 +22,9 @@ class UnpackedBudget:
         self._left = self._allowed
 
     def take(self, count: int) -> str | None:
-        """Subtract `count` from the number of bytes that may still be unpacked, and return None.
+        """Subtract `count` bytes from the remaining budget and return None.
 
-        If `count` exceeds this number, return a message and leave the number unchanged.
+        If `count` exceeds the remaining budget, return a message and leave the budget unchanged.
         """
         if count <= self._left:
             self._left -= count
@@ -33,7 +33,10 @@ class UnpackedBudget:
 
 
 def refusal(size: int, rows: int, columns: int) -> str | None:
-    """Return why a file of `size` bytes cannot contain `rows` x `columns` numbers, or None."""
+    """Return a message if `rows` x `columns` numbers exceed the limit for the file; else None.
+
+    size: size of the file in bytes.
+    """
     if 8 * rows * columns <= allowed_bytes(size):
         return None
     return (

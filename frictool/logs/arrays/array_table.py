@@ -1,6 +1,7 @@
 """Table of arrays that a file stores one after the other (MATLAB, NumPy).
 
-Each column is read from a separate byte stream; a block takes the same rows from every stream.
+Each column is read from a separate byte stream. A block of rows is made by reading the same number
+of values from every stream.
 """
 
 from __future__ import annotations
@@ -29,19 +30,22 @@ from frictool.logs.raw_table import (
 )
 from frictool.logs.unpacked_size import refusal
 
-LONGEST_READABLE = 30  # characters of the readable arrays in a message
+LONGEST_READABLE = 30  # maximum number of characters of the list of readable arrays in a message
 _LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
-FIRST_YEAR, LAST_YEAR = 1678, 2261  # first and last full year of ns since 1970 in 64 bits
+FIRST_YEAR, LAST_YEAR = 1678, 2261  # first and last full year that int64 ns since 1970 can express
 STRIDED_BYTES = 1 << 22  # bytes of matrix rows that are read at once for one column
 
 
 @dataclass(frozen=True)
 class ArrayColumn:
-    """Numbers in a byte stream.
+    """Location of the numbers of a column in a file.
 
-    offset: byte of the first number.
+    open: function that opens a stream of the bytes.
+    offset: position of the first number in the stream, in bytes.
+    dtype: number type.
     rows: number of values.
     step: bytes from the start of one number to the start of the next.
+    unit: unit that the file states, or None.
     """
 
     open: Callable[[], ByteStream]
@@ -84,9 +88,10 @@ class ColumnReader:
 
 @dataclass
 class ArrayTable:
-    """Columns of one file (implements RawTable).
+    """Table of the arrays in one file (implements RawTable).
 
-    others: name -> description of each variable that is not a column.
+    columns: name -> location of the numbers of each real vector.
+    others: name -> description of each variable that is not a real vector.
     damage: description of damage outside the columns; None if there is none.
     dated: datetime64 column with the times of the rows, or None.
     """
@@ -113,9 +118,9 @@ class ArrayTable:
     def find(self, wanted: str | int) -> str | None:
         """Return the name of a column (see RawTable.find).
 
-        A column of a matrix is `x(:,1)` in MATLAB's notation or `x[:, 0]` in NumPy's. Raises
-        LogError if the variable is not a real vector, or if the damaged part of the file may
-        contain the variable.
+        A column of a matrix is named `x(:,1)` as in MATLAB or `x[:, 0]` as in NumPy. Raises
+        LogError if
+        the variable is not a real vector, or if it may be in the damaged part of the file.
         """
         if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
             raise LogError(
@@ -135,7 +140,7 @@ class ArrayTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable.blocks).
+        """Yield blocks of rows (see RawTable.blocks).
 
         Raises LogError if the columns differ in length, or if a column is truncated or damaged.
         """
@@ -187,8 +192,8 @@ class ArrayTable:
     ) -> None:
         """Report each stream that ended early.
 
-        If all rows were read, the unread bytes of each stream are read first, because a stream ends
-        with its checksum.
+        If all rows were read, the rest of each stream is read first, because its checksum is at its
+        end.
         """
         if read == rows:
             for stream in streams.values():
@@ -208,19 +213,22 @@ class ArrayTable:
 
 
 def check_rows(source: str, size: int, rows: int, columns: int) -> None:
-    """Raise LogError if a file declares more rows than fit into its `size` bytes."""
+    """Raise LogError if a file of `size` bytes declares more rows than it can contain."""
     if reason := refusal(size, rows, columns):
         raise LogError(source, reason)
 
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element of `names` with the name or number (from 1) `wanted`, or None."""
+    """Return the element of `names` with this name or number (from 1); None if there is none.
+
+    The name of a matrix column may be in MATLAB's or in NumPy's notation.
+    """
     name = find(names, wanted)
     return other_notation(names, str(wanted)) if name is None else name
 
 
 def other_notation(names: Sequence[str], wanted: str) -> str | None:
-    """Return the element of `names` that is the matrix column or row `wanted`, or None.
+    """Return the name of the matrix column or row that `wanted` denotes; None if there is none.
 
     `wanted` may be in MATLAB's or in NumPy's notation. Blanks are ignored.
     """

@@ -1,7 +1,7 @@
-"""Byte streams of a part of a file, plain or inflated.
+"""Streams of the bytes in a part of a file, plain or decompressed.
 
-A stream never raises on damage. It ends early and states the reason in `damage`, so that everything
-before the damage can be salvaged.
+A stream never raises an error at damage. It ends early and states the reason in `damage`, so that
+everything before the damage can be salvaged.
 """
 
 from __future__ import annotations
@@ -14,7 +14,11 @@ PIECE = 1 << 16  # bytes read at once
 
 
 class ByteStream:
-    """Bytes of a file from byte `start`, at most `length` bytes."""
+    """Stream of at most `length` bytes of a file, from byte `start` on.
+
+    position: number of bytes returned or skipped so far.
+    damage: why the stream ended early; None if no damage has been found.
+    """
 
     def __init__(self, path: Path, start: int, length: int) -> None:
         self._file: IO[bytes] = path.open("rb")
@@ -50,10 +54,7 @@ class ByteStream:
             size -= len(self.read(min(size, PIECE)))
 
     def check(self) -> None:
-        """Read to the end of the stream if the stream ends with a checksum.
-
-        Sets `damage` if the checksum does not match the bytes.
-        """
+        """Read to the end if a checksum is there; set `damage` if the checksum is wrong."""
 
     def _piece(self, most: int) -> bytes:
         try:
@@ -66,7 +67,7 @@ class ByteStream:
 
 
 class FileBytes(ByteStream):
-    """Bytes as in the file; skipping takes no time."""
+    """Stream of bytes as they are in the file; skipping does not read them."""
 
     def skip(self, size: int) -> None:
         """Skip `size` bytes; set `damage` if the file ends earlier."""
@@ -79,14 +80,14 @@ class FileBytes(ByteStream):
 
 
 class InflatedBytes(ByteStream):
-    """Content of a zlib stream; `check` verifies the checksum."""
+    """Stream of the decompressed content of a zlib stream; `check` verifies its checksum."""
 
     def __init__(self, path: Path, start: int, length: int) -> None:
         super().__init__(path, start, length)
         self._inflater = zlib.decompressobj()
 
     def check(self) -> None:
-        """Read to the end; set `damage` at the first damage, or if the end mark is missing."""
+        """Read to the end; set `damage` if the stream is damaged or its end mark is missing."""
         while self.damage is None and self._piece(PIECE):
             pass
         if not self._inflater.eof:
@@ -108,7 +109,7 @@ class InflatedBytes(ByteStream):
 
 
 class ArchiveBytes(ByteStream):
-    """Stream that another library decodes and verifies (a member of a zip archive)."""
+    """Stream that another library decodes and verifies, such as a member of a zip archive."""
 
     def __init__(self, opened: IO[bytes], length: int) -> None:
         self._file = opened
@@ -117,7 +118,7 @@ class ArchiveBytes(ByteStream):
         self.damage: str | None = None
 
     def check(self) -> None:
-        """Read to the end; set `damage` at the first damage."""
+        """Read to the end; set `damage` if the stream is damaged."""
         while self.damage is None and self._piece(PIECE):
             pass
 

@@ -1,8 +1,8 @@
-"""Reader of CAN logs (BLF, ASC, candump, PCAN-Trace) and a DBC, with python-can and cantools.
+"""Reader of CAN logs (BLF, ASC, candump, PCAN-Trace), with python-can and cantools.
 
-The DBC, a file in the folder of the log, defines the signals in the frames. The key `layout.dbc` of
-the bench gives the name of the DBC; by default, this is the name of the log with the suffix `.dbc`.
-Each message is a table with the times of its frames.
+A DBC file in the folder of the log defines the signals in the frames. The key `layout.dbc` of the
+bench gives its name; by default, it has the name of the log with the suffix `.dbc`. Each message of
+the DBC becomes a table with the times of its frames.
 
     frames ──python-can──▶ (time, identifier, bytes) ──cantools, DBC──▶ signals of each message
 """
@@ -31,7 +31,7 @@ from frictool.logs.text.header_units import is_unit, spelled
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
-# reader of python-can, and pattern of the first bytes of its files
+# class of python-can that reads a format, and pattern of the first bytes of files in this format
 READERS = (
     ("BLFReader", re.compile(rb"LOGG")),
     ("ASCReader", re.compile(rb"(?:\s*//.*\s+)*date\s+\w+.*\s+base\s+(?:hex|dec)\b")),
@@ -45,7 +45,7 @@ NO_LINE_END = "the last line has no line end: the file may be cut off"
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file begins like a CAN log."""
+    """Return True if the file begins like a CAN log."""
     return _reader_of(head) is not None
 
 
@@ -56,7 +56,7 @@ def _reader_of(head: bytes) -> str | None:
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return a table for each message that the DBC defines and the log contains.
 
-    Raises LogError if the DBC is missing or damaged, or describes no frame of the log.
+    Raises LogError if the DBC is missing or damaged, or defines no frame of the log.
     """
     with open_log(path) as stream:
         reader = _reader_of(stream.read(4096))
@@ -74,7 +74,7 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
 
 @dataclass(kw_only=True)
 class MessageTable(LibraryTable):
-    """Table of the frames of one message.
+    """Table of the frames of one CAN message.
 
     message: definition of the message in the DBC, an object of cantools.
     identifier: identifier of the frames, and True if it is an extended identifier.
@@ -88,7 +88,7 @@ class MessageTable(LibraryTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable.blocks)."""
+        """Yield blocks of rows, one row for each frame (see RawTable.blocks)."""
         path = Path(self.source)
         frames = (
             frame
@@ -117,7 +117,7 @@ class MessageTable(LibraryTable):
                 first += len(rows)
 
     def _signals(self, frame: Any, losses: list[DataLoss] | None) -> dict[str, Any] | None:
-        """Return the signals of a frame; None if the frame is too short and is counted as lost."""
+        """Return the signals of a frame; record a loss and return None if it cannot be decoded."""
         try:
             decoded: dict[str, Any] = self.message.decode(frame.data, decode_choices=False)
         except Exception as error:  # cantools raises errors of many types
@@ -175,7 +175,7 @@ def _unit(signal: Any) -> str | None:
 def _frames(path: Path, reader: str, losses: list[DataLoss] | None) -> Iterator[Any]:
     """Yield the data frames of a log.
 
-    Damage is appended to `losses`, or raises LogError if `losses` is None.
+    Damage is appended to `losses`; it raises LogError if `losses` is None.
     """
     import can
 

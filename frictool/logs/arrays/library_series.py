@@ -1,4 +1,4 @@
-"""Table with columns that a library loads one by one, a range of rows at a time."""
+"""Table whose columns a library loads one by one, a range of rows at a time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class SeriesTable(LibraryTable):
     """Table whose columns are functions (Series) that load a range of rows.
 
     rows: number of rows of every column.
-    times: function that loads times of rows in ns; None if the file has no times.
+    times: function that loads the times of a range of rows in ns; None if the file has no times.
     damage: description of damage in the file; None if there is none.
     """
 
@@ -33,7 +33,7 @@ class SeriesTable(LibraryTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable.blocks)."""
+        """Yield blocks of rows (see RawTable.blocks)."""
         if self.damage is not None and losses is None:
             raise LogError(self.source, f"is damaged: {self.damage}; {SALVAGE}")
         for first in range(0, self.rows, BLOCK_ROWS):
@@ -48,5 +48,5 @@ class SeriesTable(LibraryTable):
 
 
 def loaded(values: NDArray[Any]) -> Series:
-    """Return a function (Series) that returns rows of an array in memory."""
+    """Return a function (Series) that returns a range of rows of an array in memory."""
     return lambda first, end: values[first:end]

@@ -1,4 +1,4 @@
-"""Arrays of a MATLAB file of version 4.
+"""Reading of the arrays in a MATLAB file of version 4.
 
 An array has a head of 20 bytes, a name, and its numbers, stored column by column.
 """
@@ -20,7 +20,7 @@ from frictool.logs.arrays.mat_array import MatArray
 
 HEAD = 20  # bytes
 LONGEST_NAME = 64  # bytes
-ORDERS = {0: "<", 1: ">"}  # code -> byte order
+ORDERS = {0: "<", 1: ">"}  # code of the byte order -> its sign in `struct`
 NUMBERS = ("f8", "f4", "i4", "i2", "u2", "u1")
 CLASSES = ("double", "single", "int32", "int16", "uint16", "uint8")
 KINDS = ("", "char", "sparse")
@@ -28,7 +28,7 @@ _NAME = re.compile(rb"[A-Za-z][A-Za-z0-9_]*\0+")
 
 
 class Mat4Header(NamedTuple):
-    """Head of an array.
+    """Head of an array in a MATLAB file of version 4.
 
     order: byte order.
     number: index in NUMBERS of the number type of the values.
@@ -47,7 +47,7 @@ class Mat4Header(NamedTuple):
 
     @property
     def bytes(self) -> int:
-        """Return the size of the numbers in bytes."""
+        """Return the size of the array's numbers in bytes."""
         return (
             np.dtype(NUMBERS[self.number]).itemsize
             * self.shape[0]
@@ -57,7 +57,10 @@ class Mat4Header(NamedTuple):
 
 
 def looks_like(head: bytes) -> bool:
-    """Return whether a file may be a file of version 4; this version has no signature."""
+    """Return True if a file with the first bytes `head` may be a MATLAB file of version 4.
+
+    A head and a valid name must be at the start, because this version has no signature.
+    """
     element = _head(head[:HEAD])
     return (
         element is not None and _NAME.fullmatch(head[HEAD : HEAD + element.name_bytes]) is not None
@@ -67,7 +70,7 @@ def looks_like(head: bytes) -> bool:
 def arrays(path: Path, size: int) -> Iterator[MatArray]:
     """Yield the arrays of a file of `size` bytes.
 
-    Raises ValueError if the file is truncated or damaged, after a truncated array has been yielded.
+    Raises ValueError if the file is truncated or damaged; a truncated array is yielded before.
     """
     position = 0
     with path.open("rb") as file:
@@ -104,9 +107,9 @@ def _array(path: Path, head: Mat4Header, name: str, start: int, size: int) -> Ma
 
 
 def _head(data: bytes) -> Mat4Header | None:
-    """Return the head decoded from 20 bytes, or None if the bytes are not a head.
+    """Return the head of an array decoded from 20 bytes; None if the bytes are not a head.
 
-    The first number is 1000 order + 10 number + kind.
+    The first integer is 1000 * byte order + 10 * number type + kind.
     """
     if len(data) < HEAD:
         return None

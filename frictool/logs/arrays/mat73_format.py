@@ -1,7 +1,7 @@
 """Reader of MATLAB files of version 7.3 and other HDF5 files, with h5py (extra `mat73`).
 
-The names of columns follow the rules of mat_format.py: `data.signals.values(:,2)`, `runs(2).x`,
-`cells{1}`. Links to other files are not followed.
+Columns are named as in mat_format.py: `data.signals.values(:,2)`, `runs(2).x`, `cells{1}`. Links to
+other files are not followed.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ if TYPE_CHECKING:
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 HEADS = (0, 512, 1024, 2048)  # possible offsets of the signature; MATLAB writes 512 bytes before it
 CLASS, OBJECT, EMPTY = "MATLAB_class", "MATLAB_object_decode", "MATLAB_empty"
-OBJECTS = "#subsystem#"  # group of the contents of objects
+OBJECTS = "#subsystem#"  # HDF5 group with the contents of MATLAB objects
 DEEPEST, MOST = 12, 20_000  # maximum depth of structures, maximum number of arrays
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file has the signature of HDF5."""
+    """Return True if the file has the signature of HDF5."""
     return any(head[at : at + 8] == SIGNATURE for at in HEADS)
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return one table with all vectors of the file, followed by its MATLAB tables.
+    """Return a table of all vectors of the file, followed by its MATLAB tables and timetables.
 
-    Vectors that are requested together must have the same length.
+    The vectors of a file may differ in length, but those that are read together must not.
     """
     open_log(path).close()
     return open_guarded(path, _open)
@@ -126,7 +126,9 @@ def _described(item: Any) -> str:
 class HdfVector:
     """Vector in a dataset of HDF5.
 
+    dataset: dataset of h5py.
     index: index of the vector along each axis of the dataset; None for the axis along the vector.
+    rows: number of values.
     """
 
     dataset: Any
@@ -134,7 +136,7 @@ class HdfVector:
     rows: int
 
     def read(self, first: int, n: int) -> Vector:
-        """Return `n` values (n,) of the vector from index `first` on."""
+        """Return the `n` values (n,) of the vector from index `first` on."""
         where = tuple(slice(first, first + n) if one is None else one for one in self.index)
         return np.asarray(self.dataset[where]).astype(np.float64)
 
@@ -142,7 +144,7 @@ class HdfVector:
 def _columns(name: str, dataset: Any) -> Iterator[tuple[str, HdfVector]]:
     """Yield name and vector of each vector in a dataset.
 
-    The first axis in MATLAB is the last in HDF5.
+    The first axis in MATLAB is the last axis in HDF5.
     """
     elsewhere = dataset.external is not None or dataset.is_virtual
     if (
@@ -170,12 +172,12 @@ def _columns(name: str, dataset: Any) -> Iterator[tuple[str, HdfVector]]:
 
 
 class HdfTable(LibraryTable):
-    """Table of the vectors of an open file."""
+    """Table of the vectors in an HDF5 file."""
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable.blocks); a block that cannot be decoded ends the reading."""
+        """Yield blocks of rows (see RawTable.blocks); stop at a block that cannot be decoded."""
         chosen = {name: self.columns[name] for name in wanted}
         rows = common_rows(self.source, {name: line.rows for name, line in chosen.items()})
         check_rows(self.source, self.size, rows, len(chosen))

@@ -1,4 +1,4 @@
-"""Array of a MATLAB file of any version, and the names of the array's columns."""
+"""Array of a MATLAB file of any version, and its division into the columns of a table."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ MOST_COLUMNS = 1000  # maximum number of columns of a matrix; a wider one is an 
 
 
 class MatrixLine(NamedTuple):
-    """One column or row of a matrix.
+    """Column or row of a matrix, used as a column of a table.
 
+    name: name such as `x(:,1)`.
     first: index of the first value in the matrix, which is stored column by column.
     rows: number of values.
     stride: step of this index from one value to the next.
@@ -34,9 +35,11 @@ class MatrixLine(NamedTuple):
 class MatArray:
     """Array of a MATLAB file.
 
-    name: path of the array in its variable, such as `data.signals.values`.
+    name: path of the array in the file, such as `data.signals.values`.
+    shape: size along each axis.
     kind: MATLAB class.
-    column: location of the numbers in the file, column by column; None if they are not real.
+    column: location of the numbers in the file, column by column; None if they are not real
+        numbers.
     text: content of a char array; None for other arrays.
     """
 
@@ -67,9 +70,10 @@ class MatArray:
 
 
 def lines(name: str, shape: tuple[int, ...]) -> Iterator[MatrixLine]:
-    """Yield the array itself if it is a vector, else the columns of a matrix as `name(:,1)`.
+    """Yield the array itself if it is a vector, else the columns of a matrix, named `name(:,1)`.
 
-    A matrix with more columns than rows (Simulink's To File) is divided into rows instead.
+    A matrix with more columns than rows (as from Simulink's To File block) is divided into its
+    rows.
 
     >>> [line.name for line in lines("x", (9, 2))], [line.name for line in lines("x", (1, 1, 9))]
     (['x(:,1)', 'x(:,2)'], ['x'])
@@ -89,5 +93,5 @@ def lines(name: str, shape: tuple[int, ...]) -> Iterator[MatrixLine]:
 
 
 def described(arrays: list[MatArray]) -> dict[str, str]:
-    """Return the descriptions, by name, of the arrays that are not columns."""
+    """Return name -> description of the arrays that are not real vectors."""
     return {array.name: str(array) for array in arrays if array.name not in dict(array.columns())}

@@ -1,7 +1,7 @@
 """Data elements of a MATLAB file of version 5 to 7 ("level 5 MAT-File Format").
 
-Some damaged files crash `scipy.io`. Here every length is checked against the bytes available before
-it is used, and the checksum of a compressed variable is verified.
+Some damaged files crash `scipy.io`. Therefore this module checks every length against the bytes
+available before it uses the length, and verifies the checksum of a compressed variable.
 
 A file is a head of 128 bytes, then elements: type (4 bytes), size (4 bytes) and content, padded to
 a multiple of 8 bytes. A variable is an element of type MATRIX, alone or inside an element of type
@@ -82,8 +82,8 @@ class MatTag:
 def arrays(path: Path, size: int) -> Iterator[MatArray]:
     """Yield the arrays of a file of `size` bytes in order.
 
-    Fields are named `name.field`, cells `name{1}`. Raises ValueError at a truncation or damage. A
-    variable that is truncated inside its numbers is yielded before the error.
+    Fields are named `name.field`, cells `name{1}`. Raises ValueError where the file is truncated or
+    damaged. A variable that is truncated inside its numbers is yielded before the error.
     """
     with path.open("rb") as file:
         order = ">" if file.read(HEAD_BYTES)[126:128] == b"MI" else "<"
@@ -138,7 +138,6 @@ class _MatVariableReader:
         self.open = open_stream
 
     def tag(self) -> MatTag:
-        """Return the head of the next element."""
         kind, length = struct.unpack(self.order + "II", self.exactly(8))
         if kind >> 16:  # content of up to 4 bytes is packed into the head
             small = kind >> 16
@@ -166,9 +165,10 @@ class _MatVariableReader:
         return tag.kind, self.exactly(tag.length + tag.fill)[: tag.length]
 
     def matrix(self, path: str, length: int, depth: int) -> Iterator[MatArray]:
-        """Yield the arrays in the MATRIX element of `length` bytes that follows its head.
+        """Yield the arrays in a MATRIX element whose head has been read.
 
-        path: name of a field or cell; "" for a variable, which contains its name.
+        path: name of a field or cell; "" for a variable, whose name is in the element.
+        length: size of the element's content in bytes.
         """
         end = self.stream.position + length
         if length == 0:  # an empty array
@@ -185,7 +185,7 @@ class _MatVariableReader:
             shape = self.shape()
             name = self.small()[1].decode("latin-1")
             yield from self.content(path or name, shape, kind, bool(bits & COMPLEX), depth)
-        if depth:  # nothing follows a variable
+        if depth:  # a variable is the last element of its stream
             if self.stream.position > end:
                 raise ValueError("an array is longer than its structure declares")
             self.stream.skip(end - self.stream.position)

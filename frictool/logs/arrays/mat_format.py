@@ -1,7 +1,8 @@
 """Reader of MATLAB files of version 4 to 7.
 
-Each real vector is a column of the table, and so is each column of a matrix. The name of a variable
-in a structure is its path. Version 7.3 is a different format (mat73_format.py).
+Each real vector is a column of the table, and so is each column of a real matrix. A vector in a
+structure is named by its path, such as `data.signals.values`. Version 7.3 is another file format
+(mat73_format.py).
 """
 
 from __future__ import annotations
@@ -25,15 +26,15 @@ VERSION_5 = (b"\x00\x01IM", b"\x01\x00MI")
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file has the signature of versions 5 to 7, or looks like version 4."""
+    """Return True if the file has the signature of versions 5 to 7 or looks like version 4."""
     return head[124:128] in VERSION_5 or mat4_elements.looks_like(head)
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return one table with all vectors of the file, followed by its MATLAB tables.
+    """Return a table of all vectors of the file, followed by its MATLAB tables and timetables.
 
-    Vectors that are requested together must have the same length. Raises LogError if there is no
-    vector. Damage inside the vectors is reported when they are read.
+    The vectors of a file may differ in length, but those that are read together must not. Raises
+    LogError if there is no vector. Damage inside the vectors is reported when they are read.
     """
     with open_log(path) as stream:
         head = stream.read(HEAD_BYTES)

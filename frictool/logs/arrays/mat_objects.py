@@ -1,7 +1,7 @@
-"""Tables and timetables of MATLAB files, with mat-io (extra `matlab`).
+"""Reader of tables and timetables in MATLAB files, with mat-io (extra `matlab`).
 
-The times of the rows are the row times, or a column of dates or durations. The units are MATLAB's
-`VariableUnits`.
+The times of the rows are the row times, or a column of dates or durations. The units come from
+MATLAB's `VariableUnits`.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from frictool.logs.arrays.library_series import SeriesTable, loaded
 from frictool.logs.arrays.reader_process import LibraryTable
 from frictool.logs.text.header_units import is_unit, spelled
 
-UNITS = ("VariableUnits", "varUnits")  # of a table, of a timetable
-TIMES = "Mm"  # kinds of dates and durations
+UNITS = ("VariableUnits", "varUnits")  # names of the units of a table and of a timetable
+TIMES = "Mm"  # dtype kinds of dates and durations
 
 
 def can_read() -> bool:
-    """Return whether mat-io is installed."""
+    """Return True if mat-io is installed."""
     return find_spec("matio") is not None
 
 
 def open_objects(path: Path) -> Sequence[LibraryTable]:
-    """Return the tables and timetables that contain numbers; runs in the reader process."""
+    """Return the tables and timetables of a file that contain numbers; runs in a child process."""
     import matio
     import pandas
 

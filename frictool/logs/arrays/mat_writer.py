@@ -1,8 +1,8 @@
-"""Writer of streams as a MATLAB file of version 5, as MATLAB saves with -v6.
+"""Writer of streams as a MATLAB file of version 5, as MATLAB saves with the option -v6.
 
 The variables are `time`, a vector for each signal, such as `position`, and a structure `units`. If
 there are several streams, each is a structure in `streams`: `streams.axis.position`,
-`streams.axis.units.position`. The file does not contain the date or the computer of its creation.
+`streams.axis.units.position`. The file has no date, so that the same log gives the same bytes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Value = Vector | str | Mapping[str, "Value"]
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Write all streams, and the notes as structures of texts.
+    """Write all streams, and the metadata records `notes` as structures of texts.
 
     Raises OutputError if a variable is too long for MATLAB.
     """
@@ -40,11 +40,11 @@ def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> 
 
 
 def pieces(values: Mapping[str, Value]) -> Iterator[bytes]:
-    """Yield the bytes of a whole file of named variables.
+    """Yield the bytes of a MATLAB file with the variables `values`, in parts.
 
-    values: texts, structures, vectors (n,), which are written as columns, and matrices (n, m).
+    values: name -> text, structure, vector (n,), which is written as a column, or matrix (n, m).
 
-    Raises OutputError if a variable is too long.
+    Raises OutputError if a variable is too long for MATLAB.
     """
     yield b"MATLAB 5.0 MAT-file, written by frictool".ljust(HEAD_BYTES - 4) + b"\x00\x01IM"
     for name, value in values.items():
@@ -52,7 +52,7 @@ def pieces(values: Mapping[str, Value]) -> Iterator[bytes]:
 
 
 def _matrix(name: str, value: Value) -> bytes:
-    """Return the bytes of a variable, or of a structure's field if `name` is empty."""
+    """Return the bytes of a variable; of a field of a structure if `name` is empty."""
     if isinstance(value, Mapping):
         fields = {_field(key): inner for key, inner in value.items()}
         width = max(map(len, fields), default=0) + 1

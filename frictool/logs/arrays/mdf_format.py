@@ -1,10 +1,10 @@
-r"""Reader of ASAM MDF (2 to 4) with asammdf (extra `mdf`).
+r"""Reader of ASAM MDF files (versions 2 to 4), with asammdf (extra `mdf`).
 
 Each channel group is a table; its master channel gives the times of the rows. The name of a column
 is the name of the channel in the file, such as `nAct\ETKC:1`; `GROUP/NAME` selects a name that
-occurs in several groups. Values are physical values; if the conversion of a channel gives texts,
-the raw numbers are kept. A sample that is marked as invalid is an error, or with `--salvage` an
-empty cell.
+occurs in several groups. Values are physical values. If the conversion of a channel gives texts,
+its raw numbers are used instead. A sample that is marked as invalid raises LogError; with
+`--salvage`, it becomes an empty cell.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ from frictool.typing import Vector
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
-# signatures of a finished file, and of one whose logger was switched off
+# signature of a complete file, and of a file whose logger was switched off while it was writing
 MAGIC = (b"MDF     ", b"UnFinMF ")
-TO_TEXT = {4: (7, 8), 3: (11, 12), 2: (11, 12)}  # version -> conversions that give texts
+TO_TEXT = {4: (7, 8), 3: (11, 12), 2: (11, 12)}  # version -> codes of conversions to texts
 # sync type of a master channel of version 4 that holds time (others: angle, distance, index)
 TIME = 1
-LATEST = 9e9  # s, latest time
+LATEST = 9e9  # s, latest time that int64 ns can express, rounded down
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file begins with the signature of MDF."""
+    """Return True if the file begins with the signature of MDF."""
     return head.startswith(MAGIC)
 
 
@@ -119,7 +119,7 @@ def _group_name(index: int, group: Any) -> str:
 
 
 def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int | None) -> MdfTable:
-    """Return the table of a group.
+    """Return the table of a channel group.
 
     end: size in bytes of a truncated file; None if the file is complete.
     """
@@ -176,7 +176,7 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int |
 
 @dataclass(frozen=True)
 class MdfChannel:
-    """Channel of a group.
+    """Channel of a channel group.
 
     index: index of the channel in the group.
     raw: True if the raw numbers are used, because the conversion gives texts.
@@ -190,7 +190,8 @@ class MdfChannel:
 class MdfTable(LibraryTable):
     """Table of a channel group of an open file.
 
-    group: index of the group.
+    file: open file, an object of asammdf.
+    group: index of the channel group.
     start: start time of the file in ns since 1970.
     whole: number of complete records in a truncated file; None if the file is complete.
     """
@@ -207,7 +208,7 @@ class MdfTable(LibraryTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable.blocks); a block that cannot be decoded ends the reading."""
+        """Yield blocks of rows (see RawTable.blocks); stop at a block that cannot be decoded."""
         readable = self.rows if self.whole is None else self.whole
         cut = f"the file is cut off; group {self.topic!r} has {readable} of {self.rows} samples"
         if self.whole is not None and losses is None:
@@ -235,7 +236,7 @@ class MdfTable(LibraryTable):
             losses.append(DataLoss((), cut, samples=self.rows - readable))
 
     def _read(self, name: str, first: int, n: int, losses: list[DataLoss] | None) -> Vector:
-        """Return n samples of a channel from sample `first`; NaN replaces invalid samples.
+        """Return n samples of a channel from sample `first` on, with NaN for invalid samples.
 
         Raises LogError at an invalid sample if `losses` is None.
         """

@@ -1,6 +1,6 @@
 """Writer of streams as channel groups of an MDF 4.10 file, with asammdf (extra `mdf`).
 
-The start time of the file is the clock time at 0 of the log, or 1970 if the log has no clock.
+The start time of the file is the clock time at time 0 of the log, or 1970 if the log has no clock.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> 
 
 
 def _append(file: Any, index: int, stream: OutgoingStream) -> None:
-    """Write a stream as a group.
+    """Write a stream as a channel group.
 
     asammdf requires names and units with the first block, and plain numbers with all later blocks.
     """

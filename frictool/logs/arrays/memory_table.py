@@ -22,12 +22,12 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class MemoryTable:
-    """Columns in memory (implements RawTable).
+    """Table with columns in memory (implements RawTable).
 
-    columns: name -> (n,) numbers.
+    columns: name -> numbers (n,).
     units: name -> unit in the file, or None.
     source, topic, clock: see RawTable.
-    time_ns: (n,) times of the rows in ns; None if the file gives no times.
+    time_ns: times (n,) of the rows in ns; None if the file gives no times.
     first_line: line of the first row in the file; None if the rows have no lines.
     unreadable: name -> error at the first cell without a number, for columns with such cells.
     """
@@ -58,7 +58,7 @@ class MemoryTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows; raise LogError if the requested columns differ in length."""
+        """Yield blocks of rows; raise LogError if the requested columns differ in length."""
         chosen = {name: self.columns[name] for name in wanted}
         rows = common_rows(self.source, {name: values.size for name, values in chosen.items()})
         for first in range(0, rows, BLOCK_ROWS):
@@ -70,14 +70,16 @@ class MemoryTable:
             )
 
     def line(self, row: int) -> int | None:
-        """Return the line of a row in the file; None if the lines are unknown."""
+        """Return the line number of the row `row` in the file; None if the file has no lines."""
         return None if self.first_line is None else self.first_line + row
 
 
 def in_memory(
     table: RawTable, wanted: Sequence[str], most: int, losses: list[DataLoss] | None = None
 ) -> MemoryTable:
-    """Return the columns `wanted` of a table, block by block until there are `most` rows or more.
+    """Return the columns `wanted` of a table in memory, with about the first `most` rows.
+
+    Whole blocks are read until there are at least `most` rows.
 
     losses: list to which damage is added (see RawTable); None to raise LogError at damage.
     """

@@ -1,4 +1,4 @@
-"""Reader of NumPy's `.npy` and `.npz`, without unpickling.
+"""Reader of NumPy files (`.npy` and `.npz`); pickled objects are not loaded.
 
 Columns are vectors, columns of matrices and fields of structured arrays. The first vector of dates
 (`datetime64`) gives the times of the rows.
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
 NPY, ZIP = b"\x93NUMPY", b"PK\x03\x04"
-ALONE = "array"  # name of the array of an .npy
+ALONE = "array"  # name of the array in a .npy file, which stores no name
 MOST_MEMBERS = 20_000
 MOST_COLUMNS = 1000  # maximum number of columns of a matrix
-LONGEST_HEAD = 1 << 16  # bytes
-LONGEST_REASON = 50  # maximum characters of a reason: zipfile quotes whole members
+LONGEST_HEAD = 1 << 16  # bytes, maximum size of an array's header
+LONGEST_REASON = 50  # maximum characters of zipfile's error text, which may quote whole members
 HEADS = {
     (1, 0): npy.read_array_header_1_0,
     (2, 0): npy.read_array_header_2_0,
@@ -43,7 +43,7 @@ HEADS = {
 
 @dataclass(frozen=True)
 class NpyArray:
-    """Array that the header in an `.npy` or `.npz` file describes.
+    """Array in a `.npy` or `.npz` file, as its header describes it.
 
     open: function that returns a stream of the header and the numbers.
     start: offset of the first number in that stream, in bytes.
@@ -108,7 +108,7 @@ class NpyArray:
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file is an array, or a zip archive that begins with an array."""
+    """Return True if the file is a NumPy array, or a zip archive that begins with one."""
     return head.startswith(NPY) or (
         head.startswith(ZIP)
         and head[30 : 30 + int.from_bytes(head[26:28], "little")].endswith(b".npy")
@@ -116,10 +116,10 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the file's columns as one table.
+    """Return one table of all vectors of real numbers in the file.
 
-    Raises LogError if the file has no vector of real numbers, or if the directory of the archive
-    cannot be read.
+    Raises LogError if the file has no such vector, or if the directory of the archive cannot be
+    read.
     """
     with open_log(path) as stream:
         is_array = stream.read(len(NPY)) == NPY
@@ -187,9 +187,10 @@ def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
 def _member(
     name: str, opened: Callable[[], ByteStream], size: int, damage: list[str]
 ) -> Iterator[NpyArray]:
-    """Yield the array in a stream of `size` bytes; nothing if its header cannot be read.
+    """Yield the array in a stream of `size` bytes; yield nothing if its header cannot be read.
 
-    `opened` opens the stream. The reason of a failure is appended to `damage`.
+    opened: function that opens the stream.
+    damage: list to which the reason is appended if the array cannot be read completely.
     """
     with opened() as stream, warnings.catch_warnings():
         file = cast(IO[bytes], stream)

@@ -1,7 +1,7 @@
-"""Writer of streams as NumPy arrays, such as `np.load(file)["position"]`.
+"""Writer of streams as NumPy arrays, to be loaded by `np.load(file)["position"]`.
 
 If a log has several streams, the name of an array begins with the name of the stream, for example
-`axis_force.position`. Units and notes are arrays of text.
+`axis_force.position`. Units and metadata records are stored as arrays of text.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from numpy.lib import format as npy
 from frictool.logs.canonical.mcap_writer import Notes
 from frictool.logs.conversion import OutgoingStream, flat_names
 
-UNITS, NOTES = "units", "notes"  # names of the arrays: (n, 2) names and units; notes as JSON
-START = (1980, 1, 1, 0, 0, 0)  # date of every member, the earliest that an archive can hold
+UNITS, NOTES = "units", "notes"  # arrays: names and units (n, 2); metadata records as JSON
+START = (1980, 1, 1, 0, 0, 0)  # date of every member, the earliest that a zip archive can state
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Write all streams, one after the other."""
+    """Write all streams, one after the other, then the units and the metadata records `notes`."""
     units = []
     with zipfile.ZipFile(target, "w") as archive:
         for stream, key in zip(streams, flat_names(streams), strict=True):

@@ -1,6 +1,6 @@
-"""Reader of Parquet with pyarrow (extra `parquet`), in batches of rows.
+"""Reader of Parquet files in batches of rows, with pyarrow (extra `parquet`).
 
-Nested fields are named `a.b`, and units are read from the fields' metadata. The first column of
+Nested fields are named `a.b`. Units are read from the metadata of the fields. The first column of
 timestamps gives the times of the rows, exact to 1 ns.
 """
 
@@ -39,14 +39,14 @@ DEEPEST = 8  # maximum depth of structures
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file begins with the signature of Parquet."""
+    """Return True if the file begins with the signature of Parquet."""
     return head.startswith(MAGIC)
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return the table of the file.
 
-    Raises LogError if the footer, which describes the content, is damaged or missing.
+    Raises LogError if the footer, which describes the columns, is damaged or missing.
     """
     with open_log(path) as stream:
         stream.seek(-min(len(MAGIC), path.stat().st_size), 2)
@@ -147,7 +147,7 @@ class ParquetTable(LibraryTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable.blocks).
+        """Yield blocks of rows (see RawTable.blocks).
 
         After damage in a row group, the later rows of this group are lost; reading continues with
         the next group.
@@ -204,7 +204,7 @@ class ParquetTable(LibraryTable):
 
 
 def _inside(batch: Any, path: str) -> Any:
-    """Return the array at a path such as `a.b`; null where a structure around the field is null."""
+    """Return the array at a path such as `a.b`; it is null where an enclosing structure is null."""
     import pyarrow.compute as pc
 
     name = _first(batch.schema.names, path)

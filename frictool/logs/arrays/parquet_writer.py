@@ -1,7 +1,7 @@
-"""Writer of a stream as Parquet (extra `parquet`).
+"""Writer of a stream as a Parquet file, with pyarrow (extra `parquet`).
 
-Values are doubles. The metadata of the fields contain the units, and the metadata of the schema the
-log's notes.
+Values are doubles. The metadata of each field contains its unit; the metadata of the schema
+contains the metadata records of the log.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from frictool.logs.conversion import OutgoingStream
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Write the only stream in `streams`, a row group for each block."""
+    """Write the only element of `streams`, with one row group for each block."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -1,13 +1,13 @@
-"""Tables that a library reads in a child process.
+"""Reading of tables with a library in a child process.
 
-On a damaged file HDF5, Arrow and asammdf may crash, hang, or use all memory.
+On a damaged file, HDF5, Arrow and asammdf may crash, hang, or use all memory.
 
     parent                                          child: limited memory, no output
     tables(path)  ── open ──▶ the library's tables ──▶ their descriptions
     blocks(...)   ── open ──▶ the library's blocks ──▶ block, block, ... loss, ... end
 
 The child is killed if it uses more processor time for an answer than a file of this size can need.
-Any crash becomes a message of one line.
+A crash of the child raises LogError in the parent, with a message of one line.
 """
 
 from __future__ import annotations
@@ -30,24 +30,22 @@ from frictool.errors import LogError
 from frictool.logs.arrays.array_table import find_array
 from frictool.logs.raw_table import DataLoss, RowBlock, find
 
-WAIT_S = 8.0  # s, processor time for an answer in addition to the time to read the whole file
+WAIT_S = 8.0  # s, processor time allowed for an answer, plus the time to read the whole file
 LOOK_S = 0.5  # s, interval between two checks of the processor time
 # longest elapsed time relative to the processor time allowed, since a child may hang without using
 # the processor
 LONGEST_WAIT = 20.0
-SLOWEST = 10e6  # bytes/s, slowest reading
+SLOWEST = 10e6  # bytes/s of processor time, slowest reading of a file that is not damaged
 MEMORY = 700_000_000  # bytes that a child may allocate in addition to those at its start
-TEXT = 100  # maximum characters of a library's message
+TEXT = 100  # maximum number of characters of a library's error text in a message
 
 
 @dataclass(kw_only=True)
 class LibraryTable:
-    """Table of a file that a library has opened (implements RawTable).
-
-    A subclass defines `blocks`.
+    """Table of a file that a library has opened (implements RawTable); a subclass defines `blocks`.
 
     columns: name -> column, an object that the subclass can read.
-    others: name -> description of each item that is no column of numbers.
+    others: name -> description of each item that is not a column of numbers.
     """
 
     source: str
@@ -62,7 +60,7 @@ class LibraryTable:
         self.size = Path(self.source).stat().st_size
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column (see RawTable.find), or None."""
+        """Return the name of the column with this name or number (from 1), or None."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
@@ -72,7 +70,7 @@ class LibraryTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable.blocks)."""
+        """Yield blocks of rows (see RawTable.blocks)."""
         raise NotImplementedError
 
 
@@ -81,10 +79,11 @@ Open = Callable[[Path], Sequence[LibraryTable]]
 
 @dataclass
 class GuardedTable:
-    """Table whose rows are read in a child process.
+    """Table whose rows are read in a child process (implements RawTable).
 
-    opened: function that opens the file in the child.
-    index: index of the table in the result of `opened`.
+    others: name -> description of each item that is not a column of numbers.
+    opened: function that opens the file in the child and returns its tables.
+    index: index of this table in the result of `opened`.
     """
 
     source: str
@@ -119,9 +118,10 @@ class GuardedTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable.blocks).
+        """Yield blocks of rows (see RawTable.blocks).
 
-        A failure of the library raises LogError or, if `losses` is a list, is appended to it.
+        A failure of the library raises LogError. If `losses` is a list, it is appended as a loss
+        instead.
         """
         read = 0
         try:
@@ -147,9 +147,10 @@ class GuardedTable:
 
 
 def open_guarded(path: Path, opened: Open) -> tuple[GuardedTable, ...]:
-    """Return the tables that `opened(path)` finds; their rows are read in child processes.
+    """Return the tables that `opened(path)` returns in a child process.
 
-    Raises LogError if the file cannot be opened.
+    The rows of the tables are read in child processes, too. Raises LogError if the file cannot be
+    opened.
     """
     for kind, *answer in _child(path, _tables, (opened,)):
         if kind == "tables":
@@ -161,7 +162,7 @@ def open_guarded(path: Path, opened: Open) -> tuple[GuardedTable, ...]:
 
 
 def _tables(send: Callable[[Any], None], path: Path, opened: Open) -> None:
-    """Send the descriptions of the tables; runs in the child."""
+    """Send the descriptions of the tables to the parent."""
     kept = ("topic", "names", "units", "clock", "size", "others")
     send(("tables", [{name: getattr(one, name) for name in kept} for one in opened(path)]))
 
@@ -174,7 +175,7 @@ def _blocks(
     wanted: tuple[str, ...],
     salvage: bool,
 ) -> None:
-    """Send the rows of one table, each loss before the block that follows it; runs in the child."""
+    """Send the rows of one table to the parent, each loss before the block that follows it."""
     losses: list[DataLoss] | None = [] if salvage else None
     for block, done in opened(path)[index].blocks(wanted, losses):
         _send_losses(send, losses)
@@ -192,7 +193,7 @@ def _send_losses(send: Callable[[Any], None], losses: list[DataLoss] | None) -> 
 def _child(
     path: Path, work: Callable[..., None], arguments: tuple[Any, ...]
 ) -> Iterator[tuple[Any, ...]]:
-    """Yield the answers that `work` sends from a child process.
+    """Start a child process that runs `work`, and yield the answers that it sends.
 
     Raises LogError if the child reports an error, dies, or does not answer.
     """
@@ -237,7 +238,7 @@ def _child(
 
 
 def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
-    """Return whether an answer comes within `patience` [s] of processor time."""
+    """Return True if an answer comes before the child has used `patience` [s] of processor time."""
     begun = time.monotonic()
     used = _processor_time(pid)
     while not ours.poll(LOOK_S):
@@ -268,7 +269,7 @@ def _processor_time(pid: int | None) -> float | None:
 def _run(
     connection: Connection, path: Path, work: Callable[..., None], arguments: tuple[Any, ...]
 ) -> None:
-    """Run `work` in the child without output, and report any failure."""
+    """Run `work` in the child without output, and send a message about any failure."""
     # the handler of the command line would wait for a hanging library
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _silence()

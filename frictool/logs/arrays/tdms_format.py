@@ -1,8 +1,8 @@
 """Reader of TDMS, the binary files of LabVIEW and DIAdem, with npTDMS (extra `tdms`).
 
 The channels of a group with the same start, increment and number of samples form a table. The times
-of the rows follow from the waveform properties of the channels; without an increment, they are read
-from a channel of time stamps.
+of the rows are computed from the waveform properties of the channels (start, increment). Without an
+increment, the times are those of the first channel of dates.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
 MAGIC = b"TDSm"
-REPLACEMENT = "\ufffd"  # sign that npTDMS puts in place of bytes that are no text
+REPLACEMENT = "\ufffd"  # sign by which npTDMS replaces bytes that are not valid text
 CUT = "its last segment is incomplete: the file is cut off, or its logger was switched off"
 UNITS = ("unit_string", "NI_UnitDescription")
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file begins with the signature of TDMS."""
+    """Return True if the file begins with the signature of TDMS."""
     return head.startswith(MAGIC)
 
 

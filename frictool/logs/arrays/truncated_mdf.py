@@ -1,7 +1,7 @@
 """Reading of an MDF file whose end is missing because its logger lost power.
 
-asammdf rejects such a file, although it contains the heads and the first records. Therefore asammdf
-gets a `ZeroPaddedFile`, and only the records before the real end are used.
+asammdf rejects such a file, although the file contains the heads and the first records. Therefore
+asammdf reads a `ZeroPaddedFile`, and only the records before the real end are used.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _BLOCK = struct.Struct("<4s4xQQ")  # kind, length, number of links; the links fo
 
 
 class ZeroPaddedFile(io.BufferedIOBase):
-    """File with zeros after its end."""
+    """File that can be read beyond its end, where all bytes are zero."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("rb")
@@ -42,7 +42,7 @@ class ZeroPaddedFile(io.BufferedIOBase):
         return self._at
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """Set the position; the end of the file is VIRTUAL_END. Return the position."""
+        """Set the position and return it; SEEK_END is relative to VIRTUAL_END."""
         self._at = (
             offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: VIRTUAL_END}[whence]
         )
@@ -63,7 +63,7 @@ class ZeroPaddedFile(io.BufferedIOBase):
 
 
 def records_before(group: Any, end: int) -> int:
-    """Return the number of records of an asammdf group before byte `end` of the file.
+    """Return the number of records of an asammdf channel group before byte `end` of the file.
 
     Raises ValueError if the records are not stored in order in the file.
     """
@@ -81,9 +81,9 @@ def records_before(group: Any, end: int) -> int:
 
 
 def described_at(path: Path) -> int | None:
-    """Return the offset of a block that describes channels and is not completely in the file.
+    """Return the offset of a block that describes channels but is not completely in the file.
 
-    Returns None if the file has all these blocks. The file must be of version 4.
+    The result is None if the file has all these blocks. The file must be of version 4.
     """
     size = path.stat().st_size
     with path.open("rb") as stream:

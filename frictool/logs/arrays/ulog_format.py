@@ -1,7 +1,7 @@
-"""Reader of ULog, the log of PX4, with pyulog (extra `ulog`).
+"""Reader of ULog, the log format of PX4, with pyulog (extra `ulog`).
 
-Each topic is a table such as `esc_status`; a further instance of the topic is a table such as
-`esc_status.1`. The field `timestamp` gives the times of the rows.
+Each topic is a table, such as `esc_status`. A further instance of a topic is a separate table, such
+as `esc_status.1`. The field `timestamp` gives the times of the rows.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MESSAGE = struct.Struct("<HB")  # size and type before the content of a message
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file begins with the signature of ULog."""
+    """Return True if the file begins with the signature of ULog."""
     return head.startswith(MAGIC)
 
 

@@ -1,8 +1,8 @@
 """Reader of the canonical log (mcap_layout.py) in the order of the file, with every CRC checked.
 
-A canonical log that another tool has rewritten is read, too, if its messages are unchanged. The
+A canonical log that another tool has rewritten can be read, too, if its messages are unchanged. The
 tool may have changed the chunks, put several streams into one chunk, compressed with lz4 or not at
-all, or omitted the chunks or the summary. An MCAP file with other messages is an error.
+all, or omitted the chunks or the summary. An MCAP file with other messages raises LogError.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ from frictool.logs.stream_source import SampleBlock
 
 
 class CanonicalReader:
-    """Reader of one open file.
+    """Reader of one open canonical log.
 
     path: name of the file for messages.
     stream: the open file.
-    lost: list to which unreadable data is appended; None raises LogError instead.
+    lost: list to which unreadable data is appended; None: unreadable data raises LogError.
     only: byte offsets of the chunks to decompress; None for all chunks.
     """
 
@@ -61,11 +61,11 @@ class CanonicalReader:
         return self._declarations.metadata
 
     def fail(self, message: str) -> NoReturn:
-        """Raise LogError with the path of the log."""
+        """Raise LogError with this message about the log's file."""
         raise LogError(self.path, message)
 
     def pieces(self) -> Iterator[ChannelSamples]:
-        """Yield the samples.
+        """Yield the samples of all channels in the order of the file.
 
         Raises LogError if the file is damaged or not a canonical log, and OSError if the operating
         system cannot read it.
@@ -107,7 +107,6 @@ class CanonicalReader:
                 self._lose(part)
 
     def _lose(self, part: FileSection) -> None:
-        """Record a section that cannot be read; raise LogError if losses are not allowed."""
         last = max(
             (one.last for one in self.channels.values() if one.last is not None), default=None
         )
@@ -159,7 +158,7 @@ class CanonicalReader:
             )
 
     def _of_one_channel(self, part: FileSection) -> ChannelSamples | None:
-        """Return the samples of a section with valid messages of one channel only, else None."""
+        """Return the samples if all messages are valid and of one channel; else None."""
         data = part.data
         if len(data) <= RECORD_HEAD + 2 or data[0] != MESSAGE_OPCODE:
             return None
@@ -176,7 +175,7 @@ class CanonicalReader:
         return self._kept(channel, time, values, part)
 
     def _mixed(self, part: FileSection) -> Iterator[ChannelSamples]:
-        """Yield the samples of a section with several channels, other layouts or invalid messages.
+        """Yield the samples of a section that `_of_one_channel` cannot read.
 
         An invalid message in a complete chunk raises ValueError; in any other section it is
         recorded as damage.
@@ -214,7 +213,7 @@ class CanonicalReader:
     def _taken(
         self, channel: DeclaredStream, records: Records, part: FileSection
     ) -> Iterator[ChannelSamples]:
-        """Yield the samples of one channel that are finite and increase in time."""
+        """Yield the samples of one channel without those that are not finite or go back in time."""
         time, values = _columns(records)
         if not np.isfinite(values).all():
             good = np.logical_and.reduce(np.isfinite(values))
@@ -260,7 +259,6 @@ class CanonicalReader:
         time: Nanoseconds,
         good: NDArray[np.bool_],
     ) -> None:
-        """Record readable samples that are left out; raise LogError if no loss is allowed."""
         if self._missing is None:
             self.fail(
                 f"stream {channel.topic}: {what} at sample {channel.samples + row + 1}, "
@@ -274,8 +272,7 @@ class CanonicalReader:
     def _check_counts(self) -> None:
         """Compare the numbers of samples read with the file's statistics.
 
-        With `--salvage`, a difference is the number of lost samples. Otherwise a difference raises
-        LogError.
+        A difference raises LogError. With `--salvage`, it is recorded as lost samples instead.
         """
         counts = self._declarations.counts or {}
         samples = {

@@ -1,4 +1,4 @@
-"""Buffered reader of a file that computes the CRC of the bytes that were read."""
+"""Buffered reader of a file that computes the CRC of the bytes it has read."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ PIECE = 1 << 19  # bytes of the buffer
 
 
 class CountedBytes:
-    """Buffer of a stream of `size` bytes, which are taken in order; `offset` is the read position.
+    """Buffered reader of a file of `size` bytes, with a CRC of the bytes taken.
+
+    offset: position in the file of the next byte.
 
     All methods that read may raise OSError.
     """
@@ -23,7 +25,7 @@ class CountedBytes:
         self.offset = 0
 
     def take(self, length: int) -> bytes:
-        """Return the next bytes; fewer at the end of the file."""
+        """Return the next `length` bytes, fewer at the end of the file."""
         if self._place + length > self._end:
             length = min(length, self._size - self.offset)
             if length > PIECE:
@@ -35,24 +37,24 @@ class CountedBytes:
         return data
 
     def peek(self, length: int) -> bytes:
-        """Return the next bytes, at most PIECE, without moving the read position."""
+        """Return the next `length` bytes, at most PIECE, without moving the read position."""
         data = self.take(length)
         self._place -= len(data)
         self.offset -= len(data)
         return data
 
     def crc(self) -> int | None:
-        """Return the CRC of the bytes taken since `begin_crc`; None after a jump by `step_to`."""
+        """Return the CRC of the bytes taken since `begin_crc`; None if `step_to` skipped bytes."""
         self._count(self._place)
         return self._crc
 
     def begin_crc(self) -> None:
-        """Start a new checksum at the next byte."""
+        """Start a new CRC at the next byte."""
         self._crc = 0
         self._counted = self._place
 
     def step_to(self, offset: int) -> None:
-        """Continue at byte `offset` of the file."""
+        """Move the read position to byte `offset` of the file; the CRC becomes undefined."""
         self._stream.seek(offset)
         self._place = 0
         self._end = 0

@@ -11,7 +11,10 @@ MARGIN = 1.05  # factor on the estimated final length: compression varies along 
 
 
 class GrowingVector:
-    """Vector with memory reserved for its estimated final length, at most `most` elements."""
+    """Vector to which values are appended.
+
+    Memory is reserved for the estimated final length, but for at most `most` elements.
+    """
 
     def __init__(self, dtype: DTypeLike, most: int) -> None:
         self._data = np.empty(0, dtype)
@@ -19,7 +22,10 @@ class GrowingVector:
         self._most = most
 
     def append(self, values: NDArray[Any], share: float) -> None:
-        """Append values (n,); `share` is the fraction of the file read so far, including them."""
+        """Append values (n,).
+
+        share: fraction of the file that has been read, including these values.
+        """
         end = self._size + values.size
         if end > self._data.size:
             seems = int(min(end / share * MARGIN, self._most))

@@ -19,9 +19,9 @@ _LENGTH = struct.Struct("<Q")
 class RecordBounds(NamedTuple):
     """Kinds and byte positions of n consecutive records.
 
-    opcode: (n,) kind of each record.
-    start: (n,) index in the data of the first byte of each record's body.
-    length: (n,) length of each record's body in bytes.
+    opcode: kind of each record (n,).
+    start: index in the data of the first byte of each record's body (n,).
+    length: length of each record's body in bytes (n,).
     """
 
     opcode: NDArray[np.uint8]
@@ -34,10 +34,7 @@ class RecordBounds(NamedTuple):
 
 
 def record_bounds(data: bytes) -> RecordBounds:
-    """Return the bounds of the records of a chunk; raise ValueError at an invalid record.
-
-    `whole_records` returns the bounds of the records before an invalid record.
-    """
+    """Return the bounds of the records of a chunk; raise ValueError at an invalid record."""
     bounds, end = whole_records(data)
     if end != len(data):
         if end < len(data) and not data[end]:
@@ -55,9 +52,10 @@ def record_bounds(data: bytes) -> RecordBounds:
 
 
 def whole_records(data: bytes) -> tuple[RecordBounds, int]:
-    """Return the bounds of the complete records, and the index of the byte after the last record.
+    """Return the bounds of the records before the first invalid or incomplete one, and their end.
 
-    The search stops at a record of kind 0 and after MOST_SHORT short records.
+    The end is the index of the byte after the last of these records. The search also stops after
+    MOST_SHORT records that are shorter than SHORTEST.
     """
     uniform = _uniform(data)
     if uniform is not None:
@@ -86,7 +84,7 @@ def whole_records(data: bytes) -> tuple[RecordBounds, int]:
 
 
 def _uniform(data: bytes) -> RecordBounds | None:
-    """Return the bounds without a loop if all records have one opcode and length, else None."""
+    """Return the bounds without a loop if all records have one opcode and length; else None."""
     if len(data) < RECORD_HEAD:
         return None
     opcode, length = _HEAD.unpack_from(data)

@@ -24,10 +24,10 @@ _per_thread = _ThreadDecompressor()
 
 
 def chunk_data(body: bytes) -> bytes:
-    """Return the uncompressed records of a chunk record with content `body`.
+    """Return the uncompressed records of a chunk whose record has the body `body`.
 
     Raises ValueError if the data does not have the declared size, cannot be decompressed, or has a
-    wrong CRC. A CRC of 0 means that the writer computed none.
+    wrong CRC. A CRC of 0 means that the file has no CRC for the chunk.
     """
     _, _, size, crc, name_length = _FIXED.unpack_from(body)
     name_end = _FIXED.size + name_length
@@ -47,9 +47,9 @@ def chunk_data(body: bytes) -> bytes:
 
 
 def plain_size(body: bytes) -> int:
-    """Return the uncompressed size in bytes that the head of a chunk declares, at most LARGEST.
+    """Return the uncompressed size in bytes that a chunk declares, limited to LARGEST.
 
-    Returns 0 if the head is truncated.
+    body: body of the chunk record. The result is 0 if the head of the chunk is truncated.
     """
     return min(int(_FIXED.unpack_from(body)[2]), LARGEST) if len(body) >= _FIXED.size else 0
 
@@ -76,13 +76,15 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
 
 
 def chunk_prefix(rest: bytes) -> bytes:
-    """Return the bytes of a truncated chunk that can be decompressed.
+    """Return the uncompressed bytes of a truncated chunk, as far as they can be decompressed.
 
-    The last record in these bytes may be incomplete. Raises ValueError if the head of the chunk is
+    rest: beginning of the body of the chunk record.
+
+    The last record in the result may be incomplete. Raises ValueError if the head of the chunk is
     truncated.
     """
     if len(rest) < _FIXED.size + _U64.size:
-        raise ValueError("the head of a chunk is cut")
+        raise ValueError("the head of a chunk is truncated")
     _, _, size, _, name_length = _FIXED.unpack_from(rest)
     name_end = _FIXED.size + name_length
     compression = rest[_FIXED.size : name_end]

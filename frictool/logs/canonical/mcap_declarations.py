@@ -20,8 +20,10 @@ UNREADABLE = (McapError, struct.error, ValueError)  # errors that a damaged reco
 
 @dataclass
 class McapDeclarations:
-    """Collector of the schemas, channels, metadata and counts that records declare.
+    """Collector of the declarations in the records of an MCAP file.
 
+    schemas, channels: by their numbers in the file.
+    metadata: record name -> key -> text.
     counts: channel -> number of messages in the file's statistics; None until they are read.
     """
 
@@ -31,9 +33,9 @@ class McapDeclarations:
     counts: dict[int, int] | None = None
 
     def take(self, opcode: int, body: bytes) -> Channel | None:
-        """Read a record; return the channel that the record declares, or None for other records.
+        """Store what a record declares; return the channel if it declares one, else None.
 
-        Records that declare nothing are skipped. A damaged record raises one of UNREADABLE.
+        Other records are ignored. A damaged record raises one of the errors UNREADABLE.
         """
         stream = ReadDataStream(io.BytesIO(body))
         if opcode == Opcode.SCHEMA:
@@ -52,9 +54,9 @@ class McapDeclarations:
 
 
 def declared(data: bytes, bounds: RecordBounds) -> Iterator[tuple[int, bytes]]:
-    """Yield opcode and body of the schemas and channels in a chunk.
+    """Yield opcode and body of each schema and channel record in the data of a chunk.
 
-    A chunk may not contain other declarations or other chunks.
+    MCAP allows no other declarations in a chunk.
     """
     for index in np.flatnonzero(
         (bounds.opcode == Opcode.SCHEMA) | (bounds.opcode == Opcode.CHANNEL)

@@ -1,4 +1,4 @@
-"""Reading and writing of a whole canonical log in memory; its layout is in mcap_layout.py."""
+"""Reading and writing of a whole canonical log in memory; mcap_layout.py describes its layout."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def read_mcap(path: Path) -> Log:
     content of the file, not on the sizes that the file declares.
 
     Raises LogError if the file is missing, not MCAP, truncated or damaged (every CRC is checked).
-    The message names the byte and the time up to which the file could be read. Also raises
-    LogError, with the name of the channel, if the MCAP file is not canonical.
+    The message gives the byte and the time up to which the file could be read. Raises LogError with
+    the name of the channel if the MCAP file is not a canonical log.
     """
     with open_log(path) as stream:
         walk = CanonicalReader(path, stream)
@@ -61,10 +61,10 @@ def read_mcap(path: Path) -> Log:
 
 
 def write_mcap(log: Log, stream: BinaryIO) -> None:
-    """Write a log as canonical MCAP.
+    """Write a log as canonical MCAP to a binary stream.
 
-    Times are rounded to ns. A log that starts before 0 is shifted, and the reader removes the
-    shift.
+    Times are rounded to ns. MCAP allows no negative times: if a log starts before 0, all its times
+    are shifted, and `read_mcap` removes the shift.
 
     Raises LogError if a stream is empty, a value is not finite, or times do not increase by at
     least 1 ns. Raises ValueError if the name of a topic or signal is not allowed in ROS 2.

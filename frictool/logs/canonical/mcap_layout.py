@@ -11,7 +11,7 @@
     summary                schemas, channels, statistics, chunk and metadata indexes, offsets
 
 A message consists of the time in ns (log time = publish time) and the values of all fields. All
-messages of a stream have the same dtype: 35 bytes of framing, then 8 bytes for each field.
+messages of a stream have the same dtype: 35 bytes of head, then 8 bytes for each field.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ MAGIC = b"\x89MCAP0\r\n"
 PROFILE = "ros2"
 MESSAGE_ENCODING = "cdr"
 SCHEMA_ENCODING = "ros2msg"
-# name of the first schema; the schema of a second set of fields is Axis2
+# name of the first schema; the schema of streams with other fields is Axis2, Axis3, ...
 SCHEMA_NAME = "frictool_msgs/msg/Axis"
 UNITS = "units"  # metadata record: MESSAGE PATH -> unit
-TIME = "time"  # metadata record: SHIFT_KEY -> ns added to every time if a log starts before 0
+TIME = "time"  # metadata record: SHIFT_KEY -> ns that were added to every time to make it >= 0
 SHIFT_KEY = "shift_ns"
-# key of the record `time`: clock time in ns at 0 of the log; the record also holds TOPIC -> clock
+# key of the record `time`: clock time in ns at log time 0; the record also has TOPIC -> clock
 EPOCH_KEY = "epoch_ns"
 KIND = "log"  # metadata record: kind of the log
 UNIT = "unit"  # optional key of the record KIND: actuator
@@ -74,7 +74,7 @@ class StreamHeader:
 
 
 def message_dtype(fields: int) -> np.dtype[np.void]:
-    """Return the dtype of a message with `fields` float64 values, byte for byte as in a chunk."""
+    """Return the dtype of a message with `fields` float64 values, as stored in a chunk."""
     return np.dtype(
         [
             ("opcode", "u1"),
@@ -99,9 +99,9 @@ def schema_text(fields: tuple[str, ...]) -> str:
 
 
 def schema_fields(text: str) -> tuple[str, ...] | None:
-    """Return the fields of a `ros2msg` definition, or None.
+    """Return the field names in a `ros2msg` definition.
 
-    None means that the definition is not a flat list of distinct float64 fields.
+    The result is None if the definition is not a flat list of distinct float64 fields.
     """
     lines = [line.partition("#")[0].strip() for line in text.splitlines()]
     matches = [_FIELD_LINE.fullmatch(line) for line in lines if line]

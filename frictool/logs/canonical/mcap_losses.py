@@ -1,4 +1,4 @@
-"""Losses of a canonical log that is read with `--salvage`: number of samples, stream and time."""
+"""Data losses of a damaged canonical log: stream, times and number of samples of each loss."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from frictool.logs.canonical.mcap_sections import FileSection
 
 
 class CanonicalLoss(NamedTuple):
-    """Loss of samples that cannot be read; None means unknown.
+    """Samples that could not be read.
 
+    reason: why they could not be read.
     channel: channel that lost the samples; None if any channel may have lost samples.
-    first, last: times in ns, as stored in the file, between which the samples are lost.
-    samples: number of lost samples.
+    first, last: times in ns, as stored in the file, between which samples are lost; None if
+        unknown.
+    samples: number of lost samples; None if unknown.
     """
 
     reason: str
@@ -23,7 +25,10 @@ class CanonicalLoss(NamedTuple):
 
 
 class MissingSamples:
-    """Recorder that appends losses to `lost`; the next sample that is read ends a loss."""
+    """Recorder that appends losses to the list `lost`.
+
+    A loss lasts until the next sample that can be read.
+    """
 
     def __init__(self, lost: list[CanonicalLoss]) -> None:
         self.lost = lost
@@ -38,7 +43,7 @@ class MissingSamples:
         last: time of the last sample before the section, in ns; None if there is none.
         size: size of the file in bytes.
         """
-        # a wrong CRC of a section follows from damage that has been recorded already
+        # the damage that makes the CRC of a section wrong has been recorded already
         if self.lost and "CRC of the" in part.reason:
             return
         reason = f"{part.reason}, at byte {part.at} of {size}"
@@ -55,17 +60,17 @@ class MissingSamples:
             self.lost.append(CanonicalLoss(reason, first=last))
 
     def until(self, time: int) -> None:
-        """End the loss at the time, in ns, of the next readable sample."""
+        """End the current loss at the time [ns] of the next sample that can be read."""
         if self._endless is not None:
             self.lost[self._endless] = self.lost[self._endless]._replace(last=time)
             self._endless = None
 
     def check(self, counts: dict[int, int], samples_read: dict[int, int]) -> None:
-        """Compute unknown numbers of lost samples from the file's statistics.
+        """Complete the losses with the numbers of samples that the file's statistics count.
 
         The statistics may count samples that are neither read nor recorded as lost. If exactly one
-        loss has no number of samples, its number is that of these samples. Otherwise they become
-        further losses.
+        loss has an unknown number of samples, these samples are assigned to it. Otherwise they are
+        recorded as further losses.
 
         counts: channel -> number of samples in the statistics.
         samples_read: channel -> number of samples read.

@@ -1,4 +1,4 @@
-"""Units, times and notes in the metadata records of a canonical log."""
+"""Units, times and other metadata records of a canonical log."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Metadata = dict[str, dict[str, str]]  # name -> key -> text
 
 
 def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) -> list[StreamHeader]:
-    """Return the headers of the streams in the order of their channels.
+    """Return the headers (topic, fields, units) of the channels, in the same order.
 
-    Raises LogError if there is no stream, or if a stream has no samples or no units.
+    Raises LogError if there is no channel, or if a channel has no samples or no units.
     """
     units = metadata.get(UNITS, {})
     heads_read = []
@@ -51,12 +51,18 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) ->
 
 
 def shift_ns(path: Path, metadata: Metadata) -> int:
-    """Return the shift in ns that was added to every time; raise LogError if it is no number."""
+    """Return the shift in ns that was added to every time, 0 if none was added.
+
+    Raises LogError if the metadata is not an integer.
+    """
     return _nanoseconds(path, metadata, SHIFT_KEY) or 0
 
 
 def epoch_ns(path: Path, metadata: Metadata) -> int | None:
-    """Return the clock time in ns at 0 of the log, or None; raise LogError if it is no number."""
+    """Return the clock time in ns at time 0 of the log, or None if the log has no clock.
+
+    Raises LogError if the metadata is not an integer.
+    """
     return _nanoseconds(path, metadata, EPOCH_KEY)
 
 
@@ -68,7 +74,7 @@ def _nanoseconds(path: Path, metadata: Metadata, key: str) -> int | None:
 
 
 def notes(metadata: Metadata) -> Metadata:
-    """Return the metadata records without units and time shift, which the streams contain."""
+    """Return the metadata records except units and time shift, which the streams contain."""
     clocks = {key: text for key, text in metadata.get(TIME, {}).items() if key != SHIFT_KEY}
     others = {name: entries for name, entries in metadata.items() if name not in (UNITS, TIME)}
     return {**others, **({TIME: clocks} if clocks else {})}

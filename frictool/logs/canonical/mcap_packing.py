@@ -1,4 +1,4 @@
-"""Packing of samples of the canonical log into a chunk, with the chunk's index (mcap_layout.py)."""
+"""Packing of samples of the canonical log into MCAP chunks with their indexes (mcap_layout.py)."""
 
 from __future__ import annotations
 
@@ -29,17 +29,19 @@ COMPRESSION = zstandard.ZstdCompressionParameters.from_level(-3, min_match=7)
 # heads of the chunk record and of the chunk index record
 # start, end, plain size, CRC, name of the compression, packed size
 _CHUNK = struct.Struct("<BQ QQQI I4s Q")
-# start, end, offset, length, {channel: its index}, all indexes, name, packed, plain
+# start, end, offset, length, {channel: offset of its index}, indexes, name, packed, plain
 _CHUNK_INDEX = struct.Struct("<BQ QQQQ IHQ Q I4s QQ")
 _CHANNEL_OFFSET = struct.Struct("<HQ")
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
 
 class ChunkSamples(NamedTuple):
-    """Samples that become a chunk.
+    """Samples of one stream that become a chunk.
 
     stream: index of the stream.
     before: number of samples of this stream in earlier chunks.
+    time: times (n,) in ns.
+    values: one vector (n,) for each field.
     """
 
     stream: int
@@ -49,12 +51,13 @@ class ChunkSamples(NamedTuple):
 
 
 class PackedChunk(NamedTuple):
-    """Packed chunk and its message index.
+    """Chunk record and the message index record that follows it.
 
+    channel: channel number of the stream.
     span: times of the first and the last sample in ns.
     record: bytes of the chunk record.
-    behind: bytes of the message index record that follows the chunk.
-    sizes: compressed and uncompressed size of the content in bytes.
+    behind: bytes of the message index record.
+    sizes: compressed and uncompressed size of the chunk's content in bytes.
     """
 
     channel: int
@@ -64,7 +67,10 @@ class PackedChunk(NamedTuple):
     sizes: tuple[int, int]
 
     def summed_up(self, start: int) -> bytes:
-        """Return the chunk index record of the summary, for a chunk at byte `start` of the file."""
+        """Return the chunk index record for the summary.
+
+        start: position of the chunk in the file, in bytes.
+        """
         length, behind = len(self.record), len(self.behind)
         offsets = (_CHANNEL_OFFSET.size, self.channel, start + length)
         index = (*self.span, start, length, *offsets, behind, len(ZSTD), ZSTD, *self.sizes)
@@ -72,17 +78,14 @@ class PackedChunk(NamedTuple):
 
 
 class ChunkPacker:
-    """Packer of samples into chunks.
-
-    heads: headers of the streams.
-    """
+    """Packer of samples into chunks, for streams with the headers `heads`."""
 
     def __init__(self, heads: tuple[StreamHeader, ...]) -> None:
         self._blanks = [_blank(number, head) for number, head in enumerate(heads)]
         self._compressor = zstandard.ZstdCompressor(compression_params=COMPRESSION)
 
     def packed(self, chunk: ChunkSamples) -> PackedChunk:
-        """Return an MCAP chunk with the samples."""
+        """Return the chunk and its message index for the samples."""
         channel = chunk.stream + 1
         time = chunk.time
         n = chunk.time.size
@@ -121,7 +124,7 @@ class ChunkPacker:
 
 
 def _blank(stream: int, head: StreamHeader) -> tuple[np.dtype[np.void], bytes]:
-    """Return (dtype of a stream's messages, bytes of a message with only constant fields set)."""
+    """Return the dtype of a stream's messages, and a message with only the constant fields set."""
     dtype = message_dtype(len(head.fields))
     record = np.zeros(1, dtype)
     record["opcode"] = MESSAGE_OPCODE

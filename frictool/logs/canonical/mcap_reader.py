@@ -28,7 +28,7 @@ def open_mcap(
     """Return the streams of a canonical log, its metadata records and its losses.
 
     The whole file is read and checked. Raises LogError if the file is missing, damaged or not
-    canonical; with `salvage`, only if nothing can be read.
+    canonical. If `salvage` is True, a damaged file raises LogError only if nothing can be read.
     """
     lost: list[CanonicalLoss] | None = [] if salvage else None
     chunks: dict[int, set[int]] = {}
@@ -70,12 +70,12 @@ def open_mcap(
 
 @dataclass
 class CanonicalStream:
-    """One stream of a checked canonical log (implements StreamSource).
+    """Stream of a canonical log that has been checked (implements StreamSource).
 
     number: channel number.
     chunks: byte offsets of the chunks with samples of the stream.
     shift: time in ns that the writer added to every time.
-    epoch: clock time in ns at 0 of the log; None without a clock.
+    epoch: clock time in ns at time 0 of the log; None without a clock.
     """
 
     source: str
@@ -92,7 +92,7 @@ class CanonicalStream:
     warnings: tuple[str, ...] = ()
 
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
-        """Yield the samples (see StreamSource); damage was reported by `open_mcap` already."""
+        """Yield the samples; damaged data is skipped, because `open_mcap` has recorded it."""
         path = Path(self.source)
         with open_log(path) as stream:
             walk = CanonicalReader(path, stream, [] if salvage else None, self.chunks)
@@ -105,10 +105,10 @@ class CanonicalStream:
 
 
 def is_canonical(path: Path) -> bool:
-    """Return whether the first channel of a file is a channel of a canonical log.
+    """Return True if the first channel of a file is a channel of a canonical log.
 
-    Also returns True if an MCAP file has no channel, or is damaged before the first channel. Raises
-    LogError if the file cannot be read.
+    The result is also True if an MCAP file has no channel or is damaged before the first channel.
+    Raises LogError if the file cannot be read.
     """
     if not head_of(path).startswith(MAGIC[:5]):
         return False

@@ -1,9 +1,9 @@
-"""Records of an MCAP file in order, each checked; damaged bytes are reported and skipped.
+"""Iterator over the records of an MCAP file that checks each record and skips damaged bytes.
 
     file ──▶ FileRecord, FileRecord, DamagedBytes, FileRecord, LooseMessages, ...
 
-`DamagedBytes` replaces bytes that are no records or have a wrong CRC, and marks an early end of the
-file. With `--salvage`, reading resumes at the next plausible record.
+DamagedBytes stands for bytes that are no valid record, for a wrong CRC, and for a missing end of
+the file. Reading continues at the next position where a record seems to begin.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LONGEST_REST = 64_000_000  # bytes, largest truncated chunk at the end of the fi
 PEEKED = 64  # first bytes of a body, which contain its lengths
 # bytes of a message's head: channel (2), sequence (4), log time (8), publish time (8)
 MESSAGE_HEAD = 22
-# records that contain lengths, with which their own length can be checked
+# records whose length can be checked with the lengths in their body
 FRAMED = (Opcode.CHUNK, Opcode.MESSAGE_INDEX)
 FOOTER_LENGTH = 20  # bytes
 CHECKED = (Opcode.DATA_END, Opcode.FOOTER)  # records with a CRC of the bytes before them
@@ -41,7 +41,7 @@ _KINDS = frozenset(int(opcode) for opcode in Opcode)
 
 
 class FileRecord(NamedTuple):
-    """Record at byte `offset`; the body of an attachment is left empty, because no log needs it."""
+    """Record at byte `offset` of the file, with its kind (`opcode`) and body."""
 
     opcode: int
     body: bytes
@@ -56,9 +56,9 @@ class LooseMessages(NamedTuple):
 
 
 class DamagedBytes(NamedTuple):
-    """Bytes `start` to `end` of the file that are lost, and the reason.
+    """Bytes `start` to `end` of the file that cannot be read, and the reason.
 
-    rest: beginning of a chunk that the end of the file cuts off; else empty.
+    rest: beginning of a chunk that is cut off by the end of the file; else empty.
     bare: True if only the head of a chunk is lost; the records of the chunk then follow one by one.
     """
 
@@ -70,7 +70,7 @@ class DamagedBytes(NamedTuple):
 
 
 class FileRecords:
-    """Iterator over the records of a file of `size` bytes; `offset` is the read position."""
+    """Iterator over the records of a file of `size` bytes."""
 
     def __init__(self, stream: BinaryIO, size: int) -> None:
         self._stream = stream
@@ -80,11 +80,14 @@ class FileRecords:
 
     @property
     def offset(self) -> int:
-        """Return the offset of the next byte in the file."""
+        """Return the read position, in bytes from the start of the file."""
         return self._bytes.offset
 
     def __iter__(self) -> Iterator[FileRecord | LooseMessages | DamagedBytes]:
-        """Yield the records up to the footer; raise OSError if the file cannot be read."""
+        """Yield the records up to the footer; raise OSError if the file cannot be read.
+
+        The bodies of attachments are skipped, because no log needs them.
+        """
         take = self._bytes.take
         if take(len(MAGIC)) != MAGIC:
             yield DamagedBytes(0, len(MAGIC), "it does not begin like an MCAP file of version 0")
@@ -152,7 +155,7 @@ class FileRecords:
         return length == FOOTER_LENGTH and after == MAGIC[: len(after)]
 
     def _wrong_crc(self, opcode: int, head: bytes, body: bytes, before: int | None) -> str | None:
-        """Return a text if the CRC of the data section or the summary is wrong, else None.
+        """Return a text if the CRC of the data section or the summary is wrong; else None.
 
         before: CRC of the bytes before the record; None if unknown. A stored CRC of 0 means no CRC.
         """
@@ -171,9 +174,9 @@ class FileRecords:
         return None if right else f"the CRC of the {section} is wrong"
 
     def _stepped_over(self, start: int, opcode: int, length: int) -> DamagedBytes:
-        """Skip to the next record and return the bytes before it as damaged.
+        """Skip to the next valid record and return the skipped bytes as damaged.
 
-        The length of the last message may be wrong. The search therefore begins in this message.
+        The search begins inside the last message, because the length of this message may be wrong.
         """
         record = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
         self._doubtful = None
@@ -210,7 +213,7 @@ class FileRecords:
         return None
 
     def _begins(self, at: int) -> bool:
-        """Return whether a record begins at byte `at`.
+        """Return True if a record seems to begin at byte `at`.
 
         The lengths in the record must agree, and another record or the end of the file must follow.
         """
@@ -232,16 +235,16 @@ class FileRecords:
 
 
 def _is_header(body: bytes) -> bool:
-    """Return whether a body consists of two strings (profile, library), as in a header."""
+    """Return True if a body consists of two strings (profile, library), as in a header."""
     profile = int.from_bytes(body[:4], "little")
     library = int.from_bytes(body[4 + profile : 8 + profile], "little")
     return len(body) == 8 + profile + library
 
 
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
-    """Return whether the lengths inside a body agree with the record's length.
+    """Return True if the lengths inside a body agree with the record's length.
 
-    Returns False for a kind of record without lengths, because reading does not resume there.
+    The result is False for a kind of record without lengths, because reading cannot resume there.
     """
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
         start, end, _, _, name = _CHUNK.unpack_from(body)

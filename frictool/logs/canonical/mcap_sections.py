@@ -2,7 +2,7 @@
 
     FileRecords ──▶ FileRecord, FileSection, FileSection, FileRecord, ...
 
-A thread decompresses the chunks and checks their CRCs. It works some megabytes ahead of the reader.
+A second thread decompresses the chunks and checks their CRCs, some megabytes ahead of the reader.
 """
 
 from __future__ import annotations
@@ -35,13 +35,16 @@ _INDEX = struct.Struct("<HI")  # channel, bytes of entries
 
 @dataclass
 class FileSection:
-    """A readable or unreadable section of messages at byte `at`.
+    """Readable or unreadable section of messages at byte `at` of the file.
 
     data: consecutive records.
     reason: why a part of the section cannot be read; "" if the whole section can be read.
     whole: True if `data` is the complete content of chunks. An invalid record then makes all
         records doubtful, because each record is located by the lengths of the records before it.
     empty: True if the unreadable part contained no message.
+    packed: compressed content of a chunk, or its beginning, before decompression.
+    joined: consecutive chunks whose records are joined in `data`.
+    indexes: bodies of the message index records after the chunk.
     """
 
     at: int
@@ -56,7 +59,7 @@ class FileSection:
     indexes: list[bytes] = field(default_factory=list)
 
     def indexed(self) -> list[tuple[int, NDArray[np.int64]]]:
-        """Return (channel, message times (n,) in ns) of each message index after a chunk."""
+        """Return (channel, message times (n,) in ns) for each message index after the chunk."""
         return [
             (
                 _INDEX.unpack_from(body)[0],
@@ -69,7 +72,7 @@ class FileSection:
 def contents(
     records: FileRecords, only: frozenset[int] | None = None
 ) -> Iterator[tuple[FileRecord | FileSection, int]]:
-    """Yield all records and sections in order, each with the file offset of its end.
+    """Yield all records and sections in order, each with the byte position of its end.
 
     only: byte offsets of the chunks to decompress; None for all chunks.
     """
@@ -129,7 +132,7 @@ def _parts(
 def _batches(
     parts: Iterable[tuple[FileRecord | FileSection, int]], budget: UnpackedBudget
 ) -> Iterator[tuple[list[tuple[FileRecord | FileSection, int]], int]]:
-    """Yield batches of items with their unpacked size in bytes.
+    """Yield batches of records and sections, each with its unpacked size in bytes.
 
     A large chunk forms its own batch. A chunk beyond the budget is not unpacked.
     """
@@ -161,7 +164,7 @@ def _batches(
 def _opened(
     batch: list[tuple[FileRecord | FileSection, int]],
 ) -> list[tuple[FileRecord | FileSection, int]]:
-    """Return the items with the chunks decompressed and consecutive chunks joined."""
+    """Return the batch with its chunks decompressed and consecutive chunks joined."""
     opened: list[tuple[FileRecord | FileSection, int]] = []
     run: list[FileSection] = []
     end = 0
@@ -196,7 +199,7 @@ def _joined(run: list[FileSection]) -> FileSection:
 
 
 def error_text(error: Exception) -> str:
-    """Return the error's text for a message, or its class if it has no text."""
+    """Return the text of an error for a message, or the name of its class if it has no text."""
     if isinstance(error, UnicodeDecodeError):
         return "a text is not UTF-8"
     return str(error) or type(error).__name__

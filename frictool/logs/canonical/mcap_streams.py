@@ -1,4 +1,4 @@
-"""Streams of a canonical log and their samples, used while the log is read."""
+"""Streams of a canonical log as its channels declare them, and blocks of their samples."""
 
 from __future__ import annotations
 
@@ -26,8 +26,9 @@ _WORDS = ["front", "back", "cdr"]  # parts of a message's head that are constant
 
 @dataclass
 class DeclaredStream:
-    """Stream of an MCAP file, as the file's channel declares it.
+    """Stream that a channel of an MCAP file declares.
 
+    number: channel number.
     samples: number of samples read so far.
     last: time in ns, as stored, of the last sample read; None before the first sample.
     """
@@ -59,7 +60,7 @@ class DeclaredStream:
         self._head = head.view(self._heads)[0]
 
     def are_mine(self, records: Records) -> bool:
-        """Return whether all records are messages of this channel with its layout."""
+        """Return True if all records are messages of this channel with the layout of its fields."""
         heads = records.view(self._heads)
         return all(bool((heads[name] == self._head[name]).all()) for name in _WORDS)
 
@@ -67,6 +68,7 @@ class DeclaredStream:
 class ChannelSamples(NamedTuple):
     """Samples of a channel, with the times as stored in the file.
 
+    channel: channel number.
     chunks: byte offsets of the chunks that contain the samples.
     """
 
@@ -76,7 +78,7 @@ class ChannelSamples(NamedTuple):
 
 
 def axis_fields(channel: Channel, schema: Schema | None) -> tuple[str, ...] | None:
-    """Return the fields of a channel; None if the channel is not canonical."""
+    """Return the field names of a channel; None if the channel is not one of a canonical log."""
     text = schema.data.decode() if schema is not None and schema.encoding == SCHEMA_ENCODING else ""
     fields = schema_fields(text)
     return (

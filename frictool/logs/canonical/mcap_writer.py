@@ -56,7 +56,7 @@ class CanonicalWriter:
     stream: binary output, which may be a pipe.
     heads: headers of the streams; `chunk` identifies a stream by its index in `heads`.
     metadata: further metadata records, name -> key -> text.
-    shift_ns: time in ns added to every time to make it positive; the reader subtracts it.
+    shift_ns: time in ns added to every time, so that no time is negative; readers subtract it.
     """
 
     def __init__(
@@ -89,9 +89,9 @@ class CanonicalWriter:
             self.describe(name, entries)
 
     def chunk(self, index: int, time: Nanoseconds, values: Sequence[Vector]) -> None:
-        """Append samples of stream `index`.
+        """Append a chunk of samples of the stream `heads[index]`.
 
-        time: (n,) in ns, not negative.
+        time: times (n,) in ns, not negative.
         values: one vector (n,) for each field.
         """
         self._batch.append(ChunkSamples(index, self._counts[index], time, values))
@@ -125,7 +125,7 @@ class CanonicalWriter:
             start += len(one.record) + len(one.behind)
 
     def finish(self) -> None:
-        """Write the end of the data, the summary and the footer; the output stays open."""
+        """Write the end of the data, the summary and the footer; leave the output open."""
         self._drain()
         self._thread.shutdown()
         self._put(_bytes(DataEnd(self._crc)))
@@ -169,7 +169,7 @@ class CanonicalWriter:
         )
 
     def describe(self, name: str, entries: dict[str, str]) -> None:
-        """Write a metadata record."""
+        """Write the metadata record `name` with the entries key -> text."""
         self._drain()
         record = _bytes(Metadata(name, {key: readable(text) for key, text in entries.items()}))
         self._metadata.append(MetadataIndex(self._offset, len(record), name))
@@ -186,8 +186,7 @@ def write_streams(
 ) -> None:
     """Write the chunks of all streams in order of time, then the end of the file.
 
-    The times of the streams are in ns, without the writer's shift.
-
+    streams: blocks of samples of each stream, with times in ns before the writer's shift.
     last: function that returns the metadata records known only after all samples have been read.
     """
     for index, piece in merged(streams):
@@ -209,7 +208,7 @@ def _declarations(heads: tuple[StreamHeader, ...]) -> tuple[list[Schema], list[C
         )
         channels.append(Channel(number, head.topic, MESSAGE_ENCODING, {}, schema.id))
     if len({channel.topic for channel in channels}) < len(channels):
-        raise ValueError("two streams of one topic")
+        raise ValueError("two streams have the same topic")
     return list(schemas.values()), channels
 
 

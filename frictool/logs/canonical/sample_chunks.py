@@ -16,7 +16,7 @@ CHUNK_BYTES = 4_000_000  # maximum bytes of a chunk; a fast log has several in C
 
 
 def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
-    """Yield the samples of a stream in chunks that span CHUNK_NS, from the first sample on.
+    """Yield the samples of a stream in chunks of CHUNK_NS of time each, from the first sample on.
 
     A chunk with more than CHUNK_BYTES is divided.
     """
@@ -47,7 +47,7 @@ def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
 
 
 def join_blocks(parts: Sequence[SampleBlock]) -> SampleBlock:
-    """Return consecutive blocks of one stream as one block."""
+    """Join consecutive blocks of one stream to one block."""
     if len(parts) == 1:
         return parts[0]
     values = tuple(
@@ -59,7 +59,7 @@ def join_blocks(parts: Sequence[SampleBlock]) -> SampleBlock:
 def merged(streams: Sequence[Iterator[SampleBlock]]) -> Iterator[tuple[int, SampleBlock]]:
     """Yield (stream index, block) of all streams, in the order of the first time in each block.
 
-    One block of each stream is read ahead.
+    One block of each stream is read in advance.
     """
     waiting: list[tuple[int, int, SampleBlock]] = []
     for index, stream in enumerate(streams):

@@ -1,8 +1,8 @@
-"""Check that a canonical log fits a bench, which may have changed since the log was made.
+"""Comparison of a canonical log with a bench, which may have changed since the log was made.
 
 A canonical log contains units, times and often an effort that was computed with the actuator
 constant of the bench used at `ingest`. The units and the sample period are compared with the bench
-in use. A computed effort is recomputed from the drive.
+in use. A computed effort is computed again from the drive signal (current or voltage).
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from frictool.logs.quality.time_base import time_base
 from frictool.logs.quality.wrap_detection import WrapSearch
 from frictool.typing import Vector
 
-# relative deviation from a multiple of the drive up to which an effort is treated as computed
+# an effort is treated as computed up to this relative deviation from a multiple of the drive signal
 ROUNDING = 1e-9
-SAME_CONSTANT = 1e-6  # relative tolerance of an unchanged constant
+SAME_CONSTANT = 1e-6  # relative difference up to which the actuator constant is unchanged
 
 
 def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
@@ -34,9 +34,9 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
     A measured effort stays unchanged. Warnings about the log and about a changed constant are added
     to `log.warnings`.
 
-    Raises LogError if a unit belongs to the other kind of axis, or if the position wraps. Also
-    raises LogError if the sample periods of log and bench differ by more than a factor of 30; with
-    `same_period` by more than 20 %.
+    Raises LogError if a unit belongs to the other kind of axis (rotary or linear), if the position
+    wraps, or if the sample periods of log and bench differ by more than a factor of 30. If
+    `same_period` is True, they may differ by at most 20 %.
     """
     stream = log.main
     _check_units(log, stream, bench)
@@ -80,7 +80,7 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
 
 
 def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
-    """Return warnings about a possible wrap (unwrapping.py); raise LogError at a certain wrap."""
+    """Return a warning if the position may wrap; raise LogError if it certainly wraps."""
     if "position" not in stream.signals:
         return ()
     wraps = WrapSearch(bench)
@@ -97,10 +97,10 @@ def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
 
 
 def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
-    """Return False if the effort was computed from the drive, True if measured or missing.
+    """Return False if the effort was computed from the drive signal, True if measured or missing.
 
     The metadata record `columns`, which `ingest` writes, decides. Without this record, the effort
-    is treated as measured if it is not a multiple of the drive.
+    is treated as measured if it is not a multiple of the drive signal.
     """
     if EFFORT not in stream.signals:
         return True
@@ -117,7 +117,7 @@ def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
 
 
 def _path_before(log: Log, path: str) -> str:
-    """Return the path of a channel before `ingest --resample` put it on one grid."""
+    """Return the path that a channel had before `ingest --resample` joined all streams."""
     return log.metadata.get(RESAMPLED, {}).get(path, "").partition(", from ")[2] or path
 
 

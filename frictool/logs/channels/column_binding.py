@@ -1,6 +1,6 @@
-"""Assignment of channels to the tables of a raw file.
+"""Assignment of the channels of a bench to the tables of a raw file.
 
-Each table that provides a channel becomes a stream.
+Each table with the column of a channel becomes a stream.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ def bind(
 ) -> list[ChannelMapper]:
     """Return the streams of a raw file.
 
-    The table with the position becomes `/axis`; without a position, the first table with a channel.
-    The other tables become `/axis/NAME`.
+    The table with the position becomes `/axis`. If no table has the position, the first table with
+    a channel becomes `/axis`. The other tables with a channel become `/axis/NAME`.
 
-    stem: name, without suffix, of a file that is not the first of its log; its first stream is
-        `/axis/STEM`, its other streams `/axis/STEM_NAME`. "" for the first file.
+    stem: "" for the first file of a log. For a further file, its name without suffix: the file's
+        first stream becomes `/axis/STEM`, its other streams `/axis/STEM_NAME`.
     taken: topics already in use.
     lost: list to which a channel is added if its column is in the missing part of a truncated file;
         None to raise LogError instead.
 
-    Raises LogError if the bench maps no channel or if a table has no time. Also raises LogError if
-    a column is missing, is in several tables, or has a unit that contradicts the bench.
+    Raises LogError if the bench maps no channel, if a table has no time, or if a column is missing,
+    is in several tables, or has a unit that contradicts the bench.
     """
     source = tables[0].source
     if not bench.columns.keys() - {TIME}:
@@ -88,7 +88,7 @@ def bind(
 
 
 def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int, str]:
-    """Return (index of the table with a channel's column, name of the column in this table)."""
+    """Return (index of the table with a channel's column, name of this column in the table)."""
     wanted = column.column
     source = tables[0].source
     if isinstance(wanted, int) and len(tables) > 1:
@@ -122,16 +122,17 @@ def _time(table: RawTable, bench: Bench) -> ChannelColumns:
     name = table.find(column.column)
     if name is None and table.clock is None:
         pick(table.names, column.column, table.source)
-    # the second condition is True if the table dates its rows by this column
+    # the second condition is True if this column already gives the times of the rows
     if name is None or (name == table.clock and column.unit == ISO_8601):
         return {}
     return {TIME: (column, name)}
 
 
 def topic_for(stem: str, name: str, taken: Collection[str]) -> str:
-    """Return `/axis`, `/axis/STEM`, `/axis/NAME` or `/axis/STEM_NAME` with characters ROS 2 allows.
+    """Return `/axis`, `/axis/STEM`, `/axis/NAME` or `/axis/STEM_NAME`, as ROS 2 allows it.
 
-    A number is appended if the topic is already in use.
+    Characters that ROS 2 does not allow are replaced by `_`. A number is appended if the topic is
+    already in use.
     """
     words = re.sub(r"[^A-Za-z0-9]+", "_", "_".join(filter(None, (stem, name)))).strip("_")
     topic = (

@@ -51,12 +51,12 @@ from frictool.typing import Vector
 TEMPERATURE = "temperature"
 CHANNELS: tuple[str, ...] = get_args(Channel)
 DRIVES = ("current", "voltage")
-CLEAR = 2  # the words in this number of levels of QUANTITIES overrule a unit
-# words that the name of a position command may contain
+CLEAR = 2  # words in the first CLEAR levels of QUANTITIES overrule a unit
+# words that the name of a position command may contain besides a word for a command
 NEUTRAL = {"value", "input", "signal", "axis", "joint", "motor", "achse"}
 MOST_NAMES = 8  # maximum number of column names in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
-# a time without unit is in seconds if its steps are in this range; in ms, no logger is so fast
+# a time without unit is in s if its steps are in this range; no logger is so fast that it is in ms
 SECONDS = (1e-5, 0.02)
 FEWEST_STEPS = 8  # least number of rows of a column that may be a row number
 STEP_TOLERANCE = 0.02  # relative difference of the steps of a time, from rounding in the file
@@ -80,10 +80,11 @@ LOAD_SIDE = (
 
 @dataclass(frozen=True)
 class OfferedColumn:
-    """Column that may become a channel.
+    """Column of a file that may become a channel.
 
+    name: name of the column.
     table: table with the column.
-    preset: entry for the column in the preset of the log; None if there is none.
+    preset: entry for the column in the preset of the log (logger_presets.py), or None.
     """
 
     name: str
@@ -92,7 +93,7 @@ class OfferedColumn:
 
     @property
     def unit(self) -> str | None:
-        """Return the unit from the file, the preset or the end of the name, or None."""
+        """Return the unit from the file, the preset or the end of the name; None if unknown."""
         given = self.table.units.get(self.name)
         if given or self.preset is None:
             return given or unit_in(self.name)
@@ -107,11 +108,12 @@ class OfferedColumn:
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Column and unit chosen for a channel; each is OPEN if `questions` asks for it.
+    """Column and unit chosen for a channel.
 
+    column, unit: the choice; OPEN if `questions` asks the user for it.
     table: table with the first of `columns`.
     columns: columns that fit the channel equally well.
-    questions: questions for the user about the column and the unit.
+    questions: questions to the user about the column and the unit.
     """
 
     column: str
@@ -122,17 +124,17 @@ class ColumnChoice:
 
 
 def dimension_of(channel: str) -> str:
-    """Return the dimension of a channel or of `time`."""
+    """Return the dimension of a channel or of `time`, as a key for unit conversions."""
     return CHANNEL_DIMENSIONS.get(channel, TIME)
 
 
 def is_count(unit: str) -> bool:
-    """Return whether a unit means encoder counts."""
+    """Return True if a unit means encoder counts."""
     return unit.lower() in COUNTS
 
 
 def fits(unit: str, dimension: str, axis: Axis) -> bool:
-    """Return whether `unit` is a unit of `dimension` for an axis of this kind."""
+    """Return True if `unit` is a unit of `dimension` for this kind of axis."""
     if is_count(unit):
         return dimension == "position"
     try:
@@ -143,7 +145,7 @@ def fits(unit: str, dimension: str, axis: Axis) -> bool:
 
 
 def names_motion(unit: str, axis: Axis) -> bool:
-    """Return whether `unit` is a unit of position or velocity for an axis of this kind."""
+    """Return True if `unit` is a unit of position or velocity for this kind of axis."""
     return any(fits(unit, kind, axis) for kind in MOTION)
 
 
@@ -153,7 +155,7 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
     for one in offered:
         channels, rank = _channels(one, axis)
         for channel in channels:
-            # the stamps in the file are more exact than a time column
+            # the times that the file gives are more exact than a time column
             dated = channel == TIME and one.table.time_ns is not None
             if not dated:
                 fitting.setdefault(channel, []).append((rank, one))
@@ -163,7 +165,7 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
         ranked = fitting[channel]
         best = min(rank for rank, _ in ranked)
         contenders = [one for rank, one in ranked if rank == best]
-        most = moving[_label(contenders[0].name)]  # the joint that moves most stands first
+        most = moving[_label(contenders[0].name)]  # columns of the joint that moves most come first
         equal = [one for one in contenders if moving[_label(one.name)] == most]
         choice = _choice(channel, equal, axis)
         if not _unneeded(channel, choice, chosen):
@@ -178,7 +180,7 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
 
 
 def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnChoice]) -> bool:
-    """Return whether a channel is left out, so that the user need not answer its question.
+    """Return True if a channel can be left out, so that the user need not answer a question.
 
     An effort is needed only without current and voltage; a temperature is never needed.
     """
@@ -188,7 +190,7 @@ def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnCho
 
 
 def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
-    """Return the choice with a question, because the file shows no motion that confirms it."""
+    """Return the choice with a question, because the file has no motion that confirms it."""
     question = ColumnQuestion(
         channel,
         "column",
@@ -199,7 +201,7 @@ def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
 
 
 def changes(values: Vector) -> bool:
-    """Return whether the numbers in a column (n,) change.
+    """Return True if the numbers in a column (n,) are not all equal.
 
     Cells without a number are ignored, so that a damaged cell does not affect the choice between
     the columns of several joints.
@@ -213,7 +215,7 @@ def _label(name: str) -> str:
 
 
 def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
-    """Return (channels that a column fits, rank of its name); rank 0 is the clearest name.
+    """Return the channels that a column fits, and the rank of its name; rank 0 is the clearest.
 
     A column with an ambiguous name fits several channels.
     """
@@ -249,7 +251,7 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
 
 
 def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
-    """Return whether a column whose name means a command may be a position command."""
+    """Return True if a column whose name means a command may be a position command."""
     neutral = all(is_command(w) or w in NEUTRAL or w in UNITS for w in words(one.name))
     return neutral and (one.unit is None or names_motion(one.unit, axis))
 
@@ -319,13 +321,13 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
 
 
 def _repeats(one: OfferedColumn, other: OfferedColumn, channel: str) -> bool:
-    """Return whether two columns are equal; columns other than times need equal names, too."""
+    """Return True if two columns have equal values and names; for times, equal values suffice."""
     named = channel == TIME or without_number(one.name) == without_number(other.name)
     return named and np.array_equal(one.values, other.values, equal_nan=True)
 
 
 def _counts_rows(one: OfferedColumn) -> bool:
-    """Return whether a column is an x-axis: it is named `x`, and has no unit and equal steps."""
+    """Return True if a column is an x-axis: named `x`, without a unit, with equal steps."""
     if one.unit is not None or one.name.lower() != "x" or one.values.size < FEWEST_STEPS:
         return False
     steps = np.diff(one.values)

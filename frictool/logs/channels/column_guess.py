@@ -1,7 +1,8 @@
-"""Guess of a rig from a bench file: columns, units, sample period and encoder step.
+"""Guess of the columns, units, sample period and encoder step of a bench from a log.
 
-A unit takes precedence over a name. A column that fits no channel is left out. Missing units, and
-the choice among several columns that fit, become questions (column_choice.py).
+If the unit and the name of a column contradict each other, the unit decides. A column that fits no
+channel is not used. Missing units, and the choice among several columns that fit, become questions
+to the user (column_choice.py).
 """
 
 from __future__ import annotations
@@ -60,6 +61,7 @@ class ColumnGuess:
     unreadable: column of `left` -> reason why it cannot be read.
     period: sample period in s; None if unknown.
     step: encoder step in rad or m; None if unknown.
+    questions: questions to the user about columns and units.
     preset: title of the preset that gave units (logger_presets.py), or None.
     """
 
@@ -73,12 +75,12 @@ class ColumnGuess:
     preset: str | None = None
 
     def asks(self, channel: str) -> bool:
-        """Return whether a question about this channel is open."""
+        """Return True if there is a question about this channel."""
         return any(one.channel == channel for one in self.questions)
 
     @property
     def drive(self) -> Literal["current", "voltage"] | None:
-        """Return `current` if the file has it, else `voltage` if the file has it, else None."""
+        """Return "current" or "voltage", whichever the file has (current first), or None."""
         return (
             "current"
             if "current" in self.columns
@@ -89,7 +91,7 @@ class ColumnGuess:
 
 
 def guess_from(path: Path, axis: Axis | None = None, layout: Layout | None = None) -> ColumnGuess:
-    """Return the guess for the log or bag at `path`.
+    """Return the guess for the log or the ROS 2 bag at `path`.
 
     axis: kind of the axis; None to infer it from the log.
     layout: layout of the log; None to detect it.
@@ -110,6 +112,9 @@ def start_from(
     layout: Layout | None = None,
 ) -> StartingRig:
     """Return the initial documents of a rig, with the columns and values guessed from a log.
+
+    axis: kind of the axis; None to infer it from the log.
+    layout: layout of the log; None to detect it.
 
     Raises LogError if the log cannot be read, or if the kind of the axis remains unknown.
     """
@@ -137,7 +142,7 @@ def start_from(
 
 
 def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
-    """Return the first rows of each numeric table, in descending order of the number of columns.
+    """Return the first rows of each table with numbers; tables with more columns come first.
 
     Raises LogError if no table has numbers.
     """
@@ -253,13 +258,13 @@ def _reason(error: LogError) -> str:
 
 
 def _message(error: LogError) -> str:
-    """Return the message of an error without file, line and the remedy of `ingest`."""
+    """Return the message of an error without file, line and the advice to use `--salvage`."""
     where = error.path if error.line is None else f"{error.path}:{error.line}"
     return str(error).removeprefix(f"{where}: ").removesuffix(f"; {SALVAGE}")
 
 
 def _liveliest_first(table: MemoryTable) -> list[str]:
-    """Return the column names; those of the joint with the most changing columns come first."""
+    """Return the column names, first those of the joint with most columns that change."""
     label = {name: match[1] if (match := LABEL.search(name)) else "" for name in table.columns}
     moving = Counter(label[name] for name, values in table.columns.items() if changes(values))
     return sorted(table.columns, key=lambda name: -moving[label[name]])
@@ -268,7 +273,7 @@ def _liveliest_first(table: MemoryTable) -> list[str]:
 def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
     """Return the kind of axis from the units of positions and velocities, else from the names.
 
-    Returns None if units and names do not indicate the kind or contradict each other.
+    The result is None if units and names do not indicate the kind or contradict each other.
     """
     units = [
         unit for table in tables for unit in table.units.values() if unit and not is_count(unit)
@@ -296,8 +301,8 @@ def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis)
     """Return the sample period in s: the mean interval if the log has no gaps, else the median.
 
     The period is rounded to 3 digits if this changes the period by less than 0.1 %, else to 6
-    digits. Returns None if a bench does not allow the period; the unit of time is then probably
-    wrong.
+    digits. The result is None if a bench does not allow this period, because the unit of time is
+    then probably wrong.
     """
     time = _si(table, columns, TIME, axis)
     if time is None and table.time_ns is not None and table.time_ns.size:

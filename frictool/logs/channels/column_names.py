@@ -41,9 +41,9 @@ RATES: Mapping[tuple[str, str], str] = {
     ("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("mm", "s"): "mm/s", ("m", "s"): "m/s",
     ("rev", "s"): "turn/s", ("turns", "s"): "turn/s",
 }  # fmt: skip
-# units that may be the label of a phase or channel, and their quantities
+# units that may instead be the label of a phase or input, and the quantities of these units
 LABELS: Mapping[str, str] = {"a": "current", "v": "voltage"}
-# channels of an instrument, which do not say what is connected
+# names of inputs of an instrument, which do not say what signal is connected
 _CONNECTOR = re.compile(
     r"((ch|chn|channel|kanal|ai|analog|analogue|input|trace|untitled|dev\d+/ai)[ _]*\d{0,2}[a-d]?"
     r"|voltage[ _]*\d{1,2})( \(column \d+\))?",
@@ -65,7 +65,7 @@ def words(name: str) -> list[str]:
 
 
 def quantities(name: str) -> list[str]:
-    """Return the channels that the clearest word of a name can mean.
+    """Return the channels that the clearest word of a column name can mean.
 
     The result is empty if no word means a channel, and has several channels if the word is
     ambiguous.
@@ -91,9 +91,9 @@ def quantities(name: str) -> list[str]:
 
 
 def clarity(name: str) -> int:
-    """Return the rank of the clearest word of a name that means a channel; 0 is the clearest rank.
+    """Return the index in QUANTITIES of the clearest word of a column name; 0 is the clearest.
 
-    Returns len(QUANTITIES) if no word means a channel.
+    The result is len(QUANTITIES) if no word means a channel.
     """
     name_words = {*words(name), "".join(words(name))}
     levels = (set("|".join(level.values()).split("|")) for level in QUANTITIES)
@@ -103,7 +103,7 @@ def clarity(name: str) -> int:
 
 
 def is_no_signal(name: str) -> bool:
-    """Return whether a name means a supply, a limit or an error, and thus no channel.
+    """Return True if a name means a supply, a limit or an error, and thus no channel.
 
     >>> is_no_signal("Ori_err_norm_rad"), is_no_signal("3V3"), is_no_signal("angle")
     (True, True, False)
@@ -112,7 +112,7 @@ def is_no_signal(name: str) -> bool:
 
 
 def is_command(name: str) -> bool:
-    """Return whether a name means a command and not a measurement."""
+    """Return True if a column name means a command instead of a measurement."""
     return any(map(_COMMAND.fullmatch, words(name)))
 
 
@@ -126,7 +126,7 @@ def without_number(name: str) -> str:
 
 
 def is_connector(name: str) -> bool:
-    """Return whether a name means a connector of an instrument instead of a signal.
+    """Return True if a name means a connector of an instrument instead of a signal.
 
     >>> is_connector("CH1"), is_connector("Channel B"), is_connector("current")
     (True, True, False)
@@ -135,7 +135,7 @@ def is_connector(name: str) -> bool:
 
 
 def unit_in(name: str) -> str | None:
-    """Return the unit at the end of a name of more than one word, or None.
+    """Return the unit at the end of a column name of more than one word, or None.
 
     >>> unit_in("measured_velocity_deg_s"), unit_in("timestamp_ms")
     ('deg/s', 'ms')

@@ -1,14 +1,14 @@
 """Conversion of an encoder's counter to unbounded counts, block after block.
 
     n        value of the counter, modulo 2^b if it has b bits, signed or unsigned
-    wrap     d[k] = n[k] - n[k-1],  d <- d - 2^b round(d / 2^b): a real step is less than half the
-             range
+    wrap     d[k] = n[k] - n[k-1],  d <- d - 2^b round(d / 2^b): the true step is assumed to be less
+             than half the range
     index    a pulse sets the counter to a fixed value once per revolution: counts = n + start. At
              each pulse, `start` changes by a whole number of revolutions. This restores the counts
-             lost since the pulse before.
+             lost since the previous pulse.
 
-If a corrected step is too long for the top speed, the counter has skipped counts. Such a step is
-not repaired, because the sign of the skipped counts is unknown; it is counted as a jump.
+If a corrected step is too long for the top speed, the counter has skipped counts. The sign of the
+skipped counts is unknown. Therefore such a step is not corrected, but counted as a jump.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from frictool.documents.bench import Bench
 from frictool.logs.quality.jumps import PositionJumps, allowance, lone
 from frictool.typing import Vector
 
-# widths in bits to which a logger may sign-extend a negative count that it then stores as unsigned
+# numbers of bits to which a logger may sign-extend a negative count, stored as unsigned
 EXTENDED = (16, 24, 32)
 
 
 def outside(raw: Vector, bits: int) -> int | None:
-    """Return the index of the first value in `raw` (n,) outside a counter of `bits` bits, or None.
+    """Return the index of the first value that a counter of `bits` bits cannot show, or None.
 
-    Signed, unsigned and sign-extended values are allowed.
+    raw: counter values (n,). Signed, unsigned and sign-extended values are allowed.
     """
     modulus = 2.0**bits
     fits = (raw >= -modulus / 2.0) & (raw < modulus)
@@ -47,7 +47,7 @@ def folded(raw: Vector, bits: int, signed: bool) -> Vector:
 
 
 class EncoderCounter:
-    """State of an encoder's counter during a reading.
+    """Converter of counter values to unbounded counts, for the samples of one stream.
 
     jumps: steps that are too long for the top speed of the axis, other than wraps and resets.
     resets: number of resets by index pulses.
@@ -73,10 +73,10 @@ class EncoderCounter:
         self.lost = 0.0
 
     def follow(self, time: Vector, raw: Vector) -> Vector:
-        """Return the counts (n,) of the next samples.
+        """Return the unbounded counts (n,) of the next samples.
 
-        time: (n,) in s, increasing.
-        raw: (n,) finite counter values within the range of the counter (`outside`).
+        time: times (n,) in s, increasing.
+        raw: finite counter values (n,) within the range of the counter (`outside`).
         """
         if raw.size == 0:
             return raw.copy()
@@ -100,7 +100,7 @@ class EncoderCounter:
         return counts
 
     def _too_long(self, steps: Vector, intervals: Vector) -> tuple[Vector, NDArray[np.bool_]]:
-        """Return (longest possible steps in counts, mask of the longer `steps`), each (n,)."""
+        """Return (longest possible steps in counts (n,), mask (n,) of longer `steps`)."""
         if self._top_speed is not None:
             limit = allowance(self._top_speed, intervals, self._resolution)
             return limit, np.abs(steps) > limit
@@ -118,7 +118,7 @@ class EncoderCounter:
         indices = np.flatnonzero(long)
         if indices.size == 0:
             return long
-        if self._index is None:  # the value to which most jumps return
+        if self._index is None:  # the value at which most jumps end
             landings, slack = raw[indices], limit[indices]
             self._index = float(
                 landings[np.argmax(np.sum(np.abs(landings[:, None] - landings) <= slack, axis=0))]

@@ -1,4 +1,4 @@
-"""Log from a raw file without a bench: columns recognised by name and unit, without conversion."""
+"""Log of a raw file without a bench: columns recognised by name and unit, not converted to SI."""
 
 from __future__ import annotations
 
@@ -34,7 +34,9 @@ class GuessedLog:
 
 
 def guess_log(path: Path, layout: Layout | None = None) -> GuessedLog:
-    """Return the first rows of a file's table with the position, in the units of the file.
+    """Return a log of the first rows of a raw file, in the units of the file.
+
+    The rows are those of the table with the position or, without a position, with another channel.
 
     layout: layout of the file; None to detect it.
 
@@ -85,10 +87,11 @@ def guess_log(path: Path, layout: Layout | None = None) -> GuessedLog:
 def _lost(
     time: Vector, rows: NDArray[np.bool_], finite: dict[str, NDArray[np.bool_]]
 ) -> list[DataLoss]:
-    """Return a loss for each group of successive rows that are omitted.
+    """Return a loss for each group of successive rows that are left out.
 
-    `rows` (n,) is True for the rows kept. A loss names the columns without numbers, and the times
-    of the rows before and after the group.
+    The array `rows` (n,) is True for the rows kept. A loss names the columns without numbers, and
+    the
+    times of the rows before and after the group.
     """
     lost = LossList()
     edges = np.flatnonzero(np.diff(rows.astype(np.int8), prepend=1, append=1))

@@ -1,4 +1,4 @@
-"""Bench with the columns, the layout and the period of the instrument that recorded a file."""
+"""Selection of the columns, layout and sample period of the instrument that recorded a file."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from frictool.logs.canonical.mcap_layout import NS
 
 @dataclass(frozen=True)
 class InstrumentBench:
-    """Bench of one file.
+    """Bench for one file.
 
     name: name of the instrument in the bench; None if the file belongs to no instrument.
-    bench: bench with the instrument's columns, layout and period.
-    ahead_ns: known lead of the instrument's clock in ns; 0 without `clock_offset`.
-    estimate: how to estimate the lead from the samples; None if the lead is known.
+    bench: bench with the instrument's columns, layout and sample period.
+    ahead_ns: known lead of the instrument's clock in ns; 0 if the bench has no `clock_offset`.
+    estimate: how to estimate this lead from the samples; None if it is not to be estimated.
     """
 
     name: str | None

@@ -1,4 +1,4 @@
-"""Table sampled at the bench's period; a sample is the latest value, as in an input register.
+"""Table sampled at the bench's period; each sample is the latest value, as in an input register.
 
 An oscilloscope samples far faster than the bench, and a logic analyser writes changes only. The log
 keeps the values that a controller with the bench's period would have read.
@@ -40,7 +40,7 @@ class LatchedTable(DerivedTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable); raise LogError if time decreases."""
+        """Yield blocks of rows (see RawTable.blocks); raise LogError if time decreases."""
         read = wanted if self._time is None else tuple(dict.fromkeys([*wanted, self._time[0]]))
         start = row = 0
         last: dict[str, float] | None = None

@@ -2,7 +2,7 @@
 
 A new preset is one record in PRESETS. A preset fits a log if a column matches each pattern of the
 preset's signature. If several presets fit, none is used. If the file does not determine the unit of
-a value, the user has to state it.
+a column, the user has to state it.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ NO_CHANNEL = ""
 
 
 class PresetColumn(NamedTuple):
-    """Entry of a preset, for all columns with one pattern of names.
+    """Entry of a preset for the columns whose names match a pattern.
 
     pattern: regular expression for the whole name of a column, in upper or lower case.
     channel: channel of these columns; NO_CHANNEL if the columns are not used.
     unit: unit of the values; OPEN if the user has to state it.
-    why: reason why the user has to state the unit; "" unless the unit is OPEN.
+    why: reason why the user may have to state the unit; "" if there is none.
     whole: True if the unit is right only for whole numbers.
     most: largest absolute value for which the unit is right.
     """
@@ -39,19 +39,20 @@ class PresetColumn(NamedTuple):
     most: float = np.inf
 
     def unit_of(self, values: Vector) -> str:
-        """Return the unit of these values; OPEN if the user has to state it."""
+        """Return the unit of these values (n,); OPEN if the user has to state it."""
         finite = values[np.isfinite(values)]
         fits = not self.whole or bool((finite == np.rint(finite)).all())
         return self.unit if fits and not self.exceeded(values) else OPEN
 
     def exceeded(self, values: Vector) -> bool:
-        """Return whether a value is too large for the unit."""
+        """Return True if a value is too large for the unit."""
         return bool((np.abs(values[np.isfinite(values)]) > self.most).any())
 
 
 class LoggerPreset(NamedTuple):
     """Preset for the logs of one maker's drives or robots.
 
+    title: name of the preset in messages.
     signature: patterns of names; only these logs have columns that match all of them.
     columns: entries for columns with known channels; other columns are judged by their names.
     absent: patterns of names that these logs do not have.
@@ -63,7 +64,7 @@ class LoggerPreset(NamedTuple):
     absent: tuple[str, ...] = ()
 
     def fits(self, names: Sequence[str]) -> bool:
-        """Return whether the preset fits a log with the columns `names`."""
+        """Return True if the preset fits a log with the columns `names`."""
 
         def found(pattern: str) -> bool:
             return any(_matches(pattern, name) for name in names)
@@ -85,7 +86,7 @@ class LoggerPreset(NamedTuple):
         }
 
     def column(self, name: str) -> PresetColumn | None:
-        """Return the entry for the column `name`, or None."""
+        """Return the entry for the column `name`; None if the preset does not know the column."""
         return next((one for one in self.columns if _matches(one.pattern, name)), None)
 
 
@@ -236,7 +237,7 @@ PRESETS = (
     ),
     LoggerPreset(
         "Franka (libfranka)",
-        # two names each: of the present and of the first versions of libfranka
+        # each pattern has the names of the present and of the first versions of libfranka
         (
             "time|duration",
             "success[_ ]rate",
@@ -259,7 +260,7 @@ PRESETS = (
 
 
 def preset_of(names: Sequence[str]) -> LoggerPreset | None:
-    """Return the preset of a log with these columns; None if none or several fit."""
+    """Return the preset of a log with these columns; None if no preset or several presets fit."""
     fitting = [one for one in PRESETS if one.fits(names)]
     return fitting[0] if len(fitting) == 1 else None
 

@@ -1,4 +1,4 @@
-"""Losses of one stream, collected while the stream is read; each has a time range and channels."""
+"""Collection of the losses of one stream, each with its channels and times, while it is read."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class DroppedRows(NamedTuple):
 
 
 class LossLedger:
-    """Collector of losses in the list `losses`; the next sample that is read ends a loss.
+    """Collector that appends losses to `losses`; a loss lasts until the next sample that is read.
 
-    named: column -> paths of the channels made from it.
+    named: column -> paths of the channels made from this column.
     every: paths of all channels.
     """
 
@@ -50,7 +50,7 @@ class LossLedger:
             inbox.clear()
 
     def reach(self, after: int) -> None:
-        """End the losses at the time, in ns, of the next sample."""
+        """End the current losses at the time [ns] of the next sample."""
         for loss in self._open:
             self._losses.append(replace(loss, end_s=after / NS))
         self._open.clear()
@@ -58,7 +58,7 @@ class LossLedger:
     def drop(
         self, dropped: list[DroppedRows], kept: Rows, time: Nanoseconds, before: int | None
     ) -> None:
-        """Record omitted rows of a block.
+        """Record rows of a block that are left out.
 
         kept: indices of the rows that are kept.
         time: times of the kept rows in ns.
@@ -80,7 +80,7 @@ class LossLedger:
                     self._open.append(loss)
 
     def close(self) -> None:
-        """Record the losses that have not ended; no sample follows."""
+        """Record the losses that last until the end of the stream."""
         for loss in self._open:
             self._losses.append(loss)
         self._open.clear()

@@ -53,7 +53,13 @@ MOST_RATIO = 30.0
 
 
 class ChannelSource(NamedTuple):
-    """Raw column of a channel: name in the file, entry in the bench and conversion to SI."""
+    """Raw column of a channel.
+
+    channel: channel or `time`.
+    name: name of the column in the file.
+    column: entry of the channel in the bench.
+    scale: conversion of the unit to SI.
+    """
 
     channel: str
     name: str
@@ -61,18 +67,18 @@ class ChannelSource(NamedTuple):
     scale: UnitScale
 
     def si(self, raw: Vector) -> Vector:
-        """Return raw values (n,) in SI units."""
+        """Convert raw values (n,) to SI."""
         return self.scale.si(raw * self.column.scale + self.column.offset)
 
 
 class ChannelMapper:
     """Mapping of a table's columns to one stream (implements StreamSource).
 
-    table: the table.
+    table: table of the raw file.
     bench: bench with the `columns` to map.
     columns: channel or `time` -> column of the bench, and its name in the table.
     topic: topic of the stream.
-    derive: True if `effort` is to be computed from the drive.
+    derive: True if `effort` is to be computed from the drive signal (current or voltage).
     period: expected sample period in s; None to accept any period.
 
     Raises LogError if a unit of the bench contradicts the unit in the file.
@@ -136,10 +142,11 @@ class ChannelMapper:
         )
 
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
-        """Yield the samples (see StreamSource).
+        """Yield the samples in blocks (see StreamSource).
 
-        Also raises LogError if times do not increase, if there are fewer than 2 samples, or if the
-        period differs from the expected period by more than 20 %.
+        In addition to StreamSource, raises LogError if times do not increase, if there are fewer
+        than
+        2 samples, or if the period differs from the expected period by more than a factor of 30.
         """
         self._begin()
         inbox: list[DataLoss] | None = [] if salvage else None
@@ -209,7 +216,7 @@ class ChannelMapper:
         dropped = []
         left = np.ones(next(iter(bad.values())).size, np.bool_)
         for name, mask in bad.items():
-            rows = np.flatnonzero(mask & left)  # a row without several numbers is one loss
+            rows = np.flatnonzero(mask & left)  # a row that lacks several numbers is counted once
             if rows.size:
                 dropped.append(
                     DroppedRows(f"column {name!r} has no finite number in this part", rows)
@@ -284,7 +291,7 @@ class ChannelMapper:
     def _counted(
         self, block: RowBlock, source: ChannelSource, rows: Rows, time: Nanoseconds, raw: Vector
     ) -> Vector:
-        """Return the counts of the encoder without wraps and resets of its counter."""
+        """Return the unbounded counts (n,); raise LogError at a count that cannot occur."""
         bits = self._bench.encoder.wrap_bits
         if bits is None:
             allowed = "at most 2^53 counts"
@@ -303,7 +310,7 @@ def _in_counts(source: ChannelSource) -> bool:
 
 
 def _scale(table: RawTable, bench: Bench, channel: str, name: str, column: Column) -> UnitScale:
-    """Return the conversion of a channel's scaled numbers to SI; check the file's unit."""
+    """Return the conversion of a channel to SI; raise LogError if the file states another unit."""
     unit = column.unit
     declared = table.units.get(name)
     dimension = CHANNEL_DIMENSIONS.get(channel, TIME)
@@ -348,7 +355,7 @@ def check_rate(
     """Return warnings about a stream's times; raise LogError if the period is wrong.
 
     wanted: expected period in s; None to accept any period.
-    same: True if the period may differ from the expected period by at most 20 %; False if by at
+    same: if True, the period may differ from the expected period by at most 20 %; if False, by at
         most a factor of 30.
     """
     period = 1.0 / base.rate_hz

@@ -1,6 +1,6 @@
-"""Columns of encoder counts, computed from the two recorded channels of an incremental encoder.
+"""Table with encoder counts computed from the two recorded channels of an incremental encoder.
 
-The counting is in kernels/quadrature.py.
+kernels/quadrature.py counts the transitions.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ class QuadratureTable(DerivedTable):
         return pick(self._table.names, wanted, self.source) if name is None else name
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column or encoder `wanted`; None if there is none."""
+        """Return the name of the encoder or column with this name, or number (from 1); or None."""
         if isinstance(wanted, str) and wanted in self._channels:
             return wanted
         return super().find(wanted)
 
     def findings(self) -> tuple[str, ...]:
-        """Return a message for each encoder with illegal transitions."""
+        """Return a warning for each encoder whose channels changed both at once."""
         return tuple(
             f"quadrature {name!r}: {bad} of {moves} transitions change both channels together; "
             "check that the sample rate exceeds four times the line rate, and that the threshold "
@@ -49,7 +49,7 @@ class QuadratureTable(DerivedTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable) with the counts of the encoders."""
+        """Yield blocks of rows (see RawTable.blocks), with the counts of the requested encoders."""
         from frictool.logs.kernels.quadrature import ILLEGAL, UNKNOWN, count_quadrature
 
         made = [name for name in wanted if name in self._channels]

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ColumnQuestion:
-    """Question to the user on the column or the unit of a channel.
+    """Question to the user about the column or the unit of a channel.
 
+    channel: channel or `time`.
     key: key of the bench that the user has to fill in, `column` or `unit`.
     candidates: columns or units from which the user chooses.
     why: reason why the file does not decide.
@@ -27,5 +28,5 @@ class ColumnQuestion:
 
 
 def alternatives(names: Sequence[str]) -> str:
-    """Return the names as `a, b or c`."""
+    """Join the names to a text such as `a, b or c`."""
     return " or ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

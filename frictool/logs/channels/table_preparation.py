@@ -1,4 +1,4 @@
-"""Preparation of tables before mapping, as the bench requires: zero offsets, quadrature, period.
+"""Preparation of tables as the bench requires: zero offsets, quadrature decoding, sample period.
 
 RawTable ──▶ ZeroedTable ──▶ QuadratureTable ──▶ LatchedTable ──▶ mapping
 """
@@ -28,10 +28,10 @@ FindingTexts = Callable[[], tuple[str, ...]]
 def prepare_tables(
     tables: Sequence[RawTable], bench: Bench
 ) -> tuple[tuple[RawTable, ...], list[FindingTexts]]:
-    """Return the prepared tables, and functions that return warnings once the tables are read.
+    """Return the prepared tables, and functions that return warnings after the tables are read.
 
-    With an encoder in `quadrature`, raises LogError if a channel is missing or if the file has
-    several tables.
+    If the bench has encoders in `quadrature`, raises LogError if one of their channels is missing
+    or if the file has several tables.
     """
     ready = tuple(zeroed(table, bench.columns) for table in tables)
     if not bench.quadrature:
@@ -45,7 +45,7 @@ def prepare_tables(
 
 
 def _latched(table: RawTable, bench: Bench) -> RawTable:
-    """Return the table at the bench's period; the same table if it has this period already."""
+    """Return the table sampled at the bench's period; the same table if it has this period."""
     time = None
     column = bench.columns.get("time")
     name = None if column is None else table.find(column.column)

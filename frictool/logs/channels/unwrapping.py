@@ -6,7 +6,7 @@ differ by a multiple of P give the same step of y; the shortest of these steps i
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
 The period is `encoder.wrap` or, for a position that is not in counts, the range of a counter of
-`encoder.wrap_bits` bits. A position that wraps without such a key in the bench is an error
+`encoder.wrap_bits` bits. If a position wraps although the bench has neither key, LogError is raised
 (quality/wrap_detection.py).
 """
 
@@ -23,7 +23,7 @@ from frictool.logs.quality.wrap_detection import WrapSearch
 from frictool.typing import Vector
 
 POSITION, REFERENCE = "position", "reference"
-SLACK = 0.01  # tolerance of the range of the numbers, relative to the period
+SLACK = 0.01  # tolerance of the range of the values, relative to the period
 
 
 class PeriodicSignal:
@@ -39,8 +39,8 @@ class PeriodicSignal:
     def follow(self, shown: Vector) -> Vector:
         """Remove the wraps from the next samples `shown` (n,); return the unwrapped samples (n,).
 
-        Raises ValueError if the values cover more than one period and a step exceeds half a period;
-        the period is then wrong.
+        Raises ValueError if the values cover more than one period and a step exceeds half a period,
+        because the period is then wrong.
         """
         if not shown.size:
             return shown
@@ -86,9 +86,9 @@ class Unwrapping:
     def follow(self, channel: str, shown: Vector) -> Vector:
         """Return the next samples (n,) of a channel without wraps.
 
-        shown: (n,) raw values: counts if the position is in counts, else rad or m.
+        shown: raw values (n,): counts if the position is in counts, else rad or m.
 
-        Raises LogError if the values cover more than one period; the period is then wrong.
+        Raises LogError if the values cover more than one period, because the period is then wrong.
         """
         if channel not in self._periodic:
             return shown
@@ -102,16 +102,16 @@ class Unwrapping:
             ) from None
 
     def check(self, time: Vector, position: Vector) -> None:
-        """Raise LogError if the next samples of the position have an undeclared wrap.
+        """Raise LogError if the next positions contain a wrap that the bench does not declare.
 
-        time: (n,) in s.
-        position: (n,) in rad or m.
+        time: times (n,) in s.
+        position: positions (n,) in rad or m.
         """
         self._wraps.take(time, position)
         self._refuse()
 
     def finish(self) -> None:
-        """Check the last samples of the position; raise LogError at an undeclared wrap."""
+        """Check the last samples of the position in the same way as `check`."""
         self._wraps.finish()
         self._refuse()
 

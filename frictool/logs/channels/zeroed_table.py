@@ -1,4 +1,4 @@
-"""Subtraction of the zero offset of a column: the mean of the column's first samples.
+"""Subtraction of the zero offset of a column, which is the mean of the column's first samples.
 
 An example is the offset of an amplifier, recorded while nothing moves.
 """
@@ -17,9 +17,9 @@ from frictool.logs.raw_table import DataLoss, DerivedTable, LostColumnError, Raw
 
 
 class ZeroedTable(DerivedTable):
-    """Table from which the zero offsets of the columns in `counts` are subtracted.
+    """Table whose columns in `counts` have their zero offsets subtracted.
 
-    counts: column -> number of finite values, from the first on, that are averaged.
+    counts: column -> number of finite values, from the first on, whose mean is the offset.
     """
 
     def __init__(self, table: RawTable, counts: Mapping[str, int]) -> None:
@@ -29,7 +29,7 @@ class ZeroedTable(DerivedTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable), with the zero offset subtracted from each column."""
+        """Yield blocks of rows (see RawTable.blocks), with the zero offsets subtracted."""
         zeros = {name: self._zero(name, losses) for name in wanted if name in self._counts}
         for block, done in self._table.blocks(wanted, losses):
             columns = {
@@ -41,8 +41,8 @@ class ZeroedTable(DerivedTable):
     def _zero(self, name: str, losses: list[DataLoss] | None) -> float:
         """Return the mean of the first values, from a separate reading that stops early.
 
-        If there are too few values, the mean of all values is returned and a note is appended to
-        `losses`. Raises LogError if there is no value, or if a note is needed and `losses` is None.
+        If there are too few values, their mean is returned and a note is appended to `losses`; if
+        `losses` is None, LogError is raised. Without any value, LogError is raised in both cases.
         """
         wanted = self._counts[name]
         samples = np.empty(0)
@@ -70,9 +70,9 @@ class ZeroedTable(DerivedTable):
 
 
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
-    """Return the table without the zero offsets of the columns with `zero_first_samples`.
+    """Return the table with the zero offsets of columns with `zero_first_samples` subtracted.
 
-    A column that may lie in damaged data is not changed; `bind` reports the column.
+    A column that may be in the damaged part of the file is not changed; `bind` reports it.
     """
     counts: dict[str, int] = {}
     for one in columns.values():

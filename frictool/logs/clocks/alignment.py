@@ -1,4 +1,4 @@
-"""Clock offset between two files, from signals that both have recorded (clock_offset.py)."""
+"""Clock offset between two files, from a quantity that both files contain (clock_offset.py)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frictool.logs.stream_source import StreamSource
 from frictool.typing import Vector
 
 CLOCK_OFFSET = (
-    "clock_offset"  # metadata record: topic -> lead of its clock, and the source of this value
+    "clock_offset"  # metadata record: topic -> lead of the stream's clock, and how it is known
 )
 MOST_SAMPLES = 1_000_000  # maximum number of samples compared, from the start of each stream
 
@@ -21,6 +21,9 @@ def aligned(
     reference: StreamSource, flow: StreamSource, estimate: ClockEstimate, reference_ahead_ns: int
 ) -> tuple[int, str]:
     """Return the lead in ns of the clock of `flow`, and a text that says how it was estimated.
+
+    reference: stream with the same quantity, in the log's first file.
+    reference_ahead_ns: lead in ns of the clock of `reference` before the log's clock.
 
     Raises LogError if the samples do not determine the lead, or if both streams are from one file.
     """

@@ -10,7 +10,7 @@
                                           = -lag x'(t). A Theil-Sen line through the lags gives
                                           offset and drift.
 
-clock_offset.py estimates one offset of two whole records, with its confidence interval.
+clock_offset.py estimates a constant offset between two whole records, with its confidence interval.
 
 With an offset of b seconds, the second clock shows t + b when the first shows t. With a drift of d,
 the second clock gains d seconds per second.
@@ -31,13 +31,13 @@ from frictool.typing import Vector
 
 WINDOWS = 12  # number of windows of a long record
 FEWEST_SAMPLES = 64  # least number of samples of a window
-LONGEST_LAG = 0.25  # largest lag relative to the window
+LONGEST_LAG = 0.25  # largest lag, relative to the length of a window
 ALIKE = 0.8  # least correlation of a window whose lag is used
 SMOOTH = 64  # length of a window, relative to the length of the moving mean
 PASSES = 4  # number of refinements of offset and drift
-FEWEST_MESSAGES = 100  # least number of messages for a finding
+FEWEST_MESSAGES = 100  # least number of messages for a warning
 CLEAR = 3.0  # least total drift, relative to the mean delay minus the shortest delay
-FEWEST = 3  # least number of windows for a drift; one or two give an offset only
+FEWEST = 3  # least number of windows for a drift; one or two windows give only an offset
 
 
 LagOf = Callable[[Vector, Vector], tuple[float, float]]
@@ -63,9 +63,9 @@ class ClockDrift:
 def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
     """Return offset and drift of the receiver's clock relative to the sender's clock.
 
-    Returns None if all messages were sent at the same time.
-
     sent, received: times (n,) in ns of the messages, in order.
+
+    The result is None if all messages were sent at the same time.
     """
     middle = int((int(sent[0]) + int(sent[-1])) // 2) if sent.size else 0
     first = int(received[0] - sent[0]) if sent.size else 0
@@ -93,7 +93,7 @@ def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
 
 
 class ClockPair:
-    """Messages dated by two clocks, at most LONGEST of them."""
+    """Collector of messages that two clocks have dated; at most LONGEST messages are kept."""
 
     def __init__(self) -> None:
         self._sent: list[Nanoseconds] = []
@@ -108,8 +108,10 @@ class ClockPair:
     def finding(self, clock: str | None, period: float) -> str | None:
         """Return a warning if the clocks drift apart, else None.
 
-        A warning requires that the clocks drift apart by more than `period` [s] during all
-        messages, and that delays cannot explain this drift.
+        clock: name of the sender's clock.
+        period: sample period in s; a smaller drift over the whole log gives no warning.
+
+        There is also no warning if varying delays of the messages can explain the drift.
         """
         sent = np.concatenate(self._sent) if self._sent else np.empty(0, np.int64)
         drift = (
@@ -132,8 +134,8 @@ class ClockPair:
 def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:
     """Return offset and drift of the clock of `other` relative to the clock of `one`.
 
-    The two records of the signal `name` are compared. Returns None if the records correlate for too
-    short a time.
+    The two records of the signal `name` are compared. The result is None if the records overlap or
+    correlate for too short a time.
     """
     period = max(one.period, other.period)
     low, high = max(one.time[0], other.time[0]), min(one.time[-1], other.time[-1])
@@ -159,8 +161,8 @@ def _line(
 ) -> ClockDrift | None:
     """Return offset and drift of the line through the lags of the windows.
 
-    grid: (n,) times of the samples `ours` (n,) in s.
-    ahead: (n,) assumed lead of the second clock in s; `theirs` (n,) is sampled at grid + ahead.
+    grid: times (n,) in s of the samples `ours` (n,).
+    ahead: assumed lead (n,) of the second clock in s; `theirs` (n,) is sampled at grid + ahead.
     """
     period = float(grid[1] - grid[0])
     rows = max(FEWEST_SAMPLES, grid.size // WINDOWS)

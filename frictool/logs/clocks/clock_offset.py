@@ -9,9 +9,9 @@ squares of e, with |tau| <= most.
 Both signals get the same smoothing first. Without it, the estimate of tau would be biased, because
 linear interpolation reduces the noise of x between the samples.
 
-The variance of tau follows from the slope s = b x', without the part that a and b can compensate.
-Because e is not white, the variance also contains the autocovariance of s e, up to the first lag k
-at which it is negative:
+The variance of tau is computed from the slope s = b x', without the part that a and b can
+compensate. Because e is not white, the variance also contains the autocovariance of s e, up to the
+first lag k at which it is negative:
 
     var tau = sum_k sum_i (s e)_i (s e)_{i+k} / (sum_i s_i^2)^2
 """
@@ -25,19 +25,19 @@ import scipy
 
 from frictool.typing import Vector
 
-FEWEST = 50  # least number of common samples
+FEWEST = 50  # least number of samples of y for which x is known at all allowed offsets
 MOST = 20_000  # maximum number of samples; of a longer record, every n-th sample is used
 SMOOTHED = 2.0  # standard deviation of the smoothing, in samples of the slower signal
 LEAST_EXPLAINED = 0.5  # least explained share of the variance of y
-AS_GOOD = 1.5  # largest sum of squares of an offset that fits as well, relative to the least sum
+AS_GOOD = 1.5  # an offset fits equally well up to this multiple of the least sum of squares
 NORMAL_95 = 1.96  # standard deviations of a 95 % interval
 
 
 class ClockOffset(NamedTuple):
-    """Estimated offset between two clocks, from one quantity that both instruments recorded.
+    """Estimated offset between two clocks, from a quantity that both instruments recorded.
 
     value: time in s by which the second clock leads the first.
-    low, high: bounds in s of the 95 % interval of `value`.
+    low, high: bounds in s of the 95 % confidence interval of `value`.
     explained: share of the second signal's variance that the shifted first signal explains.
     """
 
@@ -48,13 +48,13 @@ class ClockOffset(NamedTuple):
 
 
 def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> ClockOffset:
-    """Return the time tau by which the clock of y leads the clock of x.
+    """Return the time by which the clock of y leads the clock of x, with its confidence interval.
 
-    Raises ValueError, with a message for users, if the signals do not determine the offset.
-
-    t, x: (n,) times in s, by the first clock, and values of the quantity.
-    u, y: (m,) times in s, by the second clock, and values of the quantity.
+    t, x: times (n,) in s of the first clock, and values (n,) of the quantity.
+    u, y: times (m,) in s of the second clock, and values (m,) of the quantity.
     most: largest absolute offset in s.
+
+    Raises ValueError if the signals do not determine the offset.
     """
     within = np.flatnonzero((u - most >= t[0]) & (u + most <= t[-1]))
     if within.size < FEWEST:

@@ -15,9 +15,9 @@ from frictool.logs.raw_table import Nanoseconds
 
 
 def increasing(time: Nanoseconds, after: int | None) -> NDArray[np.intp]:
-    """Return the indices (m,) of a longest strictly increasing subsequence of the times (n,) in ns.
+    """Return the indices (m,) of a longest strictly increasing subsequence of times (n,) in ns.
 
-    All times of the subsequence are later than `after`, if it is not None.
+    after: time in ns before all times of the subsequence; None for no limit.
     """
     ends: list[int] = []  # smallest last time of a subsequence of each length
     indices: list[int] = []

@@ -1,7 +1,7 @@
-"""Resampling of streams with different time bases to one grid, without extrapolation.
+"""Resampling of streams with different time bases to one time grid, without extrapolation.
 
-    held      a command, or a drive that changes once per control period, keeps its value until the
-              next sample: the resampled value is the last sample at or before each time
+    held      a command, or a drive signal that changes once per control period, keeps its value
+              until the next sample: the resampled value is the last sample at or before each time
     linear    every other signal is interpolated between the samples around each time
 
 The grid begins, to the ns, at the first time at which every stream has a sample. It ends at the
@@ -31,11 +31,11 @@ RESAMPLED = "resampled"
 
 @dataclass(frozen=True)
 class GridField:
-    """One field of the resampled stream.
+    """Field of the resampled stream.
 
     stream: index of the original stream.
     field: index of the field in the original stream.
-    is_held: True if the last value is kept until the next sample, False if values are interpolated.
+    is_held: True if a value is kept until the next sample, False if values are interpolated.
     """
 
     stream: int
@@ -45,7 +45,7 @@ class GridField:
 
 @dataclass(frozen=True)
 class ResamplingGrid:
-    """Resampled stream `/axis`.
+    """Layout of the resampled stream `/axis`.
 
     head: header of the resampled stream.
     parts: origin of each field of the resampled stream.
@@ -62,8 +62,8 @@ class ResamplingGrid:
 def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) -> ResamplingGrid:
     """Return the layout of the resampled stream, which has the fields of all streams.
 
-    derived: topics of streams with an effort that is computed from the drive; such an effort keeps
-        its value until the next sample, as a drive does.
+    derived: topics of streams with an effort that is computed from the drive signal; such an effort
+        keeps its value until the next sample, as the drive signal does.
     """
     fields: list[str] = []
     units: list[str] = []
@@ -105,7 +105,7 @@ def resampled(
 ) -> Iterator[SampleBlock]:
     """Yield the resampled stream in blocks.
 
-    The memory holds only the samples that are needed for later grid times.
+    Only the samples that are needed for later grid times are kept in memory.
     """
     kept: list[SampleBlock | None] = [None] * len(streams)
     start: int | None = None

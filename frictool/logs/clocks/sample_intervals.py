@@ -1,8 +1,8 @@
 """Time base of a stream that is read block by block, without keeping its times.
 
-The intervals are counted in classes that are 0.1 % wide. Each class sums the differences between
-its intervals and the stream's first interval, and the squares of these differences. The period is
-the mean of the class that contains the median. If all intervals are equal, the period is exact.
+The intervals are counted in classes that are 0.1 % wide. For each class, the differences between
+its intervals and the stream's first interval are summed, and their squares, too. The period is the
+mean of the class that contains the median. If all intervals are equal, the period is exact.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ CLASSES = math.ceil(math.log(2.0**63) / WIDTH) + 1
 
 
 class SampleIntervals:
-    """Sample intervals of one stream, collected block after block."""
+    """Statistics of the sample intervals of one stream, collected block after block."""
 
     def __init__(self) -> None:
         self.samples = 0
@@ -31,7 +31,7 @@ class SampleIntervals:
         self._squares = np.zeros(CLASSES)  # ns^2, sum of (interval - reference)^2
 
     def add(self, time: Nanoseconds) -> None:
-        """Add times (n,) in ns that follow the previous ones, strictly increasing."""
+        """Add times (n,) in ns, strictly increasing, that follow the previous ones."""
         if not time.size:
             return
         intervals = np.diff(time, prepend=self.last_ns) if self.samples else np.diff(time)

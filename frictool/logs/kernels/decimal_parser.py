@@ -2,13 +2,13 @@
 
     text = digits [mark digits] [e exponent]  ->  w * 10^q,  w: the digits as an integer
 
-Two fast methods are tried. Python converts a text for which both are undecided.
+Two fast methods are tried. If neither gives a certain result, Python converts the text.
 
 - w < 2^53 and |q| <= 22: both factors are doubles, so that one multiplication or division rounds
   once (W. D. Clinger, 1990).
 - Otherwise, the leading 64 bits of w * 5^q are computed from a table of the leading 64 bits of the
   powers. Truncation of the table changes the product by less than 2 units of its last bit. The
-  rounding is therefore undecided only if the product is within 2 units of the middle between two
+  rounding is therefore uncertain only if the product is within 2 units of the middle between two
   doubles, about once in 500 (D. Lemire, 2021).
 """
 
@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 from frictool.runtime.kernels import inner_kernel, kernel
 
-# status of a text: exact value; number that Python has to round; not a number
+# status of a text: value rounded exactly; number that Python has to convert; not a number
 NUMBER, UNDECIDED, NO_NUMBER = range(3)
 
 MOST_DIGITS = 19  # maximum number of digits: 10^19 < 2^64
-# powers of ten without underflow or overflow for any 19 digits
+# powers of ten that cause neither underflow nor overflow with up to 19 digits
 LOWEST, HIGHEST = -300, 288
 LARGEST_EXPONENT = 100_000  # limit at which an exponent is clamped; Python then gives 0 or inf
 
@@ -136,7 +136,10 @@ def _exponent(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
 def scan_number(text: NDArray[np.uint8], at: int, mark: int) -> tuple[float, int, int]:
     """Return (value, end, status) of the number that begins at `text[at]`.
 
-    `mark` is the byte before the decimals. The text must end with a byte that no number contains.
+    text: bytes (n,); the last byte must not be part of a number.
+    mark: byte before the decimals.
+
+    The end is the index after the number; the status is NUMBER, UNDECIDED or NO_NUMBER.
     """
     negative = text[at] == MINUS
     if negative or text[at] == PLUS:

@@ -5,7 +5,7 @@
     D.M.YYYY hh:mm[:ss[.fff...]] [AM|PM]                 the caller says whether the day or the
                                                          month comes first
 
-A date may have `-`, `/` or `.` between its parts.
+Year, month and day may be separated by `-`, `/` or `.`.
 
 Days are counted by the civil calendar from 1 March, so that the leap day is the last of a year (H.
 Hinnant, chrono-compatible date algorithms).
@@ -41,9 +41,9 @@ def _whole(text: NDArray[np.uint8], at: int, length: int) -> int:
 
 @kernel
 def days_of(year: int, month: int, day: int) -> int:
-    """Return the days from 1970-01-01 to a date, or NO_DATE.
+    """Return the number of days from 1970-01-01 to a date.
 
-    NO_DATE means that the date does not exist or is not between FIRST_YEAR and LAST_YEAR.
+    The result is NO_DATE if the date does not exist or is not between FIRST_YEAR and LAST_YEAR.
     """
     if not (FIRST_YEAR <= year <= LAST_YEAR and 1 <= month <= 12 and day >= 1):
         return NO_DATE
@@ -64,14 +64,17 @@ def days_of(year: int, month: int, day: int) -> int:
 
 @kernel
 def _one_or_two(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
-    """Return (number in one or two digits at `at`, index after it); the number is -1 if none."""
+    """Return (number in the one or two digits at `at`, index after it); -1 without digits."""
     length = 2 if _whole(text, at, 2) >= 0 else 1
     return _whole(text, at, length), at + length
 
 
 @kernel
 def scan_date(text: NDArray[np.uint8], at: int, order: int) -> tuple[int, int]:
-    """Return (days since 1970-01-01 or NO_DATE, end) of the date that begins at `text[at]`."""
+    """Return (days since 1970-01-01 or NO_DATE, index after the date) of the date at `text[at]`.
+
+    order: order of the parts of the date (YEAR_FIRST, DAY_FIRST, MONTH_FIRST).
+    """
     year = _whole(text, at, 4)
     first, after = (year, at + 4) if year >= 0 else _one_or_two(text, at)
     mark = text[after]
@@ -93,12 +96,13 @@ def scan_date(text: NDArray[np.uint8], at: int, order: int) -> tuple[int, int]:
 
 @kernel
 def scan_stamp(text: NDArray[np.uint8], at: int, comma: bool, order: int) -> tuple[int, int, int]:
-    """Return (ns, end, NUMBER or NO_NUMBER) of the time stamp that begins at `text[at]`.
+    """Return (time in ns, end, NUMBER or NO_NUMBER) of the time stamp at `text[at]`.
 
-    The text must end with a byte that no stamp contains.
-
+    text: bytes (n,); the last byte must not be part of a time stamp.
     comma: True if a comma may precede the fraction of a second; False if a comma ends a cell.
     order: order of the parts of a date (YEAR_FIRST, DAY_FIRST, MONTH_FIRST).
+
+    The end is the index after the time stamp.
     """
     days = 0
     if _whole(text, at, 2) < 0 or text[at + 2] != COLON:

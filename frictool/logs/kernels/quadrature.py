@@ -30,12 +30,11 @@ def count_quadrature(
     state: NDArray[np.int64],
     counts: NDArray[np.float64],
 ) -> None:
-    """Fill `counts` (n,) with the counts at the samples of the channels a, b (n,).
+    """Fill `counts` (n,) with the counts at the samples a, b (n,) of the channels A and B.
 
-    A channel becomes high at samples >= `high`, and low at samples <= `low`; low <= high. A sample
-    that is not finite does not change the level.
-
-    state: (4,) levels of A and B, count, and number of illegal transitions, updated in place;
+    low, high: thresholds, low <= high. A channel becomes high at a sample >= `high` and low at a
+        sample <= `low`. A sample that is not finite does not change the level.
+    state: levels of A and B, count, and number of illegal transitions (4,), updated in place;
         (UNKNOWN, UNKNOWN, 0, 0) before the first block.
     """
     for k in range(a.size):

@@ -1,7 +1,7 @@
-"""Conversion of text rows to numbers: quoted or plain cells between delimiters, in one pass.
+"""Conversion of rows of text to numbers, in one pass; cells may be quoted.
 
 The bytes may have any encoding that contains ASCII (UTF-8, Latin-1). A cell that is not a plain
-number is listed as an issue, which the caller judges.
+number is listed as an issue; the caller decides what to do with it.
 
     text ──▶ cell ──▶ slot >= 0: values[slot, row]     issue CELL: no plain number; the cell is
                                                        text[start:stop]
@@ -23,8 +23,8 @@ from frictool.logs.kernels.iso8601 import COMMA, scan_stamp
 from frictool.logs.kernels.pointer import pointer_to
 from frictool.runtime.kernels import inner_kernel, kernel
 
-NO_STAMP = -1  # value of `dates` for a cell that is a number
-SKIP, STAMP = -1, -2  # slots of a column that is ignored, and of one with time stamps
+NO_STAMP = -1  # value of the argument `dates` if a cell is read as a number
+SKIP, STAMP = -1, -2  # slot of a column that is ignored, and of a column of time stamps
 CELL, ROW, CUT = 0, 1, 2  # kinds of issues
 ISSUE_FIELDS = 6  # row, kind, line, column (of a CELL) or number of cells (of a ROW), start, stop
 BLANK, TAB, FEED, RETURN, QUOTE = 32, 9, 10, 13, 34
@@ -34,11 +34,11 @@ PADDING = 64  # line feeds after the end of the text, which the scanner may read
 class ScanProgress(NamedTuple):
     """Progress of a scan.
 
-    rows: number of rows filled in total.
+    rows: total number of rows filled in the arrays of values.
     used: number of bytes read.
     lines: number of lines read.
     issues: number of rows filled in the array `issues`.
-    last_line: number of the text line on which the last row is.
+    last_line: number of the text line with the last row.
     """
 
     rows: int
@@ -79,10 +79,9 @@ def _past_cell(text: NDArray[np.uint8], at: int, end: int, delimiter: int) -> tu
 def _scan(
     text: NDArray[np.uint8], at: int, delimiter: int, mark: int, dates: int
 ) -> tuple[float, int, int, bool]:
-    """Return (value, ns, end, plain) of the cell at `at`, read as a number or a stamp.
+    """Return (value, time in ns, end, plain) of the cell at `at`, a number or a time stamp.
 
-    dates: order of the parts of a stamp's date; NO_STAMP for a number.
-
+    dates: order of the parts of a stamp's date; NO_STAMP if the cell is read as a number.
     plain: True if the whole cell is a number or a stamp.
     """
     value = 0.0
@@ -111,7 +110,7 @@ def _ends_line(byte: int) -> bool:
 
 @inner_kernel
 def _next_cell(text: NDArray[np.uint8], at: int, delimiter: int) -> tuple[int, bool]:
-    """Return (start of the next cell, True if it is in the same row); `at`: end of a cell."""
+    """Return (start of the next cell, True if it is in the same row); `at` is the end of a cell."""
     if _ends_line(text[at]):
         return at, False
     after = _over_blanks(text, at if delimiter == BLANK else at + 1, delimiter)
@@ -159,15 +158,16 @@ def read_rows(
 ) -> ScanProgress:
     """Read whole rows from the start of the text until the text, `values` or `issues` is exhausted.
 
-    buffer: (end + PADDING,) the text, followed by line feeds from index `end` on.
+    buffer: text of `end` bytes, followed by PADDING line feeds.
     last: True if nothing follows the text. If False, a row that reaches the end is left for the
         next call.
     delimiter: byte between cells; BLANK stands for any number of blanks and tabs.
     mark: byte before decimals.
-    slots: (columns,) row of `values` for each column, or STAMP or SKIP.
-    values: (slots, rows), filled from column `row` on; NaN for each CELL issue.
-    stamps: (rows,) times in ns, filled from `row` on; (0,) if no column has time stamps.
-    issues: (m, ISSUE_FIELDS), filled with the issues; m > columns + 1.
+    slots: row of `values` for each column of the text (columns,), or STAMP or SKIP.
+    values: numbers (slots, rows), filled from index `row` of the second axis on; NaN for each CELL
+        issue.
+    stamps: times (rows,) in ns, filled from index `row` on; (0,) if no column has time stamps.
+    issues: array (m, ISSUE_FIELDS), filled with the issues; m > columns + 1.
     dates: order of the parts of a stamp's date (iso8601.py).
     """
     columns = slots.size

@@ -21,10 +21,10 @@ SPEEDING = 2.0  # factor on the top speed
 SLACK_COUNTS = 2.0  # counts added to the allowed step
 WRAP_BITS = range(8, 33)  # bits that encoder.wrap_bits allows
 ALONE = 10.0  # least ratio of an isolated step to its neighbours
-RARE = 3.0  # least ratio of an isolated step to the quantile ORDINARY of all steps
+RARE = 3.0  # least ratio of an isolated step to the quantile of all steps at level ORDINARY
 ORDINARY = 0.99  # quantile level
 JUMPS = "the position jumps"  # first words of a warning about jumps
-FEWEST_WRAPS = 2  # least number of equal jumps that are wraps; a single one may be lost counts
+FEWEST_WRAPS = 2  # least number of equal jumps that are wraps; a single jump may be lost counts
 FEWEST_RESETS = 3  # least number of jumps to one value that are index resets
 
 
@@ -32,16 +32,16 @@ def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
     """Return the longest step (n,) in counts that motion can cause in each interval.
 
     top_speed: top speed of the axis in rad/s or m/s.
-    intervals: (n,) times between successive samples in s.
+    intervals: times (n,) between successive samples in s.
     resolution: size of one count in rad or m.
     """
     return np.asarray(SPEEDING * top_speed * intervals / resolution + SLACK_COUNTS)
 
 
 def lone(steps: Vector) -> NDArray[np.bool_]:
-    """Return a mask (n,), True at each jump, by the rule for an unknown top speed.
+    """Return a mask (n,) that is True at each jump, by the rule for an unknown top speed.
 
-    steps: (n,) differences of successive samples in counts.
+    steps: differences (n,) of successive samples in counts.
     """
     size = np.abs(steps)
     if size.size < 3 or size.max() <= ALONE * SLACK_COUNTS:
@@ -53,13 +53,14 @@ def lone(steps: Vector) -> NDArray[np.bool_]:
 
 @dataclass
 class PositionJumps:
-    """Jumps of one position in counts, collected block after block.
+    """Jumps of one position, collected block after block.
 
     count: number of jumps.
-    first_s, first_counts: time in s and length of the first jump.
-    shortest, longest: absolute lengths of the shortest and the longest jump.
+    first_s, first_counts: time in s and length in counts of the first jump.
+    shortest, longest: absolute lengths of the shortest and the longest jump in counts.
     lowest_landing, highest_landing: smallest and largest counter value after a jump.
     slack: largest part of a jump, in counts, that may be motion.
+    unwrapped: True if the wraps of the counter were removed before.
     """
 
     count: int = 0
@@ -73,12 +74,12 @@ class PositionJumps:
     unwrapped: bool = False  # True if the wraps of the counter have been removed before
 
     def take(self, time: Vector, steps: Vector, landings: Vector, slack: float) -> None:
-        """Add jumps (m,).
+        """Add m jumps.
 
-        time: (m,) in s.
-        steps: (m,) lengths in counts.
-        landings: (m,) counter values after the jump.
-        slack: largest part of a jump that may be motion, in counts.
+        time: times (m,) of the jumps in s.
+        steps: lengths (m,) of the jumps in counts.
+        landings: counter values (m,) after the jumps.
+        slack: largest part of a jump, in counts, that may be motion.
         """
         if not steps.size:
             return
@@ -122,7 +123,7 @@ class PositionJumps:
     def text(self) -> str | None:
         """Return a line with the number of jumps, the first jump and a likely cause.
 
-        Returns None if there is no jump.
+        The result is None if there is no jump.
         """
         if not self.count:
             return None

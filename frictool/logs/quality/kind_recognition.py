@@ -7,8 +7,8 @@ The kind decides which parameters can be identified.
             rests at one position after the other
     ramp    the axis rests for most of the time; during each rest the effort rises from a low level
             along a line until the axis starts (ramps.py)
-    sines   a few spectral lines contain nearly all power of the reference's acceleration (without a
-            reference: of the drive; without a drive: of the position)
+    sines   a few spectral lines contain nearly all power of the reference's acceleration; if there
+            is no reference, of the drive signal; if there is neither, of the position
     stroke  the axis moves in one direction, or in one direction and back
     free    any other motion
 """
@@ -26,14 +26,14 @@ from frictool.logs.quality.time_base import encoder_step
 from frictool.typing import Vector
 
 Kind = Literal["rest", "steps", "ramp", "sines", "stroke", "free"]  # keys of KINDS (log_kinds.py)
-STILL_COUNTS = 1.5  # counts, largest motion at rest
-STILL_SHARE = 1e-3  # largest motion at rest, relative to the range (noise of the encoder)
+STILL_COUNTS = 1.5  # largest motion at rest, in encoder counts
+STILL_SHARE = 1e-3  # largest motion at rest (encoder noise), relative to the position's range
 FEW_JUMPS = 0.02  # largest number of reference jumps relative to the number of samples
 # number of spectral lines, and their least share of the power
 LINES = 12
 PURE = 0.9
 LOBE = 2  # bins on each side of a line that a Hann window fills
-FEWEST_BINS = 64  # least number of bins of a spectrum, divided by LOBE
+FEWEST_BINS = 64  # a spectrum needs at least FEWEST_BINS * LOBE bins
 GRID_POINTS = 500  # samples at which the path length is evaluated
 ONE_WAY_AND_BACK = 2.2  # largest path of a stroke, relative to the position's range
 
@@ -80,9 +80,9 @@ def kind_of(stream: Stream) -> Kind | None:
 
 
 def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
-    """Return the rests as (first sample, first sample after).
+    """Return (first sample, index after the last sample) of each time of rest.
 
-    A rest is a time of at least REST samples in which the position stays within `still`.
+    The axis rests while the position stays within `still` for at least REST samples.
     """
     half = REST // 2
     spread = sliding_maximum(position, REST, half) + sliding_maximum(-position, REST, half)
@@ -92,7 +92,7 @@ def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
 
 
 def _is_lines(values: Vector) -> bool:
-    """Return whether LINES spectral lines contain at least the share PURE of the power."""
+    """Return True if LINES spectral lines contain at least the share PURE of the power."""
     window = np.hanning(values.size)
     power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2
     total = float(power.sum())

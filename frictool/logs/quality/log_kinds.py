@@ -1,4 +1,4 @@
-"""Kinds of test, which kind_recognition.py distinguishes, and their descriptions for users."""
+"""Kinds of test that kind_recognition.py distinguishes, and their descriptions for users."""
 
 from __future__ import annotations
 

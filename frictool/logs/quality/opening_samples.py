@@ -11,7 +11,7 @@ LONGEST = 1 << 18  # maximum number of samples kept
 
 
 class OpeningSamples:
-    """First samples of a stream, collected block after block; `head` is the stream's header."""
+    """First samples of the stream with header `head`, collected block after block."""
 
     def __init__(self, head: StreamHeader) -> None:
         self._head = head
@@ -19,7 +19,7 @@ class OpeningSamples:
         self._samples = 0
 
     def take(self, piece: SampleBlock) -> None:
-        """Add samples that follow the previous ones."""
+        """Add samples that follow the previous ones; samples beyond LONGEST are ignored."""
         left = LONGEST - self._samples
         if left > 0:
             self._pieces.append(piece.part(0, left))

@@ -12,7 +12,7 @@ MOST = 1 << 17
 
 
 class DistinctValues:
-    """Distinct values of one signal; no more are collected once there are MOST values."""
+    """Collector of the distinct values of one signal; it stops when it has MOST values."""
 
     def __init__(self) -> None:
         self._values: Vector = np.empty(0)
@@ -29,5 +29,5 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the largest step of which all values are multiples; None if there is no step."""
+        """Return the largest step of which all values are multiples; None if there is none."""
         return encoder_step(self._values) if self._values.size else None

@@ -26,21 +26,21 @@ STRAIGHT = 0.8  # least squared correlation of drive and time in the second half
 # from 0 has 0.5
 RISE = 0.25
 FEWEST_RAMPS = 5  # least number of ramps
-RAMP_SHARE = 0.75  # least time of the ramps, relative to the time of all rests that end in motion
-REST_SHARE = 0.5  # least time of the rests, relative to the time of the log
+RAMP_SHARE = 0.75  # least duration of all ramps, relative to that of all rests that end in motion
+REST_SHARE = 0.5  # least duration of all rests, relative to the duration of the log
 
 
 def rests_of(moved: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return (first sample, first sample after) of each rest of at least REST samples.
+    """Return (first sample, index after the last sample) of each rest of at least REST samples.
 
-    moved: (n - 1,) True if the position changes between two samples.
+    moved: array (n - 1,) that is True where the position changes between two samples.
     """
     edges = [0, *(np.flatnonzero(moved) + 1).tolist()]
     return [(start, end) for start, end in itertools.pairwise(edges) if end - start >= REST]
 
 
 def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector) -> bool:
-    """Return whether the log consists of breakaway ramps (parameters: see `ramps_among`)."""
+    """Return True if the log consists of breakaway ramps (parameters: see `ramps_among`)."""
     length = np.array([end - start for start, end in rests])
     if np.sum(length) < REST_SHARE * position.size:
         return False
@@ -55,11 +55,11 @@ def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector)
 def ramps_among(
     rests: Sequence[tuple[int, int]], position: Vector, drive: Vector
 ) -> NDArray[np.bool_]:
-    """Return a mask (m,), True at each rest that is a breakaway ramp.
+    """Return a mask (m,) that is True at each rest that is a breakaway ramp.
 
-    rests: (first sample, first sample after) of each rest, at least `REST` samples long.
-    position: (n,) in any unit.
-    drive: (n,) effort, current or voltage in any unit.
+    rests: (first sample, index after the last sample) of each of m rests of at least REST samples.
+    position: position (n,) in any unit.
+    drive: effort, current or voltage (n,) in any unit.
 
     If the axis starts in both directions, the constant part of the drive, from a load or a sensor's
     offset, is estimated and subtracted.
@@ -95,7 +95,7 @@ def _line(drive: Vector) -> tuple[float, float, float]:
 
 
 def _zero(level: Vector, direction: Vector) -> float:
-    """Return the constant part of the drive; 0 if all starts have one direction."""
+    """Return the constant part of the drive; 0 if the axis always starts in one direction."""
     forward = level[direction > 0.0]
     backward = level[direction < 0.0]
     return (

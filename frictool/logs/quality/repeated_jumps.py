@@ -38,10 +38,10 @@ from frictool.typing import Matrix, Vector
 NEIGHBOURS = 2  # number of steps before and after a step, which bound the motion during the step
 SCALES = (2, 8, 32, 128)  # numbers of steps over which the motion before and after a step is summed
 WINDOW = SCALES[-1]
-TO_AND_FRO = 32  # samples between long steps of opposite signs that belong together
+TO_AND_FRO = 32  # most samples between successive long steps of opposite signs in one group
 CLEAR = 4.0  # least ratio of a motion to the mean difference of neighbouring steps
-COUNTS = 3.0  # least ratio of a motion to the smallest step
-FEWEST = 8.0  # encoder steps, least range of the position for a decision
+COUNTS = 3.0  # least ratio of a motion to the smallest step other than 0
+FEWEST = 8.0  # least range of the position for a decision, in encoder steps
 LONG = 0.5  # least step that may be a wrap, relative to the range
 BACK = 0.25  # largest remainder of a step after the next step, relative to the step, of an outlier
 MOST = 5_000  # maximum number of long steps kept
@@ -63,7 +63,7 @@ SPEED_SLACK = 2.0  # factor on the top speed of the bench
 
 @dataclass(frozen=True)
 class RepeatedJump:
-    """Jumps that fit one period P.
+    """Repeated jump of a position, which may be a wrap with the period P.
 
     low, high: bounds of P in rad or m.
     reach: range of the raw position in rad or m.
@@ -117,7 +117,7 @@ class RepeatedJumps:
             self._judge(self._position.size - 1 - WINDOW)
 
     def finish(self) -> None:
-        """Search the remaining samples; no samples follow."""
+        """Search the last samples; no samples may follow."""
         self._judge(self._position.size - 1)
 
     def result(self) -> RepeatedJump | None:
@@ -171,12 +171,12 @@ class RepeatedJumps:
         )
 
     def between(self, low: float, high: float) -> RepeatedJump | None:
-        """Return the jumps between the ends of a period; the motion around each jump is ignored.
-
-        Returns None if the share of these jumps among the long steps is below MOSTLY, or if the
-        position leaves the period.
+        """Return the jumps between the ends of a period, whatever the motion around each jump.
 
         low, high: ends of the period in rad or m.
+
+        The result is None if the share of these jumps among the long steps is below MOSTLY, or if
+        the position leaves the period.
         """
         near = np.abs(self._around[:, WINDOW - NEIGHBOURS : WINDOW + NEIGHBOURS])
         motion = near[near <= self._long]
@@ -252,10 +252,10 @@ class RepeatedJumps:
         self._first += dropped
 
     def _extend(self, steps: Vector, start: int, end: int) -> None:
-        """Extend the position's range by the samples at the ends of steps start to end - 1.
+        """Extend the position's range by the samples at the ends of the steps start to end - 1.
 
-        steps[k] leads from sample k to sample k + 1. If the next step returns nearly to sample k,
-        sample k + 1 is an outlier and is left out.
+        The step steps[k] leads from sample k to sample k + 1. If the next step returns nearly to
+        sample k, sample k + 1 is an outlier and is left out.
         """
         after = np.append(steps[start + 1 :], 0.0)[: end - start]
         back = np.abs(steps[start:end] + after) < BACK * np.abs(steps[start:end])
@@ -266,7 +266,7 @@ class RepeatedJumps:
         self._high = float(inside.max(initial=self._high))
 
     def _can_move(self, ends: Matrix) -> bool:
-        """Return whether the drive can move the axis by any of these jumps in one sample.
+        """Return True if the drive can move the axis by any of these jumps in one sample.
 
         ends: (m, 5), as in `_ends`. The speed is assumed to be the same before and after a jump.
         """
@@ -282,7 +282,7 @@ class RepeatedJumps:
 def _directions(around: Matrix) -> tuple[int, int]:
     """Return the numbers of long steps with forward and with backward motion around them.
 
-    around: (m, 2 WINDOW) steps around each long step, positive if opposite to the long step.
+    around: steps (m, 2 WINDOW) around each long step, positive if opposite to the long step.
     """
     change = np.abs(np.diff(around, axis=1))
     noise = np.nansum(change, axis=1) / np.maximum(np.isfinite(change).sum(axis=1), 1)
@@ -300,11 +300,11 @@ def _directions(around: Matrix) -> tuple[int, int]:
 
 
 def _most_covered(low: Vector, high: Vector) -> tuple[float, float]:
-    """Return (low, high) of the range of values that the largest number of intervals contain.
+    """Return the bounds of the range of values that the largest number of intervals contain.
 
     The range is extended as long as at least MOSTLY times this number of intervals contain it.
 
-    low, high: (n,) bounds of the intervals.
+    low, high: bounds (n,) of the intervals.
     """
     ends = np.concatenate((low, high))
     opens = np.concatenate((np.ones(low.size), -np.ones(high.size)))

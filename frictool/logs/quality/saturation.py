@@ -21,7 +21,7 @@ from frictool.typing import Vector
 SHORTEST = 4  # least number of consecutive samples at the extreme
 SHARP = 5.0  # least ratio of the outermost class to the next; a parabola has 2.4
 CLASS = 1e-3  # width of a class relative to the range; a coarser quantisation step takes its place
-# largest share of repeated values away from the extremes; a signal with more repeats values anyway
+# a signal with a larger share of repeated values away from its extremes repeats values everywhere
 REPEATING = 0.5
 
 
@@ -42,7 +42,7 @@ class FlatTop:
 class FlatTopDetector:
     """Detector of flat tops of one signal, block after block.
 
-    low, high: range of the signal.
+    low, high: smallest and largest value of the signal.
     step: quantisation step of the signal; None if it has none.
     """
 

@@ -28,10 +28,10 @@ from frictool.typing import Vector
 
 CLEAR = 0.1  # least net work relative to the absolute work for a decision
 BY_CHANCE = 3.0  # least net work, in standard deviations of the work of a white effort
-STANDS = 0.1  # speed that is treated as standstill, relative to the largest speed
+STANDS = 0.1  # largest speed that is treated as standstill, relative to the log's largest speed
 LEAST_SPAN = 0.5  # least share of the log between the first and the last standstill
 LEAST_STROKE = 0.05  # least length of a stroke, relative to the position's range
-SURE = 2.0  # standard errors by which the mean effort has to be negative
+SURE = 2.0  # number of standard errors by which the mean effort has to be negative
 AGREES = 0.5  # least correlation of two signals that show the same motion
 # differences of the position are taken over 1/WINDOWS of the log, at most 64 samples
 WINDOWS = 400
@@ -39,7 +39,7 @@ WINDOWS = 400
 
 @dataclass(frozen=True)
 class SignCheck:
-    """Result of the check.
+    """Result of the check of signs.
 
     work: quotient of net and absolute work of the effort, -1 to 1; None if undetermined.
     reversed: names of the signals with a reversed sign; both candidates if the check cannot decide.
@@ -108,10 +108,10 @@ def _window(position: Vector) -> int:
 def net_work(position: Vector, effort: Vector) -> float | None:
     """Return the quotient of the net work and the absolute work of the effort, -1 to 1.
 
-    The work is computed from the first to the last standstill. Returns None if this interval is too
-    short a part of the log, if nothing moves, or if noise could cause this work.
+    position, effort: samples (n,).
 
-    position, effort: (n,) samples.
+    The work is computed from the first to the last standstill. The result is None if this interval
+    is too small a part of the log, if nothing moves, or if noise could cause this work.
     """
     window = _window(position)
     speed = np.abs(position[window:] - position[:-window])
@@ -129,7 +129,7 @@ def net_work(position: Vector, effort: Vector) -> float | None:
 
 
 def _brakes(position: Vector, effort: Vector) -> bool:
-    """Return whether the mean effort in the direction of the strokes is surely negative.
+    """Return True if the mean effort in the direction of the strokes is surely negative.
 
     The mean is weighted by the length of the strokes.
     """

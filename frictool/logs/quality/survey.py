@@ -1,6 +1,6 @@
-"""Survey of the signals of a log and their instruments, stream by stream, in bounded memory.
+"""Survey of the signals of a log and their sensors, stream by stream, in bounded memory.
 
-    pass 1   times, range, distinct values (quantisation), changes (hold), first samples
+    pass 1   times, range, distinct values (quantisation), zero-order hold, first samples
     pass 2   flat tops, samples at a limit, velocities and jumps, which need range and quantisation
 
 The first samples stay in memory. They show the kind of test, and the signs of effort and motion.
@@ -64,6 +64,7 @@ class StreamSurvey:
     """Survey of one stream.
 
     base: sample rate, jitter and gaps.
+    signals: signal -> its survey.
     opening: first samples.
     velocity: lowest and highest velocity of the position in rad/s or m/s.
     window: number of samples between two positions from which a velocity is computed.
@@ -158,7 +159,7 @@ def _jumps(jumps: PositionJumps, time: Vector, position: Vector, step: float | N
 def _blocks(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
     """Yield the samples in blocks of BLOCK_ROWS.
 
-    Equal blocks make the survey independent of the file's chunks.
+    Equal blocks make the result of the survey independent of the file's chunks.
     """
     waiting: list[SampleBlock] = []
     rows = 0
@@ -175,7 +176,7 @@ def _blocks(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
 
 
 def in_memory(stream: Stream) -> tuple[StreamHeader, Pieces]:
-    """Return header and samples of a stream in memory as arguments for `survey`."""
+    """Return header and samples of a stream in memory, as arguments for `survey`."""
     samples = SampleBlock(
         np.rint(stream.time * NS).astype(np.int64), tuple(stream.signals.values())
     )
@@ -185,7 +186,10 @@ def in_memory(stream: Stream) -> tuple[StreamHeader, Pieces]:
 
 
 def row(report: StreamSurvey, one: SignalSurvey, column: str | None) -> dict[str, Any]:
-    """Return the survey of one signal for JSON output."""
+    """Return the survey of one signal as a dictionary for JSON output.
+
+    column: raw column from which the signal was made; None if unknown.
+    """
     base = report.base
     return {
         "name": one.name,

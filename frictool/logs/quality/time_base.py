@@ -57,7 +57,7 @@ def time_base(time: Vector) -> TimeBase:
 
 
 def levels(position: Vector) -> int:
-    """Return the number of distinct values of the positions (n,)."""
+    """Return the number of distinct values among the positions (n,)."""
     return int(_distances(position).size) + 1
 
 
@@ -66,7 +66,7 @@ def _distances(position: Vector) -> Vector:
 
     Values that differ only by rounding count as one value.
     """
-    # of successive equal samples one is enough; a resting axis then needs no sorting
+    # drop repeated samples, so that a resting axis needs no sorting
     changed = np.append(True, position[1:] != position[:-1])
     values = np.sort(position[changed])
     distances = np.diff(values)
@@ -77,7 +77,8 @@ def encoder_step(position: Vector) -> float | None:
     """Return the step of which all positions (n,), minus a common offset, are multiples.
 
     The smallest distance of two positions is divided by 1, 2, ..., MOST_STEPS. The step is the
-    first quotient of which all distances are multiples; None if there is none.
+    first quotient of which all distances are multiples. The result is None if there is no such
+    quotient or if there are too few distinct positions.
     """
     distances = _distances(position)
     if distances.size < FEWEST_LEVELS - 1:

@@ -1,4 +1,4 @@
-"""Velocity range of a position, from differences that are long compared with a count."""
+"""Velocity range of a position, from differences that are large compared with one count."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ SHARE_OF_LOG = 8  # the window is at most 1/SHARE_OF_LOG of the log
 
 
 class VelocityRange:
-    """Lowest and highest velocity of one position in rad/s or m/s, for each window length."""
+    """Lowest and highest velocity of one position in rad/s or m/s, for each window length.
+
+    step: encoder step in rad or m; None if there is none.
+    """
 
     def __init__(self, step: float | None) -> None:
         self._step = step or 0.0

@@ -34,9 +34,9 @@ from frictool.typing import Vector
 
 ROUNDING = 1e-9  # relative tolerance of a period that is known exactly
 TURNS = (0.5, *(2.0**power for power in range(17)))  # natural periods in turns
-SEVERAL = 3  # number of wraps that is certain at any speed of the axis
-TWICE = 2  # number of wraps that is certain on a slow axis
-NATURAL_SLACK = 1e-3  # relative distance by which a natural period may exceed a jump's bounds
+SEVERAL = 3  # number of jumps that makes a wrap certain at any speed of the axis
+TWICE = 2  # number of jumps that makes a wrap certain on a slow axis
+NATURAL_SLACK = 1e-3  # a natural period may lie outside the bounds of P by this relative distance
 
 
 @dataclass(frozen=True)
@@ -99,11 +99,11 @@ class WrapSearch:
         self._jumps.take(time, position)
 
     def finish(self) -> None:
-        """Search the remaining samples; no samples follow."""
+        """Search the last samples; no samples may follow."""
         self._jumps.finish()
 
     def result(self) -> Wrap | None:
-        """Return the wrap if it is certain, else None."""
+        """Return the wrap if the samples so far have one that is certain; else None."""
         jump = self._jumps.result()
         if jump is None:
             return self._noisy()
@@ -134,7 +134,7 @@ class WrapSearch:
     def _natural_period(self, jump: RepeatedJump) -> float | None:
         """Return the natural period, such as a turn, that fits a jump.
 
-        Returns None if there is none, or if a smaller round number may be the period, too.
+        The result is None if no natural period fits, or if a smaller round number fits, too.
         """
         slack = NATURAL_SLACK * jump.high
         natural = next(

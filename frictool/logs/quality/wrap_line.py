@@ -1,6 +1,6 @@
 """Line of `bench.yaml` that states the period at which a position wraps.
 
-The unit is the log's unit, or turns if turns give a shorter number.
+The period is in the log's unit, or in turns if the number of turns has fewer digits.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from frictool.documents.quantity import factor_to_si, si_unit
 BITS = range(8, 33)  # bits of a counter that encoder.wrap_bits allows
 TURN = 2.0 * math.pi  # rad
 DIGITS = 12  # maximum number of digits of a period
-ROUND = 2  # maximum number of digits of a round number
+ROUND = 2  # a number with at most so many digits is round
 COUNT, ANGLE, WHOLE = "count", "deg", "turn"
 
 
@@ -51,18 +51,21 @@ class WrapLine:
         return f"wrap: {{value: {value}, unit: {unit}}}"
 
     def is_round(self, low: float, high: float) -> bool:
-        """Return whether a round number in the log's unit lies between two bounds in rad or m."""
+        """Return True if a round number in the log's unit lies between two bounds in rad or m."""
         return low < high and shortest(low / self._factor, high / self._factor)[0] <= ROUND
 
     def round(self, low: float, high: float) -> float:
-        """Return the number with fewest digits in the log's unit between two bounds [rad | m]."""
+        """Return the number with fewest digits in the log's unit between two bounds, in rad or m.
+
+        low, high: bounds in rad or m.
+        """
         return float(shortest(low / self._factor, high / self._factor)[1]) * self._factor
 
 
 def shortest(low: float, high: float) -> tuple[int, str]:
-    """Return digits and text of the positive decimal with the fewest digits between two bounds.
+    """Return digits and text of the decimal number with the fewest digits between two bounds.
 
-    The decimal has at most DIGITS digits.
+    low, high: positive bounds. The number has at most DIGITS digits.
 
     >>> shortest(24.98, 25.03), shortest(3.13, 3.15)
     ((2, '25'), (3, '3.14'))

@@ -15,11 +15,11 @@ from frictool.typing import Vector
 FEWEST = 3  # least number of changes for a decision
 MOST = 100_000  # maximum number of changes evaluated
 RARE = 0.05  # share of intervals between changes that may be shorter than the hold
-STEPS = 1.5  # least change in quantisation steps; smaller ones are counts of a slow motion
+STEPS = 1.5  # least change in quantisation steps; a smaller change is a count of a slow motion
 
 
 class HoldDetector:
-    """Changes of one signal, collected block after block."""
+    """Detector of zero-order hold in one signal, block after block."""
 
     def __init__(self) -> None:
         self._last = np.nan

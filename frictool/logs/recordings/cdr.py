@@ -28,9 +28,9 @@ from frictool.typing import Vector
 
 Bytes = NDArray[np.uint8]
 MOST_STEPS = 200_000  # maximum number of fields and nested messages in one message
-MOST_LAYOUTS = 64  # maximum number of layouts per batch; further messages are read one by one
+MOST_LAYOUTS = 64  # maximum number of new layouts per batch; then messages are read one by one
 PADDING = 7  # maximum number of bytes after a message
-KEPT_LAYOUTS = 16  # layouts remembered from batch to batch
+KEPT_LAYOUTS = 16  # maximum number of layouts kept for the next batch
 # second byte of CDR -> byte order; plain CDR of versions 1 and 2
 ORDER = {0: ">", 1: "<", 6: ">", 7: "<"}
 LARGEST_ALIGNMENT = {0: 8, 1: 8, 6: 4, 7: 4}
@@ -40,7 +40,7 @@ LARGEST_ALIGNMENT = {0: 8, 1: 8, 6: 4, 7: 4}
 class NumberField:
     """Number, or array of numbers, in a message.
 
-    path: name of the field, with the fields around it, such as `.pose.x`.
+    path: names of the enclosing fields and of the field, such as `pose.x`.
     offset: index in the message of the first byte of the field.
     dtype: type of a number, such as `<f8`.
     count: length of the array; None for a single number.
@@ -54,7 +54,7 @@ class NumberField:
     labels: tuple[str, ...] = ()
 
     def paths(self) -> Iterator[str]:
-        """Yield the paths of the field's numbers, with labels and then with indices."""
+        """Yield the paths of the field's numbers, first with labels, then with indices."""
         if self.count is None:
             yield self.path
         elif self.count <= MOST_LISTED:
@@ -62,7 +62,7 @@ class NumberField:
             yield from (f"{self.path}[{index}]" for index in range(self.count))
 
     def slot(self, path: str) -> tuple[int, str] | None:
-        """Return offset and dtype of the field's number with this path, or None."""
+        """Return (offset, dtype) of the field's number with this path; None if there is none."""
         if self.count is None:
             return (self.offset, self.dtype) if path == self.path else None
         if not path.startswith(self.path + "[") or not path.endswith("]"):
@@ -96,14 +96,14 @@ class MessageLayout:
     guards: tuple[tuple[int, bytes], ...]
 
     def slots(self, paths: tuple[str, ...]) -> list[tuple[int, str] | None]:
-        """Return (offset, dtype) of each path; None for a path that the layout lacks."""
+        """Return (offset, dtype) for each path; None for a path that the layout does not have."""
         return [
             next((slot for leaf in self.leaves if (slot := leaf.slot(path))), None)
             for path in paths
         ]
 
     def fits(self, messages: Messages) -> NDArray[np.bool_]:
-        """Return a mask (n,), True for each message with this layout."""
+        """Return a mask (n,) that is True for each message with this layout."""
         fits: NDArray[np.bool_] = messages.length == self.size
         at = np.flatnonzero(fits)
         guards = np.concatenate(
@@ -116,8 +116,6 @@ class MessageLayout:
 
 
 class _CdrReader:
-    """Parser of one message, field by field."""
-
     def __init__(self, data: bytes, aligned: bool) -> None:
         self.data = data
         self.position = 0
@@ -163,8 +161,7 @@ class _CdrReader:
     def length(self) -> int:
         """Read the length of a text or sequence.
 
-        The reader stores the bytes of this length in `guards`, because all later offsets depend on
-        the length.
+        The bytes of the length are stored in `guards`, because all later offsets depend on it.
         """
         start = self.take(4, 4)
         raw = self.data[start : start + 4]
@@ -233,8 +230,9 @@ class _CdrReader:
 
 @dataclass
 class MessageDecoder:
-    """Decoder of serialised messages of one type into numbers.
+    """Decoder of serialised messages of one type into numbers (implements Decoder).
 
+    message: type of the messages.
     aligned: True for CDR, which aligns numbers; False for ROS 1.
     """
 
@@ -243,7 +241,7 @@ class MessageDecoder:
     _layouts: list[MessageLayout] = field(default_factory=list)
 
     def names(self, data: bytes) -> list[str]:
-        """Return the paths of all numbers in one message.
+        """Return the paths of all numbers in the message `data`.
 
         Raises ValueError if `data` is not a message of the decoder's type.
         """
@@ -288,7 +286,10 @@ class MessageDecoder:
         values: Vector,
         present: NDArray[np.bool_],
     ) -> NDArray[np.intp]:
-        """Fill in the messages `left` (indices) that have this layout; return the other indices."""
+        """Fill in the numbers of those messages `left` that have this layout.
+
+        left: indices of messages. Returns the indices of the messages with other layouts.
+        """
         if not left.size:
             return left
         fits = layout.fits(messages.at(left))

@@ -1,4 +1,4 @@
-"""Choice of the decoder of a topic, by the encodings that a recording names."""
+"""Choice of the decoder of a topic, by the encoding of its messages."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ def topic_of(
 ) -> Topic:
     """Return the topic `name`, which has messages of the type `kind`.
 
+    path: recording.
     encoding: encoding of the messages (`cdr`, `ros1`, `json`, `protobuf`).
     form: language of the definition, such as `ros2msg`.
     definition: definition of the type; empty if the recording has none.

@@ -32,9 +32,9 @@ MessagesByChannel = dict[int, Messages]  # channel -> messages
 
 @dataclass
 class McapLoss:
-    """Loss in an MCAP file.
+    """Loss of messages in an MCAP file.
 
-    reason: reason of the loss.
+    reason: why the messages cannot be read.
     of: channel -> number of lost messages; None if the channels are unknown.
     """
 
@@ -44,7 +44,7 @@ class McapLoss:
 
 @dataclass
 class _McapPass:
-    """One pass through the file, with the declarations read so far."""
+    """Pass through the file, with the declarations read so far."""
 
     stream: BinaryIO
     size: int
@@ -60,7 +60,7 @@ class _McapPass:
         return self.declarations.counts or {}
 
     def pieces(self) -> Iterator[tuple[MessagesByChannel | McapLoss, int]]:
-        """Yield messages and losses chunk by chunk, each with the bytes processed so far.
+        """Yield messages and losses chunk by chunk, each with the number of bytes processed so far.
 
         Raises OSError if the file cannot be read.
         """
@@ -88,7 +88,7 @@ class _McapPass:
             )
 
     def _grouped(self, part: FileSection) -> MessagesByChannel:
-        """Return the messages by channel, and read the declarations.
+        """Store the declarations of a section, and return its messages by channel.
 
         Raises ValueError if a record is damaged.
         """
@@ -113,13 +113,16 @@ class _McapPass:
         }
 
     def take(self, opcode: int, body: bytes) -> None:
-        """Read a schema or channel record; damage is reported when a message needs the record."""
+        """Store a schema or channel record.
+
+        A damaged record is ignored; it is reported when a message of its channel is read.
+        """
         with suppress(*UNREADABLE):
             self.declarations.take(opcode, body)
 
 
 class McapRecording:
-    """MCAP recording (implements RecordingFile)."""
+    """MCAP recording of another tool (implements RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
         """Open the file and read its topics; raise LogError if the file cannot be read."""

@@ -22,8 +22,14 @@ def numbers(
 ) -> Iterator[tuple[str, float]]:
     """Yield path and value of each number in nested mappings and sequences.
 
-    An element of a sequence is yielded with its index in the path; if the element has a label, also
-    with the label. Raises ValueError if a mapping has more than MOST_VALUES keys.
+    message: mapping, sequence or number.
+    path: path of `message` itself.
+    labels: names of the elements of sequences with the same length.
+
+    The path of an element of a sequence contains its index. An element with a label is yielded
+    twice,
+    with the label and with the index. Raises ValueError if a mapping has more than MOST_VALUES
+    keys.
     """
     if isinstance(message, bool | int | float):
         try:
@@ -53,7 +59,11 @@ def _labels(texts: object) -> Sequence[str]:
 
 
 class ObjectDecoder:
-    """Decoder that uses a function from messages to objects; the function may raise ValueError."""
+    """Decoder of messages that a function converts to objects (implements Decoder).
+
+    objects: function from the bytes of a message to nested mappings, sequences and numbers; it may
+        raise ValueError.
+    """
 
     def __init__(self, objects: Callable[[bytes], object]) -> None:
         self._objects = objects
@@ -81,7 +91,7 @@ class ObjectDecoder:
         return values, present, failed
 
     def numbers_of(self, data: bytes) -> dict[str, float]:
-        """Return path and value of each number of one message.
+        """Return path -> value for each number of one message.
 
         Raises ValueError if the message is damaged or has too many numbers.
         """

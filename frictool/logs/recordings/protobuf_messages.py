@@ -1,4 +1,4 @@
-"""Decoder of protobuf messages, defined by the FileDescriptorSet in the recording."""
+"""Decoder of protobuf messages, which a FileDescriptorSet in the recording defines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ EXTRA = "protobuf"
 
 
 def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
-    """Return the decoder of the type `kind`.
+    """Return the decoder of messages of the type `kind`.
+
+    path: recording.
+    definition: serialised FileDescriptorSet.
 
     Raises LogError if the library is missing. Raises ValueError if the descriptors are damaged or
     do not contain the type.
@@ -39,7 +42,7 @@ def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
 
 
 def _add(pool: Any, files: dict[str, Any]) -> None:
-    """Add files to a pool, each after its dependencies."""
+    """Add files of descriptors to a pool, each after the files on which it depends."""
     while files:
         name = next(
             (

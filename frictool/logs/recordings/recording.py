@@ -1,4 +1,4 @@
-"""Tables of a recording of messages (MCAP, ROS 1 and ROS 2 bags): one per topic with numbers.
+"""Tables of a recording of messages (MCAP, ROS 1 and ROS 2 bags), one for each topic with numbers.
 
 Each topic has its own time base.
 
@@ -44,8 +44,9 @@ HOUSEKEEPING = ("rcl_interfaces/", "rosgraph_msgs/", "bond/", "diagnostic_msgs/"
 
 
 class MessageGap(NamedTuple):
-    """Gap of unreadable messages of a topic.
+    """Gap in a topic where messages cannot be read.
 
+    reason: why they cannot be read.
     samples: number of unreadable messages; None if unknown.
     """
 
@@ -68,8 +69,9 @@ class Decoder(Protocol):
     ) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
         """Return (values, presence, failures) of the numbers at `paths` in n messages.
 
-        values (paths, n) are the numbers, NaN for a missing number. presence (paths, n) is False
-        for a missing number. failures maps the index of an unreadable message to the reason.
+        values: numbers (paths, n); NaN for a missing number.
+        presence: mask (paths, n) that is False for a missing number.
+        failures: index of each unreadable message -> reason.
         """
         ...
 
@@ -99,7 +101,7 @@ class Topic:
     sampled: int = 0
 
     def sample(self, messages: Messages) -> None:
-        """Read paths and stamp from the first messages.
+        """Set `paths`, `stamp` and `apart_s` from the topic's first messages.
 
         Damaged messages and stamps of 0 are ignored.
         """
@@ -120,7 +122,12 @@ class Topic:
 
 
 class RecordingFile(Protocol):
-    """Recording that is open for reading; `size` is its size in bytes."""
+    """Recording that is open for reading.
+
+    source: file name for messages.
+    size: size in bytes.
+    topics: topics by name.
+    """
 
     source: str
     size: int
@@ -129,7 +136,7 @@ class RecordingFile(Protocol):
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
         """Yield the messages of a topic and the gaps between them, in the order of the file.
 
-        Each is paired with the number of bytes processed so far.
+        Each item is paired with the number of bytes processed so far.
         """
         ...
 
@@ -183,7 +190,7 @@ class TopicTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable).
+        """Yield blocks of rows, one row for each message (see RawTable.blocks).
 
         A message that contains none of the requested numbers gives no row, because several
         publishers may share a topic.
@@ -271,7 +278,7 @@ def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[Topic
 
 
 def _stamps(paths: Mapping[str, None]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the time stamps among `paths`, each with the paths of its parts."""
+    """Yield the path of each time stamp among `paths`, with the paths of its parts."""
     for stamp in STAMPS:
         for parts in STAMP_PARTS:
             named = tuple(f"{stamp}.{part}" for part in parts)

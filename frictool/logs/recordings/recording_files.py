@@ -1,6 +1,6 @@
 """Grouping of files into recordings.
 
-Recorders split long recordings into numbered files, and a ROS 2 bag is a folder of parts.
+Recorders split long recordings into numbered files. A ROS 2 bag is a folder with such files.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _NUMBERED = re.compile(r"(.+_)(\d+)")
 
 
 def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
-    """Return the recordings among files and folders, each as its parts in order.
+    """Return the recordings among files and folders; each recording is a tuple of files in order.
 
     Files listed one after the other with names such as `run_0.mcap` and `run_1.mcap` (numbered from
-    0, in any order) are parts of one recording. Any other file is a recording of one part. Raises
+    0, in any order) are parts of one recording. Any other file is a recording by itself. Raises
     LogError if a folder is not a ROS 2 bag.
     """
     recordings: list[tuple[Path, ...]] = []
@@ -79,7 +79,7 @@ def parts_of(folder: Path) -> list[Path]:
 
 
 def are_parts(paths: Sequence[Path]) -> bool:
-    """Return whether the files have the names of the parts of one split recording."""
+    """Return True if the files have the names of the parts of one split recording."""
     matches = [_NUMBERED.fullmatch(path.stem) for path in paths]
     alike = (
         len(

@@ -1,4 +1,4 @@
-"""Format of recordings: MCAP of any tool, ROS 2 bags (MCAP, db3, folders of parts), ROS 1 bags.
+"""Reader of recordings: MCAP of any tool, ROS 2 bags (MCAP, db3, folders of parts), ROS 1 bags.
 
 Each topic with numbers is a table.
 """
@@ -21,7 +21,7 @@ from frictool.logs.recordings.split_recording import SplitRecording
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file is an MCAP or a bag."""
+    """Return True if the file is an MCAP file or a bag."""
     return head.startswith((MAGIC[:5], ros1_bag.MAGIC, ros2_sqlite.MAGIC))
 
 
@@ -34,7 +34,7 @@ def tables(path: Path, layout: Layout | None) -> tuple[RawTable, ...]:
 
 
 def tables_of_parts(paths: Sequence[Path], layout: Layout | None) -> tuple[RawTable, ...]:
-    """Return the tables of the parts of one recording, in order.
+    """Return a table for each topic of a recording that is split into the files `paths`, in order.
 
     Raises LogError if no topic has numbers, or if a file cannot be read.
     """

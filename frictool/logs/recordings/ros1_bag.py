@@ -1,7 +1,7 @@
 """Reader of ROS 1 bags (`.bag`, version 2.0).
 
-A bag consists of records; each has a header of named fields, and data. Chunk records contain the
-messages.
+A bag consists of records. Each record has a header of named fields, and data. Chunk records contain
+the messages.
 """
 
 from __future__ import annotations
@@ -35,8 +35,9 @@ TopicMessages = dict[str, tuple[list[int], list[bytes]]]  # topic -> log times a
 
 @dataclass
 class BagLoss:
-    """Loss in a bag.
+    """Loss of messages in a bag.
 
+    reason: why the messages cannot be read.
     rest: readable messages of the damaged part, by topic.
     """
 
@@ -83,9 +84,9 @@ class BagRecording:
                 raise LogError(self._path, f"cannot be read: {error.strerror or error}") from None
 
     def _list(self, stream: BinaryIO) -> set[str]:
-        """Return the topics with messages from the index; raise OSError if the bag cannot be read.
+        """Return the topics that have messages according to the index of the bag.
 
-        The result is empty if the bag has no index.
+        The result is empty if the bag has no index. Raises OSError if the bag cannot be read.
         """
         topics: set[str] = set()
         try:
@@ -188,7 +189,7 @@ class BagRecording:
                 topic = self._names.get(_number(fields, b"conn"))
                 if topic is None:
                     raise ValueError(
-                        f"a message of connection {_number(fields, b'conn')}, which is not declared"
+                        f"the connection {_number(fields, b'conn')} of a message is not declared"
                     )
                 seconds, nanoseconds = _TIME.unpack(fields.get(b"time", b""))
                 times, payloads = messages.setdefault(topic, ([], []))

@@ -1,4 +1,4 @@
-"""Reader of ROS 2 bags in SQLite (`.db3`).
+"""Reader of ROS 2 bags in SQLite files (`.db3`).
 
 The database has the tables `topics` and `messages` and, since ROS 2 Iron, a table with the
 definitions of the messages.
@@ -19,9 +19,9 @@ from frictool.logs.recordings.serialised_messages import Messages, pack_messages
 
 MAGIC = b"SQLite format 3\0"
 LARGEST_MESSAGE = 64_000_000  # bytes, maximum size of a message
-LONGEST_ROW = 120  # maximum characters of a row in an error message
-AT_ONCE_BYTES = 1_000_000  # bytes of a batch
-AT_ONCE_ROWS = 4096  # rows of a batch
+LONGEST_ROW = 120  # maximum number of characters of a database row in an error message
+AT_ONCE_BYTES = 1_000_000  # maximum number of bytes of a batch
+AT_ONCE_ROWS = 4096  # maximum number of rows of a batch
 
 
 class Db3Recording:
@@ -42,10 +42,7 @@ class Db3Recording:
             raise LogError(path, f"is not a ROS 2 bag, or is damaged: {error}") from None
 
     def _connection(self) -> sqlite3.Connection:
-        """Return a read-only connection that takes no lock.
-
-        The connection neither reads nor writes a journal.
-        """
+        """Return a read-only connection that neither takes a lock nor reads or writes a journal."""
         bag = sqlite3.connect(f"{self._path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         bag.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_MESSAGE)
         bag.execute("PRAGMA trusted_schema = OFF")
@@ -55,7 +52,7 @@ class Db3Recording:
         return bag
 
     def _missing(self) -> int:
-        """Return by how many bytes the file is shorter than its head declares."""
+        """Return the number of bytes by which the file is shorter than its head declares."""
         with open_log(self._path) as stream:
             head = stream.read(100)
         page = int.from_bytes(head[16:18], "big")
@@ -106,7 +103,7 @@ class Db3Recording:
                 )
 
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
-        """Yield the messages (see RecordingFile)."""
+        """Yield the messages and the gaps between them (see RecordingFile)."""
         journal = self._path.with_name(f"{self._path.name}-wal")
         if journal.is_file() and journal.stat().st_size:
             yield (
@@ -160,7 +157,7 @@ class Db3Recording:
 
 
 def _batches(rows: Iterator[tuple[int, int, bytes]]) -> Iterator[list[tuple[int, int, bytes]]]:
-    """Yield rows in batches; if `rows` raises an error, first yield the rows before it."""
+    """Yield rows in batches; if `rows` raises an error, first yield the rows before the error."""
     part: list[tuple[int, int, bytes]] = []
     size = 0
     try:

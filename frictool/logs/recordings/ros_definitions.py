@@ -1,4 +1,4 @@
-"""Definitions of common ROS messages, for recordings without definitions.
+"""Definitions of common ROS message types, for recordings without definitions.
 
 Bags of ROS 2 before Iron contain only the names of the types.
 """

@@ -1,4 +1,4 @@
-"""Parser of message definitions in OMG IDL (`ros2idl`) as ROS 2 writes it.
+"""Parser of message definitions in OMG IDL (`ros2idl`), as ROS 2 writes them.
 
 The parser reads modules, structures, sequences, arrays, typedefs and enumerations.
 """
@@ -39,9 +39,9 @@ Type = tuple[str, Repeat, int]
 
 
 def parse_idl(name: str, text: str) -> MessageType:
-    """Return the message type `name`, such as `sensor_msgs/msg/JointState`, of an IDL text.
+    """Return the message type `name`, such as `sensor_msgs/msg/JointState`, from an IDL text.
 
-    Raises ValueError if ROS 2 would not write the text.
+    Raises ValueError if the text is not IDL as ROS 2 writes it.
     """
     parser = _IdlParser([match["token"] for match in _TOKENS.finditer(text) if match["token"]])
     parser.definitions(())
@@ -86,7 +86,6 @@ class _IdlParser:
                 self.skip_to(")")
 
     def definitions(self, scope: tuple[str, ...]) -> None:
-        """Read the definitions of a module up to its end."""
         while self.peek() not in ("", "}"):
             self.annotations()
             kind = self.next()

@@ -13,7 +13,7 @@ import re
 from typing import Literal, NamedTuple
 
 DEEPEST = 32  # maximum depth of nested messages
-MOST_FIELDS = 20_000  # maximum number of fields of a message with all nested ones
+MOST_FIELDS = 20_000  # maximum number of fields of a message and its nested messages
 NUMBERS = {
     "bool": "u1",
     "byte": "u1",
@@ -33,7 +33,7 @@ TEXTS = ("string", "wstring")
 WELL_KNOWN = {  # types that definitions use without defining them
     "builtin_interfaces/Time": "int32 sec\nuint32 nanosec\n",
     "builtin_interfaces/Duration": "int32 sec\nuint32 nanosec\n",
-    "time": "uint32 sec\nuint32 nanosec\n",  # ROS 1, like the next
+    "time": "uint32 sec\nuint32 nanosec\n",  # ROS 1, as is `duration`
     "duration": "int32 sec\nint32 nanosec\n",
 }
 
@@ -54,6 +54,7 @@ class MessageField(NamedTuple):
     """Field of a message.
 
     kind: key of NUMBERS, one of TEXTS, or the type of a nested message.
+    repeat: "once", "fixed" for an array of fixed length, or "sequence".
     size: length of an array of fixed length, else 0.
     """
 
@@ -68,7 +69,7 @@ Definitions = dict[str, list[tuple[str, str, Repeat, int]]]
 
 
 def parse_message(name: str, text: str) -> MessageType:
-    """Return the message type `name`, such as `sensor_msgs/msg/JointState`, of a definition.
+    """Return the message type `name`, such as `sensor_msgs/msg/JointState`, from a definition.
 
     Raises ValueError if a line is not a field, or if a nested message is not defined.
     """
@@ -90,7 +91,7 @@ def short_name(name: str) -> str:
 
 
 def assembled(name: str, definitions: Definitions) -> MessageType:
-    """Return the message type `name`, with all nested types.
+    """Return the message type `name` with all nested types.
 
     Raises ValueError if a nested message is not defined, or if the tree is too deep or too large.
     """

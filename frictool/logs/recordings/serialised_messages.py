@@ -19,12 +19,12 @@ Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class Messages:
-    """Messages (n,) of one topic.
+    """Serialised messages of one topic; n is their number.
 
-    log_time: (n,) recording times in ns.
+    log_time: recording times (n,) in ns.
     data: bytes that contain all payloads.
-    start: (n,) index in `data` of the first byte of each payload.
-    length: (n,) length of each payload in bytes.
+    start: index (n,) in `data` of the first byte of each payload.
+    length: length (n,) of each payload in bytes.
     """
 
     log_time: IntVector
@@ -33,17 +33,17 @@ class Messages:
     length: IntVector
 
     def payload(self, index: int) -> bytes:
-        """Return the bytes of one message."""
+        """Return the bytes of the message with this index."""
         start = int(self.start[index])
         return self.data[start : start + int(self.length[index])].tobytes()
 
     def at(self, which: NDArray[np.intp] | slice) -> Messages:
-        """Return a selection of the messages."""
+        """Return the messages with these indices."""
         return Messages(self.log_time[which], self.data, self.start[which], self.length[which])
 
 
 def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
-    """Return a `Messages` with messages that were read one by one."""
+    """Join messages that were read one by one into one block."""
     length = np.fromiter(map(len, payloads), np.int64, len(payloads))
     return Messages(
         np.array(log_time, np.int64),

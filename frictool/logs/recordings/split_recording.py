@@ -11,7 +11,10 @@ from frictool.logs.recordings.serialised_messages import Messages
 
 
 class SplitRecording:
-    """Parts of one recording, read as one RecordingFile; a part may lack topics of other parts."""
+    """Recording that is split into several files (implements RecordingFile).
+
+    A part may lack topics that other parts have.
+    """
 
     def __init__(self, path: Path, parts: list[RecordingFile]) -> None:
         self.source = str(path)
@@ -31,7 +34,7 @@ class SplitRecording:
                     self.topics[name] = topic
 
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
-        """Yield the messages of all parts (see RecordingFile)."""
+        """Yield the messages of all parts in order (see RecordingFile)."""
         before = 0
         for part in self._parts:
             for piece, done in part.messages(topic) if topic in part.topics else ():

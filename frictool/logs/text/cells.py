@@ -1,6 +1,6 @@
 """Cells of a line of text, numbers in cells, and detection of delimiter and decimal mark.
 
-The detected delimiter and mark yield the most numbers in the first lines of the file.
+The delimiter and the mark are those with which the first lines of the file contain most numbers.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ DIALECTS = (
     (BLANK, ","),
     (",", ","),
 )
-# a name includes the unit after it
+# a cell is a quoted text, or a word with a unit in brackets after it
 _BETWEEN_BLANKS = re.compile(r'"[^"]*"|\S+(?:[ \t]+\[[^\]]*\])?')
 _DATE = r"(?:\d{4}([-/.])\d\d?\1\d\d?|(?P<first>\d\d?)([-/.])(?P<second>\d\d?)\3\d{4})[Tt ]\d?"
 _STAMP = re.compile(rf"(?:{_DATE}|\d)\d:\d\d(:\d\d([.,]\d+)?)?( [AaPp][Mm])?(Z|[+-]\d\d(:?\d\d)?)?")
@@ -49,7 +49,7 @@ _NUMBERS = {
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line without blanks and quotes around them.
+    """Return the cells of a line, without the blanks and quotes around them.
 
     If blanks are the delimiter, there are no empty cells.
     """
@@ -63,7 +63,10 @@ def cells_of(line: str, delimiter: str) -> list[str]:
 
 
 def number(cell: str, mark: str, thousands: str = "") -> float | None:
-    """Return the number in a cell; None if the cell is no number.
+    """Return the number in a cell; None if the cell is not a number.
+
+    mark: decimal mark.
+    thousands: signs that may separate thousands.
 
     >>> number("1.234,5", ",", "."), number("-3e2", "."), number("1_0", ".")
     (1234.5, -300.0, None)
@@ -75,14 +78,14 @@ def number(cell: str, mark: str, thousands: str = "") -> float | None:
 
 
 def is_stamp(cell: str) -> bool:
-    """Return whether a cell is a time of day, with or without a date."""
+    """Return True if a cell is a time of day, with or without a date."""
     return _STAMP.fullmatch(cell) is not None
 
 
 def order_of_dates(cells: Sequence[str]) -> int | None:
-    """Return the order of the parts of the dates in `cells` (iso8601.py).
+    """Return the order of day, month and year in the dates of `cells` (iso8601.py).
 
-    Returns None if the year comes last and the day could be the month in each date.
+    The result is None if the year comes last and day and month may be exchanged in each date.
 
     >>> order_of_dates(["03/04/2026 12:00"]), order_of_dates(["3.4.2026 12:00"])
     (None, 1)

@@ -5,7 +5,7 @@
                 └─ cells that the scanner rejects are examined here; they are blank, contain a
                    number in another notation, or contain no number
 
-A cell without a number ends the reading. With `--salvage`, the cell is NaN instead, and a row with
+A cell without a number raises LogError. With `--salvage`, the cell is NaN instead, and a row with
 the wrong number of cells is left out.
 """
 
@@ -35,13 +35,13 @@ NO_END = (
     "the last line has no line end: the file may be cut off; if it is complete, add a line end, or "
     "write layout.whole: true in the bench"
 )
-OVER_RANGE = "\u221e"  # infinity sign, of a sample beyond the range of a PicoScope
+OVER_RANGE = "\u221e"  # infinity sign, which a PicoScope writes for a sample out of its range
 _DATE = re.compile(r"\d+[./-]\d+[./-]\d+\b")
 _SHORT_YEAR = re.compile(r"\d\d?([./-])\d\d?\1\d\d\b")
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file may be text: its first bytes are UTF-16, or have no NUL."""
+    """Return True if the file may be text: its first bytes are UTF-16, or have no NUL."""
     return is_text(head)
 
 
@@ -53,7 +53,7 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[CsvTable, ...]:
 class CsvTable:
     """Table of the rows of a text file (implements RawTable).
 
-    description: description of the detected layout.
+    description: text that describes the detected layout.
     """
 
     def __init__(self, path: Path, layout: Layout) -> None:
@@ -90,7 +90,7 @@ class CsvTable:
         return find(self.layout.names, wanted)
 
     def line(self, row: int) -> int | None:
-        """Return the number of the line in the file with this row; blank lines count."""
+        """Return the number of the line of the row `row` in the file; blank lines count."""
         slots = np.full(len(self.layout.names), SKIP)
         return next(
             (
@@ -104,7 +104,7 @@ class CsvTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable).
+        """Yield blocks of rows (see RawTable.blocks).
 
         If `losses` is a list, a cell without a number is NaN, and a row with the wrong number of
         cells is left out.
@@ -168,10 +168,11 @@ class CsvTable:
     def _judged(
         self, batch: RowBatch, slots: NDArray[np.int64], losses: list[DataLoss] | None
     ) -> Iterator[tuple[int, DataLoss | None]]:
-        """Yield (row, loss) for each row of a batch that is left out; loss is None for the trailer.
+        """Yield (row, loss) for each row of a batch that is left out.
 
-        Numbers in another notation are filled into the batch. Raises LogError at the first issue if
-        `losses` is None.
+        The loss is None for a last line of text that ends the samples. Numbers in another notation
+        are
+        filled into the batch. Raises LogError at the first issue if `losses` is None.
         """
         for issue in batch.issues:
             cell = decoded(issue.text, self.layout.encoding).strip().strip('"').strip()
@@ -190,7 +191,7 @@ class CsvTable:
                 continue
             message = self._message(issue, cell)
             if losses is None:
-                # a single damaged value, and not the notation of the whole file
+                # True for a single damaged value; False if the whole file has another notation
                 one = issue.kind == ROW or message.endswith("allowed: a number")
                 raise LogError(
                     self.source, f"{message}; {SALVAGE}" if one else message, line=issue.line
@@ -199,7 +200,7 @@ class CsvTable:
                 yield issue.row, DataLoss((), f"line {issue.line}: {message}", samples=1)
 
     def _ignored(self, issue: RowIssue) -> bool:
-        """Return whether an issue is harmless: a comment after the row, or the known last line."""
+        """Return True for a comment at the end of a row, or an expected last line without end."""
         if issue.kind == CUT:
             return self._whole or decoded(issue.text, self.layout.encoding) == self.layout.trailer
         columns = len(self.layout.names)

@@ -1,6 +1,6 @@
-"""Writer of a stream as CSV with the header `name [unit]`.
+"""Writer of a stream as a CSV file with the header `name [unit]`.
 
-Each number is written with the fewest digits that give the same number again.
+Each number is written with the fewest digits that give the same number when it is read.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from frictool.logs.conversion import OutgoingStream
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Write the only stream in `streams`; the notes are not written."""
+    """Write the only element of `streams`; the metadata records `notes` are not written."""
     (stream,) = streams
     target.write(
         (

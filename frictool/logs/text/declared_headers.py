@@ -25,11 +25,11 @@ from frictool.logs.text.text_header import (
 )
 
 Number = Callable[[str], float | None]
-MOST_METADATA = 40  # lines, maximum length of the metadata beside the samples
+MOST_METADATA = 40  # maximum number of lines with metadata in the columns before the samples
 
 
 class HeaderError(ValueError):
-    """Error for a declared header that is incomplete, or for columns with several time bases."""
+    """Error about a declared header that is incomplete, or columns with several time bases."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class DeclaredHeader:
 class HeaderReader(NamedTuple):
     """Reader of the headers of one instrument.
 
-    recognises: function that returns whether the first rows are from the instrument.
+    recognises: function that returns True if the first rows are from the instrument.
     read: function that returns the header, or raises HeaderError.
     """
 
@@ -68,6 +68,10 @@ class HeaderReader(NamedTuple):
 def declared_header(rows: Rows, number: Number, is_number: IsNumber) -> DeclaredHeader | None:
     """Return the header that the instrument declares; None if no instrument is recognised.
 
+    rows: cells of the first lines of the file.
+    number: function from a cell to its number, or None.
+    is_number: function that returns True if a cell is a number or a time.
+
     Raises HeaderError if the declared header is incomplete.
     """
     for reader in READERS:
@@ -77,7 +81,7 @@ def declared_header(rows: Rows, number: Number, is_number: IsNumber) -> Declared
 
 
 def _keyed(rows: Rows, end: int) -> dict[str, Sequence[str]]:
-    """Return first cell in lower case -> row, for the rows before `end`."""
+    """Return the rows before `end` by their first cells in lower case."""
     return {row[0].lower(): row for row in rows[:end] if row and row[0]}
 
 
@@ -88,10 +92,10 @@ X_VALUE = "X_Value"
 
 
 def labview_dialect(lines: Sequence[str]) -> tuple[str | None, str | None, int]:
-    """Return the declared delimiter and decimal mark, and the index of the first line of samples.
+    """Return the delimiter, the decimal mark, and the index of the first line of samples.
 
     Delimiter and mark are values of `Layout`, None if not declared. The index is 0 if the file is
-    no LabVIEW measurement.
+    not a LabVIEW measurement.
     """
     if not lines or not lines[0].startswith(LABVIEW):
         return None, None, 0

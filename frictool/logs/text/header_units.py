@@ -1,4 +1,4 @@
-"""Units in the headers of instruments, in the spelling of the units library."""
+"""Recognition of units in the headers of instruments, and their spelling in the units library."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _PART = re.compile(
     r"(?:[munpkMGcd\u00b5\u03bc])?(?:s|V|A|N|m|g|W|J|Hz|Pa|bar|rad|T)(?:\^?-?\d|²|³)?|min|h|deg|"
     r"°|rpm|rev|turn|count|degC|K|%|in|ft|lbf|1"
 )
-_GERMAN_DEGREES = re.compile(r"\bGrad\b")  # the units library reads giga-radians
+_GERMAN_DEGREES = re.compile(r"\bGrad\b")  # the units library reads `Grad` as giga-radians
 _BRACKETED = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]\s*")
 _IN_BRACKETS = re.compile(r"(.*?)\s*\[([^\[\]]*)\]")
 _IN_PARENTHESES = re.compile(r"(.*\S)\s*\(([^()]*)\)")
@@ -35,7 +35,7 @@ _AFTER_SLASH = re.compile(r"([^/]*\S)\s*/\s*(\S+)")
 
 
 def spelled(text: str) -> str | None:
-    """Return the unit `text` in the spelling of the units library; None if it is no unit.
+    """Return the unit `text` in the spelling of the units library; None if it states no unit.
 
     >>> spelled("[r/min]"), spelled("VOLT"), spelled(" - ")
     ('rpm', 'V', None)
@@ -51,7 +51,7 @@ def spelled(text: str) -> str | None:
 
 
 def is_unit(text: str) -> bool:
-    """Return whether a cell of a header is a unit and not a name.
+    """Return True if a cell of a header is a unit and not a name.
 
     >>> is_unit("m/s"), is_unit("(mN m)"), is_unit("Force"), is_unit("Volt")
     (True, True, False, True)

@@ -43,7 +43,7 @@ from frictool.logs.recordings.json_messages import LONGEST, JsonDecoder, decoded
 from frictool.logs.text.cells import is_stamp
 
 _START = re.compile(rb"(?:\xef\xbb\xbf)?\s*(\{\s*\"|\{\s*\}|\[\s*\{)")
-NAMED_LINES = 200  # lines whose numbers are the columns
+NAMED_LINES = 200  # number of lines whose numbers give the columns
 LARGEST_DOCUMENT = 100_000_000  # bytes
 ONE_DOCUMENT = (
     "is one JSON document; write one object per line, for example by jq -c '.[]', or one object of "
@@ -52,12 +52,12 @@ ONE_DOCUMENT = (
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return whether the file begins with a JSON object, or with an array of objects."""
+    """Return True if the file begins with a JSON object, or with an array of objects."""
     return _START.match(head) is not None
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the table of the file; raise LogError if the first line is no object."""
+    """Return the table of the file; raise LogError if the first line is not a JSON object."""
     return (JsonLinesTable(path),)
 
 
@@ -107,7 +107,7 @@ class JsonLinesTable:
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield the rows (see RawTable); damage raises LogError or is appended to `losses`."""
+        """Yield blocks of rows, one row for each line (see RawTable.blocks)."""
         clock = DayClock()
         first = done = 0
         with open_log(self._path) as stream:
@@ -163,7 +163,7 @@ class JsonLinesTable:
     def _time(self, line: bytes) -> int:
         cell = _dated(_object(line)).get(str(self.clock))
         if cell is None:
-            raise ValueError(f"key {self.clock!r}: found no time; allowed: one in each line")
+            raise ValueError(f"key {self.clock!r}: found no time; allowed: a time in each line")
         text = np.full(len(cell) + PADDING, ord("\n"), np.uint8)
         text[: len(cell)] = np.frombuffer(cell.encode("ascii", "replace"), np.uint8)
         time, end, status = scan_stamp(text, 0, True, YEAR_FIRST)
@@ -227,7 +227,7 @@ def _is_series(value: object) -> bool:
 
 
 def _dated(message: Mapping[str, object]) -> dict[str, str]:
-    """Return the keys of an object with a date or a time of day."""
+    """Return the keys of an object whose values are dates or times of day, with these values."""
     return {
         key: value for key, value in message.items() if isinstance(value, str) and is_stamp(value)
     }

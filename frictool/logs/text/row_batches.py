@@ -26,8 +26,9 @@ Pieces = Iterator[tuple[bytes, int]]
 
 @dataclass(frozen=True)
 class RowIssue:
-    """Issue in row `row` of a batch.
+    """Cell or row of a batch that the scanner could not convert to numbers.
 
+    row: index of the row in the batch.
     kind: CELL, ROW or CUT (kernels/row_scanner.py).
     line: number of the line in the file.
     what: index of the column if `kind` is CELL, number of cells if it is ROW.
@@ -43,12 +44,13 @@ class RowIssue:
 
 @dataclass(frozen=True)
 class RowBatch:
-    """Rows read by the scanner.
+    """Rows that the scanner has read.
 
     first_row: index in the file of the first row.
     rows: number n of rows.
-    values: (slots, n) numbers.
-    stamps: (n,) times in ns; (0,) if no column has time stamps.
+    values: numbers (slots, n).
+    stamps: times (n,) in ns; (0,) if no column has time stamps.
+    issues: cells and rows that could not be converted.
     last_line: number of the line with the last row.
     done: number of bytes of the file read so far.
     """
@@ -63,7 +65,11 @@ class RowBatch:
 
 
 class TextWindow:
-    """Text that the row scanner has not used yet; pieces of the file are appended to it."""
+    """Text that the row scanner has not used yet; pieces of the file are appended to it.
+
+    pieces: iterator over the pieces of the file.
+    skipped: number of bytes at the start of the text that are left out.
+    """
 
     def __init__(self, pieces: Pieces, skipped: int) -> None:
         self._pieces, self._skip = pieces, skipped
@@ -87,7 +93,7 @@ class TextWindow:
         self._begin += count
 
     def more(self) -> None:
-        """Append the next piece, or set `last` after the last piece."""
+        """Append the next piece of the file; set `last` if there is none."""
         piece = b""
         while not piece and not self.last:
             taken = next(self._pieces, None)
@@ -117,7 +123,7 @@ def batches(
     """Yield the rows of a text in batches of BLOCK_ROWS.
 
     source: name of the file for messages.
-    feed: the text; its first byte is in line `first_line`.
+    feed: text whose first byte is in line `first_line` of the file.
     dialect: byte between cells, byte before decimals, and order of a date's parts (iso8601.py).
     slots: destination of each column (see `read_rows`).
     width: number of columns that are read as numbers.

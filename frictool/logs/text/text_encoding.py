@@ -1,4 +1,4 @@
-"""Encoding of text files: the bytes are converted to an encoding that contains ASCII."""
+"""Detection of the encoding of text files, and conversion to an encoding that contains ASCII."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class TextEncoding:
 
 
 def encoding_of(head: bytes, requested: str | None = None) -> TextEncoding:
-    """Return the encoding of a text that begins with `head`.
+    """Return the encoding of a text that begins with the bytes `head`.
 
-    The byte-order mark decides. Without a mark, the encoding is `requested`. If `requested` is
+    A byte-order mark decides. Without such a mark, the encoding is `requested`. If `requested` is
     None, a text with NUL bytes is UTF-16; any other text is UTF-8 if it is valid UTF-8, else
     Latin-1.
     """
@@ -61,7 +61,7 @@ def encoding_of(head: bytes, requested: str | None = None) -> TextEncoding:
 
 
 def is_text(head: bytes) -> bool:
-    """Return whether the bytes may begin a text.
+    """Return True if the bytes may be the beginning of a text.
 
     NUL bytes are allowed only if nearly every second byte is NUL, as in UTF-16.
     """
@@ -75,7 +75,7 @@ def _looks_wide(head: bytes) -> bool:
 
 
 def text_bytes(path: Path, encoding: TextEncoding) -> Iterator[tuple[bytes, int]]:
-    """Yield the text piece by piece, with the number of bytes of the file read so far.
+    """Yield the text piece by piece, each with the number of bytes of the file read so far.
 
     UTF-16 is converted to UTF-8; other encodings are unchanged. Raises LogError if the file cannot
     be read.
@@ -92,7 +92,7 @@ def text_bytes(path: Path, encoding: TextEncoding) -> Iterator[tuple[bytes, int]
 
 
 def head_bytes(head: bytes, encoding: TextEncoding) -> bytes:
-    """Return the first bytes of a file as `text_bytes` would convert them."""
+    """Return the first bytes of a file, converted in the same way as by `text_bytes`."""
     return _Transcoder(encoding).bytes(head[encoding.mark :])
 
 

@@ -2,7 +2,7 @@
 
 metadata lines       may contain a sample interval. Lines of TwinCAT repeat their key: the line
                      `Name,a,Name,b` has the names a and b, the line `Unit,...` the units.
-header               the nearest line above the numbers that is a line of labels
+header               the nearest line above the numbers that has the form of a header
 units                part of the header's names, or in a separate line below
 rows of numbers      begin at the first line that has numbers in most of the numeric columns; a
                      column is numeric if most lines have a number in it
@@ -27,7 +27,7 @@ _INTERVAL = re.compile(
     re.IGNORECASE,
 )
 _RATE = re.compile(r".*\bsampl\w*[ _](rate|frequency|freq)\b.*", re.IGNORECASE)
-CHANNEL_KEYS = (  # first cells of the lines about channels in an export of TwinCAT's scope
+CHANNEL_KEYS = (  # first cells of the lines that describe channels in an export of TwinCAT Scope
     *(
         "name",
         "symbolcomment",
@@ -51,7 +51,7 @@ CHANNEL_KEYS = (  # first cells of the lines about channels in an export of Twin
     ),
 )
 FEWEST_KEYS = 3  # least number of lines that begin with a key
-# columns of an oscilloscope's export with a number in the line below the names only
+# columns of an oscilloscope's export that have a number only in the line below the names
 START, INCREMENT = "start", "increment"
 
 
@@ -64,7 +64,7 @@ def trimmed(row: Sequence[str]) -> Sequence[str]:
 
 
 def first_row(rows: Rows, is_number: IsNumber) -> int | None:
-    """Return the index of the first row of numbers, or None.
+    """Return the index of the first row of numbers; None if there is none.
 
     This row has the most frequent number of cells, and numbers in most of the numeric columns
     (module docstring). A row such as `Probe Attenuation,10,10`, with a text in the first column
@@ -97,7 +97,7 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
 
 
 def _stands_over_units(rows: Rows, index: int) -> bool:
-    """Return whether a line with numbers is the line of names of an oscilloscope's columns.
+    """Return True if a line with numbers is the line of names of an oscilloscope's columns.
 
     An example is `x-axis,1,2` above `second,Volt,Volt`.
     """
@@ -108,7 +108,7 @@ def _stands_over_units(rows: Rows, index: int) -> bool:
 def labels_above(rows: Rows, first: int, is_number: IsNumber) -> tuple[int | None, int | None]:
     """Return the indices of the lines with names and with units above the row `first`.
 
-    None replaces the index of a missing line.
+    The index of a missing line is None.
     """
     above = [index for index in range(first) if any(rows[index])]
     keyed = {
@@ -128,7 +128,7 @@ def labels_above(rows: Rows, first: int, is_number: IsNumber) -> tuple[int | Non
 
 
 def _are_labels(rows: Rows, index: int, first: int) -> bool:
-    """Return whether a line may contain the names of the columns.
+    """Return True if a line may contain the names of the columns.
 
     A single cell above several columns is a title, not a name.
     """
@@ -136,7 +136,7 @@ def _are_labels(rows: Rows, index: int, first: int) -> bool:
 
 
 def _are_units(row: Sequence[str], is_number: IsNumber) -> bool:
-    """Return whether a line contains units.
+    """Return True if a line contains units.
 
     At least half of its texts must be units, or its first cell must be a unit of time.
     """
@@ -168,7 +168,12 @@ def labels(
     unit: int | None,
     number: Callable[[str], float | None],
 ) -> ColumnLabels:
-    """Return names and units of the columns, and the sample interval of the rows."""
+    """Return names and units of the columns, and the sample interval of the rows.
+
+    first: index of the first row of numbers.
+    header, unit: indices of the lines with names and units; None for a missing line.
+    number: function from a cell to its number, or None.
+    """
     names = list(rows[header]) if header is not None else []
     beneath = list(rows[unit]) if unit is not None else []
     steps = _steps_beneath(names, beneath, number) or _steps_in(
@@ -202,7 +207,7 @@ def _label(
 ) -> tuple[str, str | None]:
     """Return name and unit of a column.
 
-    If the cell below the name contains a text that is no unit, this text replaces the name.
+    If the cell below the name contains a text that is not a unit, this text replaces the name.
     """
     name, unit = name_and_unit(names[column]) if column < len(names) else ("", None)
     below = beneath[column] if column < len(beneath) else ""

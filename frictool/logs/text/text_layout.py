@@ -41,12 +41,13 @@ MOST_LINES = 200  # maximum number of lines examined
 
 @dataclass(frozen=True)
 class TextLayout:
-    """Layout of a text file; lines count from 1, 0 means none.
+    """Layout of a text file; lines count from 1, and 0 means that there is no such line.
 
     names, units: names and units of the columns.
+    header_line, unit_line: lines with the names and with the units.
     first_line: line of the first row of numbers.
-    clock: words for messages that name the source of the times; None if the file has no times or a
-        numeric column of times.
+    clock: name of the source of the times in messages; None if the file has no times or a numeric
+        column of times.
     stamps: index of the column with dates or times of day; None if there is none.
     dates: order of the parts of these dates (kernels/iso8601.py).
     period_ns, start_ns: interval and start of the rows in ns, from a line above the numbers or from
@@ -76,7 +77,7 @@ class TextLayout:
 
     @property
     def description(self) -> str:
-        """Return the description of the layout for messages."""
+        """Return a text for messages that describes the layout."""
         between = next(name for name, sign in DELIMITERS.items() if sign == self.delimiter)
         decimal = next(name for name, sign in MARKS.items() if sign == self.mark)
         lines = [
@@ -99,9 +100,10 @@ def find_layout(
     """Return the layout of a file that begins with `head`.
 
     whole: True if `head` is the complete file.
+    layout: keys of the layout that the bench states; they take precedence.
 
-    Raises LogError if the file is empty, has no row of numbers, or has a line longer than
-    LONGEST_LINE. Rows of numbers are expected below the header, whose line the bench may state.
+    Raises LogError if the file is empty, has no row of numbers below its header, or has a line
+    longer than LONGEST_LINE.
     """
     lines = _lines(path, head, whole, max(MOST_LINES, layout.first_line or 0))
     declared_delimiter, declared_mark, samples = labview_dialect(lines)
