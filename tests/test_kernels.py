@@ -128,7 +128,8 @@ def test_a_kernel_inherits_nothing_from_an_inner_kernel_that_calls_it_first(
 
     assert outermost(1.0) == 2.0
     for function, copied in ((called, False), (caller, True)):
-        assert ("alwaysinline" in next(iter(function.inspect_llvm().values()))) == copied
+        callee: Any = function.callee  # type: ignore[attr-defined]  # added by the decorator
+        assert ("alwaysinline" in next(iter(callee.dispatcher.inspect_llvm().values()))) == copied
 
 
 def test_a_relative_place_is_that_of_the_start(
@@ -163,4 +164,32 @@ def test_constants_of_a_caller_share_one_compilation() -> None:
 
     assert both(3.0) == 5.0
     compiled: Any = shifted
-    assert compiled.signatures == [(numba.float64, numba.int64, numba.boolean)]
+    assert compiled.callee.dispatcher.signatures == [(numba.float64, numba.int64, numba.boolean)]
+
+
+def test_a_kernel_that_only_kernels_call_is_linked_into_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kernels, "FOLDER", tmp_path)
+
+    @kernels.bare_kernel
+    def square(x: float) -> float:
+        return x * x
+
+    @kernels.part_kernel
+    def fourth(x: float) -> float:
+        return float(square(square(x)))
+
+    @kernels.kernel
+    def eighth(x: float) -> float:
+        return float(fourth(x) ** 2)
+
+    assert eighth(2.0) == 256.0
+    for function in (square, fourth):
+        compiled: Any = function
+        assert compiled.signatures == []  # no form for Python
+        (form,) = compiled.callee.dispatcher.overloads.values()
+        assert form.library.get_pointer_to_function(form.fndesc.llvm_cpython_wrapper_name) == 0
+    # functions with other kernels in their closures are not kept
+    assert [path.name.count("-linked.") for path in tmp_path.rglob("*.nbc")] == [1]
+    assert square(3.0) == 9.0  # a kernel that kernels call, called from Python

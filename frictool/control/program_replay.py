@@ -10,7 +10,7 @@ from frictool.control.compiled_program import (
     run_values,
 )
 from frictool.control.fixed_point_kernel import to_real
-from frictool.runtime.kernels import inset_kernel, kernel
+from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import IntVector, Vector
 
 
@@ -59,7 +59,7 @@ def value_along(
         values[k] = _value(machine, index)
 
 
-@inset_kernel
+@bare_kernel
 def _value(machine: CompiledProgram, index: int) -> float:
     if machine.number == FIXED:
         return to_real(machine.formats[index], machine.word[index])

@@ -22,7 +22,7 @@ from frictool.friction.law_registry import ROWS
 from frictool.friction.law_signatures import SIGNATURES
 from frictool.runtime import kernel_folders, kernels
 from frictool.runtime.kernel_sources import PACKAGE, Sources
-from frictool.runtime.machine_code_store import KernelStore
+from frictool.runtime.machine_code_store import LINKED, KernelStore
 
 LIST = Path(__file__).with_name("kernels.json")
 
@@ -166,6 +166,8 @@ def kept(folder: Path) -> Iterator[list[Any]]:
         ):
             continue  # belongs to a test or to former sources
         for index in sorted(state.path.glob("*.nbi")):
+            if LINKED in index.name:
+                continue  # compiled with its callers
             with open(index, "rb") as stream:
                 pickle.load(stream)
                 _, overloads = pickle.loads(stream.read())
@@ -182,11 +184,8 @@ def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:
     """
     kernel: Any = getattr(importlib.import_module(module), name, None)
     for signature, *_ in signatures if kernel is not None else ():
-        is_pointer = hasattr(signature, "return_type")
-        if not is_pointer and kernel.targetoptions.get("no_cpython_wrapper"):
-            continue
         try:
-            if is_pointer:
+            if hasattr(signature, "return_type"):
                 yield [
                     module,
                     name,

@@ -24,7 +24,7 @@ from numba.core import event, sigutils, types
 from numba.core.ccallback import CFunc
 
 from frictool.runtime import kernel_folders, notifications
-from frictool.runtime.machine_code_store import KernelStore
+from frictool.runtime.machine_code_store import LINKED, KernelStore
 
 F = TypeVar("F", bound=Callable[..., Any])
 settings: Any = numba.config
@@ -93,20 +93,47 @@ def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     compiled = compiler(**options)(function)
     if settings.DISABLE_JIT:
         return compiled
-    compiled.get_call_template = functools.partial(_call_template, compiled.get_call_template)
+    compiled.callee = Callee(function, options)
+    compiled.get_call_template = compiled.callee.get_call_template
+    compiled.get_overload = compiled.callee.get_overload
     if FOLDER is not None:
         compiled._cache = KernelStore(function, FOLDER)
     return compiled
 
 
-def _call_template(resolve: Callable[..., Any], arguments: Any, named: dict[str, Any]) -> Any:
-    """Return numba's resolution of a call by a kernel, with types in place of constant values.
+class Callee:
+    """Form of a kernel that other kernels call: code to be linked, without a wrapper for Python.
 
-    numba would compile the called kernel once for each value of a constant integer.
+    It is compiled apart from the form that Python calls, and only if another kernel calls it.
     """
-    return resolve(
-        [_general(one) for one in arguments], {name: _general(one) for name, one in named.items()}
-    )
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        self._function = function
+        self._options = {**options, "no_cfunc_wrapper": True, "no_cpython_wrapper": True}
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """Numba's dispatcher of this form."""
+        from frictool.runtime.linked_code import LinkedCompiler  # loads numba's compiler
+
+        made = compiler(**self._options, pipeline_class=LinkedCompiler)(self._function)
+        if FOLDER is not None:
+            made._cache = KernelStore(self._function, FOLDER, form=LINKED)
+        return made
+
+    def get_call_template(self, arguments: Any, named: dict[str, Any]) -> Any:
+        """Return numba's resolution of a call by a kernel, with types in place of constant values.
+
+        numba would compile the called kernel once for each value of a constant integer.
+        """
+        return self.dispatcher.get_call_template(
+            [_general(one) for one in arguments],
+            {name: _general(one) for name, one in named.items()},
+        )
+
+    def get_overload(self, signature: Any) -> Any:
+        """Return numba's key of the compiled code for a signature."""
+        return self.dispatcher.get_overload(signature)
 
 
 def _general(kind: Any) -> Any:
@@ -148,21 +175,12 @@ def kernel(function: F) -> F:
     )
 
 
-def _inner_options(function: Callable[..., Any]) -> dict[str, Any]:
-    """Return the options of an inlined kernel.
-
-    numba also compiles a wrapper for C and a wrapper for Python; for many arrays, these take longer
-    to compile than the function itself. The C wrapper is left out; `function_pointer` makes this
-    wrapper when needed. The Python wrapper of a private function (`_name`) is left out, too, so
-    that only kernels can call this function.
-    """
-    private = function.__name__.startswith("_")
-    return {"forceinline": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": private}
+INNER = {"forceinline": True, "no_cfunc_wrapper": True}  # options of kernels for inner loops
 
 
 def inner_kernel(function: F) -> F:
     """Compile a function as `kernel` does, and inline it into its callers; for inner loops."""
-    return cast(F, _declared(function, _inner_options(function)))
+    return cast(F, _declared(function, INNER))
 
 
 def bare_kernel(function: F) -> F:
@@ -172,39 +190,15 @@ def bare_kernel(function: F) -> F:
     of its caller: it must neither create an array, which numba refuses, nor return an array, nor
     call a function that returns an array.
     """
-    return cast(F, _declared(function, {**_inner_options(function), "_nrt": False}))
+    return cast(F, _declared(function, {**INNER, "_nrt": False}))
 
 
 def part_kernel(function: F) -> F:
-    """Compile a function as `inset_kernel` does, but do not inline it into its callers.
+    """Compile a function as `bare_kernel` does, but do not inline it into its callers.
 
-    This suits a long function that several kernels share. Only kernels can call the function.
+    This suits a long function that several kernels share.
     """
-    return cast(
-        F,
-        _declared(
-            function,
-            {
-                **_inner_options(function),
-                "forceinline": False,
-                "no_cpython_wrapper": True,
-                "_nrt": False,
-            },
-        ),
-    )
-
-
-def inset_kernel(function: F) -> F:
-    """Compile a function as `bare_kernel` does, but without the wrapper for calls from Python.
-
-    Only other kernels can call the function.
-    """
-    return cast(
-        F,
-        _declared(
-            function, {**_inner_options(function), "no_cpython_wrapper": True, "_nrt": False}
-        ),
-    )
+    return cast(F, _declared(function, {**INNER, "forceinline": False, "_nrt": False}))
 
 
 def parallel_kernel(function: F) -> F:

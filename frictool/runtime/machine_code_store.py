@@ -43,6 +43,7 @@ defer_parts_of_numpy()
 # lock file; one byte of it is locked for each kernel that is being compiled
 COMPILING = "compiling"
 PATIENCE_S = 300.0  # s, longest wait for another process that compiles the same kernel
+LINKED = "-linked"  # form of code that other kernels link
 POLL_S = 0.02  # s, between two attempts to lock
 
 
@@ -89,13 +90,17 @@ def _without_module(environment: Environment) -> Environment:
 
 
 class KernelStore(FunctionCache):
-    """Store of one function's machine code in `folder`, used by numba as its cache."""
+    """Store of one function's machine code in `folder`, used by numba as its cache.
 
-    def __init__(self, function: Any, folder: Path) -> None:
+    `form` distinguishes several forms of the code of one function.
+    """
+
+    def __init__(self, function: Any, folder: Path, form: str = "") -> None:
         self._py_func = function
         self._name = repr(function)
         self._enabled = True
         self._folder = folder
+        self._form = form
         self._claims: dict[Any, int] = {}
         self._source = function.__code__.co_filename
         self._module = module_of(function)
@@ -171,7 +176,7 @@ class KernelStore(FunctionCache):
             _use(folder)
         name = (
             f"{re.sub('[<>]', '', self._py_func.__qualname__)}-{_digest(self._py_func)}"
-            f".{sys.implementation.cache_tag}"
+            f"{self._form}.{sys.implementation.cache_tag}"
         )
         self._impl = _Form(
             _Entry(folder, self._source), name, self._py_func.__code__.co_firstlineno

@@ -18,7 +18,7 @@ from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation, counts
-from frictool.runtime.kernels import inset_kernel, kernel
+from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import IntVector, Vector
 
 # rows of the work array that are free while no contact is being resolved
@@ -36,7 +36,7 @@ class RestForces(NamedTuple):
     holds: Vector
 
 
-@inset_kernel
+@bare_kernel
 def _range_of(k: IntVector, p: Vector, i: int, contact: int, w: Vector) -> tuple[float, float]:
     """Return the range of lambda of the joint between a block at rest and its parent.
 

@@ -18,7 +18,7 @@ from frictool.engine.mechanism.joint_losses import (
     slope_of,
     transmitted,
 )
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 MAX_PIECES = 200  # most linear pieces that a search visits
@@ -100,7 +100,7 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
         w[rows.SLOPE, parent] += slope
 
 
-@inset_kernel
+@bare_kernel
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at this zero.
 
@@ -141,7 +141,7 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     return False, x
 
 
-@inset_kernel
+@bare_kernel
 def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
     """Return the distance from x, in the direction `going`, to the next change of Lambda's slope.
 
@@ -173,7 +173,7 @@ def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float
     return nearest
 
 
-@inset_kernel
+@bare_kernel
 def total_inertia(tree: JointTree) -> float:
     """Return the inertia of all blocks of the tree, reflected to the root without losses."""
     k, p, _, members, _, w = tree
@@ -184,7 +184,7 @@ def total_inertia(tree: JointTree) -> float:
     return inertia
 
 
-@inset_kernel
+@bare_kernel
 def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, zero of Lambda that x reaches from `start`), or (False, x) if x diverges.
 

@@ -19,7 +19,7 @@ from llvmlite import ir
 from numba.extending import intrinsic
 
 from frictool.engine.mechanism import address_calls as ac
-from frictool.runtime.kernels import inset_kernel
+from frictool.runtime.kernels import bare_kernel
 from frictool.typing import IntVector, Vector
 
 # indices of the numbers of elements
@@ -193,13 +193,13 @@ resistance, supply = map(_parameter, (RESISTANCE, SUPPLY))
 block, kind, level, straight = map(_place, (BLOCK, KIND, LEVEL, STRAIGHT))
 
 
-@inset_kernel
+@bare_kernel
 def law_values(k: IntVector, row: int) -> slice:
     """Return the indices in p of a friction law's parameters; row: `friction_row`."""
     return slice(k[LAW_VALUES] + k[row + VALUES], k[LAW_VALUES] + k[row + VALUES_END])
 
 
-@inset_kernel
+@bare_kernel
 def inner_states(k: IntVector, row: int) -> slice:
     """Return the indices in y of a friction law's internal states; row: `friction_row`."""
     return slice(2 * k[BLOCKS] + k[row + FIRST_INNER], 2 * k[BLOCKS] + k[row + INNER_END])

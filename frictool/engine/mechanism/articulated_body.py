@@ -40,11 +40,11 @@ from frictool.engine.mechanism.joint_losses import (
 )
 from frictool.engine.mechanism.state import EVALUATION, FREE, OPEN, RIGID, STUCK, RateEvaluation
 from frictool.engine.mechanism.static_forces import force_at_rest
-from frictool.runtime.kernels import inset_kernel, kernel
+from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import IntVector, Vector
 
 
-@inset_kernel
+@bare_kernel
 def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
@@ -62,7 +62,7 @@ def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
             w[rows.NEED_HIGH, block] = math.inf
 
 
-@inset_kernel
+@bare_kernel
 def _hand_over_rest(
     k: IntVector, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool
 ) -> None:
@@ -102,7 +102,7 @@ def _hand_over_rest(
     w[rows.NEED_HIGH, parent] += high
 
 
-@inset_kernel
+@bare_kernel
 def _guard_load(
     k: IntVector, p: Vector, i: int, modes: IntVector, w: Vector, guard: Vector
 ) -> None:
@@ -117,7 +117,7 @@ def _guard_load(
     guard[at] = (high - kink if modes[at] > 0 else kink - low) / slack
 
 
-@inset_kernel
+@bare_kernel
 def direction_of(modes: IntVector, y: Vector, n: int, block: int) -> float:
     """Return the direction of motion of a block: +1, -1, or 0 at rest."""
     if modes[block] == FREE:
@@ -125,7 +125,7 @@ def direction_of(modes: IntVector, y: Vector, n: int, block: int) -> float:
     return float(modes[block])
 
 
-@inset_kernel
+@bare_kernel
 def _hand_over(
     k: IntVector, p: Vector, i: int, y: Vector, modes: IntVector, w: Vector, whole: bool
 ) -> None:
@@ -153,7 +153,7 @@ def _hand_over(
         w[rows.NEED, parent] += (w[rows.NEED, i] + ratio * kink) / slope - kink
 
 
-@inset_kernel
+@bare_kernel
 def _gather(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, whole: bool
 ) -> bool:
@@ -184,7 +184,7 @@ def _gather(
     return sound
 
 
-@inset_kernel
+@bare_kernel
 def _hand_out(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, power: Vector
 ) -> None:
@@ -231,7 +231,7 @@ def _hand_out(
             guard[n + joint] = -modes[n + joint] * force / slack
 
 
-@inset_kernel
+@bare_kernel
 def _rates(
     machine: CompiledMechanism,
     t: float,
@@ -278,7 +278,7 @@ def rates_of_state(
     return _rates(machine, t, y, modes, inputs, out, True)
 
 
-@inset_kernel
+@bare_kernel
 def field_within(
     machine: CompiledMechanism,
     t: float,
@@ -297,7 +297,7 @@ RATES_OF_STATE = ac.function_type(
 _rates_of_state = ac.call_by_address(RATES_OF_STATE)
 
 
-@inset_kernel
+@bare_kernel
 def field(
     machine: CompiledMechanism,
     t: float,

@@ -12,11 +12,11 @@ from frictool.engine.mechanism.law_kernels import EXACT, breakaway, slip_force
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation
 from frictool.engine.mechanism.tree_solver import solve_tree
 from frictool.engine.status_codes import LAW_FAILED, OK
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 
-@inset_kernel
+@bare_kernel
 def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None:
     """Fill AHEAD and BEHIND, each block's friction at the start of a slip, without joint losses."""
     k, p, laws = machine
@@ -46,7 +46,7 @@ def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None
             w[rows.BEHIND, block] -= excess
 
 
-@inset_kernel
+@bare_kernel
 def _flanks(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector, work: Vector
 ) -> None:
@@ -71,7 +71,7 @@ def _flanks(
                 work[at + c] += held
 
 
-@inset_kernel
+@bare_kernel
 def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]

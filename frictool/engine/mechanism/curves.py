@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from frictool.engine.mechanism import array_layout as ly
-from frictool.runtime.kernels import inset_kernel
+from frictool.runtime.kernels import bare_kernel
 from frictool.typing import IntVector, Vector
 
 
-@inset_kernel
+@bare_kernel
 def _piece(k: IntVector, p: Vector, curve: int, x: float) -> tuple[int, float]:
     first = k[k[ly.CURVE_START] + curve]
     last = k[k[ly.CURVE_START] + curve + 1]
@@ -24,7 +24,7 @@ def _piece(k: IntVector, p: Vector, curve: int, x: float) -> tuple[int, float]:
     return low, x
 
 
-@inset_kernel
+@bare_kernel
 def curve_value(k: IntVector, p: Vector, curve: int, x: float) -> float:
     """Return the value of a curve at x."""
     piece, at = _piece(k, p, curve, x)
@@ -33,7 +33,7 @@ def curve_value(k: IntVector, p: Vector, curve: int, x: float) -> float:
     return float(p[c] + s * (p[c + 1] + s * (p[c + 2] + s * p[c + 3])))
 
 
-@inset_kernel
+@bare_kernel
 def curve_integral(k: IntVector, p: Vector, curve: int, x: float) -> float:
     """Return the integral of a curve from the start of its range to x."""
     first = k[k[ly.CURVE_START] + curve]

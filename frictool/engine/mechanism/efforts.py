@@ -25,13 +25,13 @@ from frictool.engine.mechanism.sources import flowing_at
 from frictool.engine.mechanism.state import OPEN, STUCK, RateEvaluation
 from frictool.engine.mechanism.workspace_rows import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW
 from frictool.friction.status_codes import OK
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 STIFF_MARGIN = 1e-10  # tolerance of the contact of a compliant flank, relative to the gap
 
 
-@inset_kernel
+@bare_kernel
 def _driving(
     k: IntVector, p: Vector, t: float, y: Vector, inputs: Vector, out: RateEvaluation, whole: bool
 ) -> None:
@@ -66,7 +66,7 @@ def _driving(
             w[GROSS, block] += abs(effort)
 
 
-@inset_kernel
+@bare_kernel
 def coupling_stretch(k: IntVector, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
     """Return the stretch e = q_b - ratio q_a - offset of a compliant link, and its rate e'.
 
@@ -83,7 +83,7 @@ def coupling_stretch(k: IntVector, p: Vector, coupling: int, y: Vector) -> tuple
     return e, rate
 
 
-@inset_kernel
+@bare_kernel
 def _at_flank(
     e: float,
     rate: float,
@@ -112,7 +112,7 @@ def _at_flank(
     return side * beyond, True
 
 
-@inset_kernel
+@bare_kernel
 def _couplings(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> None:
@@ -170,7 +170,7 @@ def _couplings(
         power[at + c] = lost
 
 
-@inset_kernel
+@bare_kernel
 def _frictions(
     machine: CompiledMechanism, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> int:
@@ -215,7 +215,7 @@ def _frictions(
     return status
 
 
-@inset_kernel
+@bare_kernel
 def _pressings(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> None:
@@ -240,7 +240,7 @@ def _pressings(
             w[GROSS, block] += friction
 
 
-@inset_kernel
+@bare_kernel
 def efforts(
     machine: CompiledMechanism,
     t: float,

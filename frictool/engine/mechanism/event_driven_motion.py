@@ -33,7 +33,7 @@ from frictool.engine.mechanism.sources import is_steady, let_flow, longest_step,
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation
 from frictool.engine.mechanism.weighted_sums import gained
 from frictool.engine.status_codes import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
-from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 TOLERANCE = (
@@ -45,7 +45,7 @@ MANY_LAGS = 50.0  # half lags after which a drive's lag no longer limits the ste
 SHORTEST = 1e-15  # shortest step, relative to the time reached, or in s
 
 
-@inset_kernel
+@bare_kernel
 def _is_settled(k: IntVector, state: MechanismState) -> bool:
     """Return True if nothing moves and nothing will move until the command changes."""
     n = k[ly.BLOCKS]
@@ -57,7 +57,7 @@ def _is_settled(k: IntVector, state: MechanismState) -> bool:
     return not moves
 
 
-@inset_kernel
+@bare_kernel
 def _change(error: float) -> float:
     """Return the factor from the last step length to the next; error: relative to the tolerance."""
     if error == 0.0:
@@ -67,7 +67,7 @@ def _change(error: float) -> float:
     )
 
 
-@inset_kernel
+@bare_kernel
 def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
     """Return an earlier time at which a guard may fall briefly to its limit, else h [s]."""
     workspace = state.workspace
@@ -229,7 +229,7 @@ HELD_COMMAND = ac.function_type(
 _held_command = ac.call_by_address(HELD_COMMAND)
 
 
-@inset_kernel
+@bare_kernel
 def advance(
     machine: CompiledMechanism,
     state: MechanismState,

@@ -16,13 +16,13 @@ from frictool.engine.mechanism.mode_guards import distance_to_guard, forces_hold
 from frictool.engine.mechanism.mode_iteration import align, settle, stop_tree
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation
 from frictool.engine.status_codes import LAW_FAILED, OK
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 FIRST_STEP = 1e-5  # s, first step of a state
 
 
-@inset_kernel
+@bare_kernel
 def _note(k: IntVector, state: MechanismState) -> None:
     for i in range(state.modes.shape[0]):
         state.workspace.integers[st.BEFORE, i] = state.modes[i]
@@ -30,13 +30,13 @@ def _note(k: IntVector, state: MechanismState) -> None:
         state.workspace.lines[st.SPEEDS, i] = state.y[k[ly.BLOCKS] + i]
 
 
-@inset_kernel
+@bare_kernel
 def _copy(values: Vector, to: Vector) -> None:
     for i in range(to.shape[0]):
         to[i] = values[i]
 
 
-@inset_kernel
+@bare_kernel
 def _are_finite(values: Vector) -> bool:
     total = 0.0
     for value in values:
@@ -44,7 +44,7 @@ def _are_finite(values: Vector) -> bool:
     return math.isfinite(total)
 
 
-@inset_kernel
+@bare_kernel
 def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
     workspace = state.workspace
     out = RateEvaluation(
@@ -111,7 +111,7 @@ def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> in
     return OK
 
 
-@inset_kernel
+@bare_kernel
 def _meet_or_halt(
     k: IntVector, p: Vector, now: float, state: MechanismState, events: EventRows
 ) -> bool:

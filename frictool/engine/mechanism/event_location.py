@@ -34,7 +34,7 @@ from frictool.engine.mechanism.state import (
     Workspace,
 )
 from frictool.engine.mechanism.weighted_sums import on_path
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 ROUNDS = 200  # most iterations of the search
@@ -48,7 +48,7 @@ FAR = -4.0  # lowest value of a force's guard at the located instant
 NEAREST = 4e-16  # distance below which instants are treated as one, relative to the time
 
 
-@inset_kernel
+@bare_kernel
 def _is_there(
     k: IntVector,
     p: Vector,
@@ -79,7 +79,7 @@ def _is_there(
     return True
 
 
-@inset_kernel
+@bare_kernel
 def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
     """Return the last time in [0, h] at which a cubic falls through 0.
 
@@ -110,13 +110,13 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
     return s
 
 
-@inset_kernel
+@bare_kernel
 def _has_rate(k: IntVector, modes: IntVector, index: int) -> bool:
     """Return True for a guard with a known rate: of a speed, a position or a compliant flank."""
     return not is_forced(k, modes, index) or index >= k[ly.BLOCKS] + 2 * k[ly.JOINTS]
 
 
-@inset_kernel
+@bare_kernel
 def _smooth_crossing(
     k: IntVector,
     p: Vector,
@@ -141,7 +141,7 @@ def _smooth_crossing(
     return low + _crossing(g0 - past, r0, g1 - past, r1, high - low)
 
 
-@inset_kernel
+@bare_kernel
 def _keep(
     count: int,
     y: Vector,
@@ -157,7 +157,7 @@ def _keep(
         kept[index] = guard[index]
 
 
-@inset_kernel
+@bare_kernel
 def _keep_low(count: int, y: Vector, rates: Vector, guard: Vector, workspace: Workspace) -> None:
     _keep(
         count,
@@ -170,7 +170,7 @@ def _keep_low(count: int, y: Vector, rates: Vector, guard: Vector, workspace: Wo
     )
 
 
-@inset_kernel
+@bare_kernel
 def _keep_high(count: int, workspace: Workspace) -> None:
     kept = workspace.lines[Y_HIGH], workspace.lines[RATES_HIGH], workspace.lines[AT_HIGH]
     _keep(
@@ -184,7 +184,7 @@ def _keep_high(count: int, workspace: Workspace) -> None:
     )
 
 
-@inset_kernel
+@bare_kernel
 def _first(
     k: IntVector,
     p: Vector,

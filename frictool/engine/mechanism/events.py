@@ -9,7 +9,7 @@ from frictool.engine.mechanism.address_calls import INDICES, MATRIX, record_type
 from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.joint_losses import is_lossy
 from frictool.engine.mechanism.state import OPEN, STUCK
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 (
@@ -64,7 +64,7 @@ class EventRows(NamedTuple):
 EVENTS = record_type(EventRows, MATRIX, INDICES)
 
 
-@inset_kernel
+@bare_kernel
 def write(events: EventRows, t: float, kind: int, element: int, speed: float) -> None:
     """Write an event to the next row; if the array is full, only increase the count."""
     row = events.happened[0]

@@ -20,13 +20,13 @@ from frictool.engine.mechanism.state import OPEN, STUCK, MechanismState, RateEva
 from frictool.engine.mechanism.workspace_rows import FORCE, GROSS, INERTIA, NEED, ON_BLOCK
 from frictool.friction.static_kernels import sticking_force
 from frictool.friction.status_codes import OK
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 HELD, SLIPS = 0, 1  # modes of a law
 
 
-@inset_kernel
+@bare_kernel
 def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int, float]:
     """Return the root of the block's moving tree, and (speed of the block)/(speed of the root)."""
     n = k[ly.BLOCKS]
@@ -39,7 +39,7 @@ def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int
     return i, along
 
 
-@inset_kernel
+@bare_kernel
 def _first_mode(k: IntVector) -> int:
     return int(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS])
 

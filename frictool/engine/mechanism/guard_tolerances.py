@@ -7,7 +7,7 @@ import math
 from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism.state import OPEN
 from frictool.engine.mechanism.workspace_rows import GROSS
-from frictool.runtime.kernels import inset_kernel
+from frictool.runtime.kernels import bare_kernel
 from frictool.typing import IntVector, Vector
 
 SLACK = 1e-11  # tolerance of an effort, relative to the efforts on its block
@@ -17,7 +17,7 @@ PLACE_SLACK = 1e-10  # tolerance of a position, relative to the gap
 ROUNDING = 1e-15  # rounding error of a position, relative to its terms
 
 
-@inset_kernel
+@bare_kernel
 def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
     """Return the tolerance of forces at a block [N | N m]; smaller forces count as zero."""
     least = 1e-300  # N | N m, for a block without mass and without efforts
@@ -28,7 +28,7 @@ def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
     )
 
 
-@inset_kernel
+@bare_kernel
 def joint_gap(k: IntVector, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
     """Return the position difference e of a joint's flanks, its rate e', and the tolerance of e.
 
@@ -43,7 +43,7 @@ def joint_gap(k: IntVector, p: Vector, joint: int, y: Vector) -> tuple[float, fl
     return e, y[n + b] - ratio * y[n + a], PLACE_SLACK * ly.gap(p, row) + ROUNDING * size
 
 
-@inset_kernel
+@bare_kernel
 def stop_slack(p: Vector, row: int) -> float:
     """Return the tolerance of the distance to a stop [rad | m]."""
     low, high = ly.low(p, row), ly.high(p, row)
@@ -53,7 +53,7 @@ def stop_slack(p: Vector, row: int) -> float:
     return float(PLACE_SLACK * 1e-2 * span + 1e-13)
 
 
-@inset_kernel
+@bare_kernel
 def place_guards(k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector) -> None:
     """Set the guards of open flanks and stops: distance to contact in units of the tolerance."""
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]

@@ -21,7 +21,7 @@ from frictool.engine.mechanism.guard_tolerances import joint_gap, stop_slack
 from frictool.engine.mechanism.lossy_impulses import Group, is_group_lossy, yielding
 from frictool.engine.mechanism.state import OPEN, RIGID
 from frictool.engine.status_codes import OK, UNRESOLVED
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 BOUNCE = 1e-6  # slowest approach with a rebound, relative to the speed scale
@@ -32,7 +32,7 @@ MAX_PIECES = 20  # most pieces of an impulse (`_meet`)
 TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of position
 
 
-@inset_kernel
+@bare_kernel
 def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> float:
     """Return the approach speed of two flanks on side +1 or -1, in the coordinate of block b."""
     n = k[ly.BLOCKS]
@@ -41,7 +41,7 @@ def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> floa
     return float(side * (y[n + b] - ly.ratio(p, row) * y[n + a]))
 
 
-@inset_kernel
+@bare_kernel
 def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> float:
     """Set the speeds of a group; return the lost energy [J]. speed: of the group's first block."""
     n = k[ly.BLOCKS]
@@ -52,7 +52,7 @@ def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> 
     return float(0.5 * ly.group_mass(k, p, group) * (before - speed) * (before + speed))
 
 
-@inset_kernel
+@bare_kernel
 def _until(s: float, rate: float, goal: float, absorbed: float) -> float:
     """Return the impulse at which the approach speed s reaches `goal`.
 
@@ -123,7 +123,7 @@ def _meet(
     work[at + joint] += _set_group(k, p, group_a, v_a, y) + _set_group(k, p, group_b, v_b, y)
 
 
-@inset_kernel
+@bare_kernel
 def _strike(
     k: IntVector, p: Vector, stop: int, side: int, y: Vector, w: Vector, work: Vector
 ) -> None:
@@ -143,7 +143,7 @@ def _strike(
     work[at + stop] += _set_group(k, p, group, after, y)
 
 
-@inset_kernel
+@bare_kernel
 def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Close the open joints and stops that touch: set the mode to the side (+-1) of the contact."""
     n = k[ly.BLOCKS]
@@ -164,7 +164,7 @@ def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
                 modes[stops + s] = 1
 
 
-@inset_kernel
+@bare_kernel
 def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) -> None:
     """Open each contact whose separation speed exceeds `speed` times the speed scale."""
     n = k[ly.BLOCKS]
@@ -175,7 +175,7 @@ def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) 
                 modes[n + joint] = OPEN
 
 
-@inset_kernel
+@bare_kernel
 def _part(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
@@ -186,7 +186,7 @@ def _part(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
             modes[stops + s] = OPEN
 
 
-@inset_kernel
+@bare_kernel
 def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -> tuple[float, int]:
     """Return the largest approach speed over all contacts, and the index of its contact.
 

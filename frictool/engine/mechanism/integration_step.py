@@ -20,14 +20,14 @@ from frictool.engine.mechanism.dormand_prince8 import AFTER, NODES, SLOPES, STAG
 from frictool.engine.mechanism.mode_guards import BROKEN, is_forced
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation, Workspace
 from frictool.engine.mechanism.weighted_sums import on_path, path_of, stage_point, step_errors
-from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 SLOW = 0.1  # smallest speed to which the tolerance is relative, in units of the speed scale
 PLACE_TIME = 1e-2  # s, tolerance of a position divided by the tolerance of a speed
 
 
-@inset_kernel
+@bare_kernel
 def _stages(
     machine: CompiledMechanism,
     y: Vector,
@@ -86,7 +86,7 @@ STAGES_OF_STEP = function_type(
 _stages_of_step = call_by_address(STAGES_OF_STEP)
 
 
-@inset_kernel
+@bare_kernel
 def stages(
     machine: CompiledMechanism,
     state: MechanismState,
@@ -108,7 +108,7 @@ def stages(
     return seen
 
 
-@inset_kernel
+@bare_kernel
 def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) -> int:
     count = 0
     for index in range(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]):
@@ -118,7 +118,7 @@ def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) ->
     return count
 
 
-@inset_kernel
+@bare_kernel
 def _error(k: IntVector, p: Vector, h: float, modes: IntVector, workspace: Workspace) -> float:
     n = k[ly.BLOCKS]
     worst = 0.0
@@ -134,7 +134,7 @@ def _error(k: IntVector, p: Vector, h: float, modes: IntVector, workspace: Works
     return worst
 
 
-@inset_kernel
+@bare_kernel
 def at_end(workspace: Workspace) -> RateEvaluation:
     """Return the arrays for the results of an evaluation of the rates at a step's end."""
     return RateEvaluation(
@@ -142,7 +142,7 @@ def at_end(workspace: Workspace) -> RateEvaluation:
     )
 
 
-@inset_kernel
+@bare_kernel
 def _is_finite(end: Vector, rates: Vector) -> bool:
     total = 0.0
     for i in range(rates.shape[0]):

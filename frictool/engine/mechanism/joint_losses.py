@@ -19,11 +19,11 @@ from __future__ import annotations
 import math
 
 from frictool.engine.mechanism import array_layout as ly
-from frictool.runtime.kernels import inset_kernel
+from frictool.runtime.kernels import bare_kernel
 from frictool.typing import Vector
 
 
-@inset_kernel
+@bare_kernel
 def is_lossy(p: Vector, row: int) -> bool:
     """Return True if the joint has losses."""
     return bool(
@@ -31,13 +31,13 @@ def is_lossy(p: Vector, row: int) -> bool:
     )
 
 
-@inset_kernel
+@bare_kernel
 def is_self_locking(p: Vector, row: int) -> bool:
     """Return True if the load end b of the joint cannot drive the driving end a."""
     return bool(max(ly.back_loss(p, row), ly.thread(p, row)) > abs(ly.ratio(p, row)))
 
 
-@inset_kernel
+@bare_kernel
 def kink_of(p: Vector, row: int, driven: float) -> float:
     """Return the force at a joint's load end b at which the slope of the loss changes.
 
@@ -46,7 +46,7 @@ def kink_of(p: Vector, row: int, driven: float) -> float:
     return ly.thesis_screw(p, row) * driven / ly.thread(p, row) if ly.thread(p, row) > 0.0 else 0.0
 
 
-@inset_kernel
+@bare_kernel
 def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
     """Return d(force at end a)/d(force at end b) on one side of the kink.
 
@@ -61,7 +61,7 @@ def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
     return float(ratio + (direction if above else -direction) * back)
 
 
-@inset_kernel
+@bare_kernel
 def transmitted(p: Vector, row: int, kink: float, direction: float, force: float) -> float:
     """Return the force at the driving end a for a `force` at load end b.
 
@@ -73,7 +73,7 @@ def transmitted(p: Vector, row: int, kink: float, direction: float, force: float
     return float(ly.ratio(p, row) * kink + (force - kink) * slope)
 
 
-@inset_kernel
+@bare_kernel
 def received(p: Vector, row: int, kink: float, direction: float, effort: float) -> float:
     """Return the force at load end b for a force `effort` at driving end a."""
     ratio = ly.ratio(p, row)
@@ -83,7 +83,7 @@ def received(p: Vector, row: int, kink: float, direction: float, effort: float) 
     return float(kink + beyond / slope_of(p, row, direction, beyond * ratio > 0.0))
 
 
-@inset_kernel
+@bare_kernel
 def range_at_driver(
     p: Vector, row: int, kink: float, low: float, high: float
 ) -> tuple[float, float]:
@@ -108,7 +108,7 @@ def range_at_driver(
     return least, most
 
 
-@inset_kernel
+@bare_kernel
 def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
     """Return the lowest and highest force at end b for which a joint at rest stays at rest.
 

@@ -16,14 +16,14 @@ from typing import NamedTuple
 from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism.joint_losses import is_lossy, received, slope_of, transmitted
 from frictool.engine.mechanism.workspace_rows import SLOPE, VALUE
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 MAX_PIECES = 200  # most linear pieces of Lambda that a search visits
 FOUND = 1e-14  # tolerance of a zero, relative to the impulse
 
 
-@inset_kernel
+@bare_kernel
 def is_group_lossy(k: IntVector, p: Vector, group: int) -> bool:
     """Return True if a rigid joint inside the group has losses."""
     for joint in range(k[ly.JOINTS]):
@@ -82,7 +82,7 @@ def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
             w[VALUE, parent] -= force
 
 
-@inset_kernel
+@bare_kernel
 def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
     """Return the x at which VALUE of `_need` is 0, or NaN if VALUE does not rise at this x."""
     k, p, group, block, w = hit
@@ -109,7 +109,7 @@ def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
     return math.nan
 
 
-@inset_kernel
+@bare_kernel
 def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: bool) -> float:
     """Return the speed change of the group's first block per unit of impulse.
 

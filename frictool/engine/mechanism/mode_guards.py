@@ -9,7 +9,7 @@ import math
 
 from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism.state import FREE, OPEN, STUCK
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 # a guard above GRAZING times its change in the step is not checked for a short passing
@@ -17,7 +17,7 @@ GRAZING = 1e-3
 BROKEN = -1.0  # value of a guard below which it has been passed
 
 
-@inset_kernel
+@bare_kernel
 def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
     """Return True if no guard of a force is passed.
 
@@ -36,7 +36,7 @@ def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
     return not broken
 
 
-@inset_kernel
+@bare_kernel
 def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
     """Return True for a guard of a force, False for a guard of a speed or a position."""
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
@@ -47,7 +47,7 @@ def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
     return bool(index < n + 2 * j + c)
 
 
-@inset_kernel
+@bare_kernel
 def _flank_left(
     k: IntVector, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int
 ) -> tuple[float, float]:
@@ -109,7 +109,7 @@ def distance_to_guard(
     return (below, y[n + block]) if below < above else (above, -y[n + block])
 
 
-@inset_kernel
+@bare_kernel
 def is_broken(
     k: IntVector, p: Vector, index: int, y: Vector, modes: IntVector, guard: Vector, begin: Vector
 ) -> bool:
@@ -126,7 +126,7 @@ def is_broken(
     return bool(rate < 0.0)
 
 
-@inset_kernel
+@bare_kernel
 def is_any_broken(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector, begin: Vector
 ) -> bool:
@@ -137,7 +137,7 @@ def is_any_broken(
     return broken
 
 
-@inset_kernel
+@bare_kernel
 def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float, float]:
     """Return the time in [0, h] and the value of the minimum of a cubic.
 
@@ -157,7 +157,7 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
     return s, g0 + s * (r0 + s * (b + s * a))
 
 
-@inset_kernel
+@bare_kernel
 def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) -> float:
     """Return an earlier time at which a guard may be passed briefly, else `shortest`.
 

@@ -12,13 +12,13 @@ from frictool.engine.mechanism.events import EVENTS, JAMS, EventRows, write
 from frictool.engine.mechanism.mode_guards import forces_hold
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation
 from frictool.engine.status_codes import JAMMED, LAW_FAILED, OK, UNRESOLVED
-from frictool.runtime.kernels import inset_kernel, kernel
+from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import IntVector, Vector
 
 ATTEMPTS = 50  # most iterations
 
 
-@inset_kernel
+@bare_kernel
 def stop_tree(k: IntVector, index: int, p: Vector, y: Vector, modes: IntVector) -> float:
     """Stop the tree whose root is at `index` in ORDER; return the lost kinetic energy [J]."""
     n = k[ly.BLOCKS]
@@ -36,7 +36,7 @@ def stop_tree(k: IntVector, index: int, p: Vector, y: Vector, modes: IntVector) 
     return energy
 
 
-@inset_kernel
+@bare_kernel
 def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Make the speeds of connected blocks consistent; set the speed of blocks at end stops to 0.
 
@@ -58,7 +58,7 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
             y[n + i] = y[n + ly.parent_of(k, i)] * (ratio if ly.outward(k, i) == 1 else 1.0 / ratio)
 
 
-@inset_kernel
+@bare_kernel
 def _jam(
     k: IntVector, p: Vector, index: int, state: MechanismState, now: float, events: EventRows
 ) -> bool:
@@ -115,7 +115,7 @@ MODES_AT_INSTANT = ac.function_type(ac.INTEGER, ly.MACHINE, st.STATE, ac.FLOAT, 
 _modes_at_instant = ac.call_by_address(MODES_AT_INSTANT)
 
 
-@inset_kernel
+@bare_kernel
 def settle(machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows) -> int:
     """Determine the modes, t [s] after the last command; return a status code.
 

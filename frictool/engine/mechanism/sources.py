@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from frictool.engine.mechanism import array_layout as ly
-from frictool.runtime.kernels import inset_kernel
+from frictool.runtime.kernels import bare_kernel
 from frictool.typing import IntVector, Vector
 
 
-@inset_kernel
+@bare_kernel
 def source_limits(k: IntVector, p: Vector, source: int, y: Vector) -> tuple[float, float]:
     """Return the lowest and highest drive that the drive limit and the winding of a source allow.
 
@@ -26,7 +26,7 @@ def source_limits(k: IntVector, p: Vector, source: int, y: Vector) -> tuple[floa
     return low, high
 
 
-@inset_kernel
+@bare_kernel
 def take_inputs(
     k: IntVector,
     p: Vector,
@@ -51,7 +51,7 @@ def take_inputs(
         inputs[2 * u + i] = external[i]
 
 
-@inset_kernel
+@bare_kernel
 def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -> float:
     """Return the drive of one source; t [s] is the time since the command was set."""
     lag = ly.lag(p, ly.source_row(k, source))
@@ -60,14 +60,14 @@ def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -
     return float(target if lag == 0.0 else target + (before - target) * math.exp(-t / lag))
 
 
-@inset_kernel
+@bare_kernel
 def let_flow(k: IntVector, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
     """Fill `drive` (u,) with the drives of all sources, t [s] after the command was set."""
     for s in range(k[ly.SOURCES]):
         drive[s] = flowing_at(k, p, s, t, inputs)
 
 
-@inset_kernel
+@bare_kernel
 def longest_step(k: IntVector, p: Vector, inputs: Vector) -> float:
     """Return the longest step [s] in which polynomials approximate the drives well."""
     u = k[ly.SOURCES]
@@ -79,7 +79,7 @@ def longest_step(k: IntVector, p: Vector, inputs: Vector) -> float:
     return longest
 
 
-@inset_kernel
+@bare_kernel
 def is_steady(k: IntVector, inputs: Vector) -> bool:
     """Return True if all drives equal their commands."""
     u = k[ly.SOURCES]

@@ -17,11 +17,11 @@ from frictool.engine.mechanism.joint_losses import (
     range_at_driver,
     range_at_load,
 )
-from frictool.runtime.kernels import inset_kernel
+from frictool.runtime.kernels import bare_kernel
 from frictool.typing import IntVector, Vector
 
 
-@inset_kernel
+@bare_kernel
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     """Fill NEED and NEED_HIGH with each member's force range; return False if a range is empty.
 
@@ -81,7 +81,7 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     return exists
 
 
-@inset_kernel
+@bare_kernel
 def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
     """Return (low, high, tolerance) of the force that a block at rest needs from its joint."""
     ratio = ly.ratio(p, ly.joint_row(k, ly.joint_of(k, i)))
@@ -95,7 +95,7 @@ def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, fl
     return low, high, slack
 
 
-@inset_kernel
+@bare_kernel
 def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
     """Return the side of the kink, +1 or -1, on which the joint of a block at rest is loaded.
 
@@ -108,7 +108,7 @@ def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
     return 1 if low > kink + slack else -1 if high < kink - slack else 0
 
 
-@inset_kernel
+@bare_kernel
 def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
     """Return the direction in which a tree at rest breaks away, 0 if it stays at rest.
 
@@ -120,7 +120,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
     return -1.0 if w[rows.NEED, root] > slack else 0.0
 
 
-@inset_kernel
+@bare_kernel
 def unload(tree: JointTree) -> bool:
     """Set the branch of each self-locking joint to 0 if its load is not on the side of the branch.
 
@@ -140,7 +140,7 @@ def unload(tree: JointTree) -> bool:
     return any_locks
 
 
-@inset_kernel
+@bare_kernel
 def stays_loaded(tree: JointTree, towards: float) -> bool:
     """Return True if a tree can rest with the present load directions of its self-locking joints.
 

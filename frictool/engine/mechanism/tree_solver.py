@@ -59,11 +59,11 @@ from frictool.engine.mechanism.workspace_rows import (
     VALUE,
 )
 from frictool.engine.status_codes import JAMMED, OK
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 
-@inset_kernel
+@bare_kernel
 def _members(k: IntVector, modes: IntVector, index: int, members: IntVector) -> int:
     """Fill `members` with the blocks that rigid joints and closed contacts connect to a root.
 
@@ -85,7 +85,7 @@ def _members(k: IntVector, modes: IntVector, index: int, members: IntVector) -> 
     return count
 
 
-@inset_kernel
+@bare_kernel
 def _spread_ratios(tree: JointTree) -> None:
     k, p, _, members, _, w = tree
     for m in range(members.size):
@@ -99,7 +99,7 @@ def _spread_ratios(tree: JointTree) -> None:
         )
 
 
-@inset_kernel
+@bare_kernel
 def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]:
     """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
@@ -128,7 +128,7 @@ def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]
     return solved and x * towards > 0.0, towards, x
 
 
-@inset_kernel
+@bare_kernel
 def _jammed(tree: JointTree) -> int:
     """Return the index in ORDER of the first block of the part whose effective inertia is <= 0.
 
@@ -143,7 +143,7 @@ def _jammed(tree: JointTree) -> int:
     return int(members[0])
 
 
-@inset_kernel
+@bare_kernel
 def _force_in_motion(
     tree: JointTree, i: int, x: float, towards: float
 ) -> tuple[float, float, float]:
@@ -162,7 +162,7 @@ def _force_in_motion(
     return force, kink, slack if outward else slack / abs(ly.ratio(p, row))
 
 
-@inset_kernel
+@bare_kernel
 def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> None:
     """Set the branch of a block's joint; open a flank that would pull."""
     k, p, modes, _, _, w = tree
@@ -182,7 +182,7 @@ def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> Non
         modes[n + joint] = OPEN
 
 
-@inset_kernel
+@bare_kernel
 def _set_motions(tree: JointTree, x: float, towards: float, rests: bool) -> None:
     k, _, modes, members, y, w = tree
     n = k[ly.BLOCKS]

@@ -19,7 +19,7 @@ from frictool.engine.mechanism.dormand_prince8 import (
     ROWS,
     WEIGHTS,
 )
-from frictool.runtime.kernels import inset_kernel
+from frictool.runtime.kernels import bare_kernel
 from frictool.typing import IntVector, Vector
 
 FOUR = 4
@@ -47,7 +47,7 @@ ERROR_INDICES, ERROR_WEIGHTS, ERROR_TERMS = _terms(
 )
 
 
-@inset_kernel
+@bare_kernel
 def _add(
     h: float, indices: IntVector, weights: Vector, terms: int, slopes: Vector, point: Vector
 ) -> None:
@@ -66,7 +66,7 @@ def _add(
             )
 
 
-@inset_kernel
+@bare_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
     """Fill `point` with the state at a stage; for stage AFTER, with the state at the step's end.
 
@@ -77,7 +77,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
     _add(h, STAGE_INDICES[stage], STAGE_WEIGHTS[stage], STAGE_TERMS[stage], slopes, point)
 
 
-@inset_kernel
+@bare_kernel
 def gained(h: float, slopes: Vector, gain: Vector) -> None:
     """Fill `gain` (n,) with the change of the state over a step of length h."""
     for i in range(slopes.shape[1]):
@@ -85,7 +85,7 @@ def gained(h: float, slopes: Vector, gain: Vector) -> None:
     _add(h, STAGE_INDICES[AFTER], STAGE_WEIGHTS[AFTER], STAGE_TERMS[AFTER], slopes, gain)
 
 
-@inset_kernel
+@bare_kernel
 def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
     """Fill `fifth` with the error of each state, h e5^2 / sqrt(e5^2 + e3^2/100).
 
@@ -103,7 +103,7 @@ def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
         fifth[i] = abs(h) * square / np.sqrt(total) if total > 0.0 else 0.0
 
 
-@inset_kernel
+@bare_kernel
 def path_of(h: float, slopes: Vector, path: Vector) -> None:
     """Write the coefficients of a step's dense output (II.6) to `path` (BUMPS, n).
 
@@ -120,7 +120,7 @@ def path_of(h: float, slopes: Vector, path: Vector) -> None:
         _add(h, PATH_INDICES[row], PATH_WEIGHTS[row], PATH_TERMS[row], slopes, bump)
 
 
-@inset_kernel
+@bare_kernel
 def on_path(part: float, path: Vector, gain: Vector) -> None:
     """Fill `gain` with the change of the state over the first part of a step.
 
