@@ -88,7 +88,7 @@ class NoSolutionError(FrictoolError):
 class WorkerLost(FrictoolError):
     """Several worker processes ended, one after another, while they ran the same job.
 
-    job: index of the job in the list of jobs; None if no job began.
+    `job`: index of the job in the list of jobs; None if no job began.
     """
 
     def __init__(self, job: int | None, message: str) -> None:

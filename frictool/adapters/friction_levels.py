@@ -51,7 +51,7 @@ def coulomb_factor(model: Model, wanted: float) -> float:
     )
     if mean > 0.0:
         return wanted / mean
-    raise ValueError("coulomb is 0 in both directions; allowed: > 0, to vary coulomb")
+    raise ValueError("coulomb is 0 in both directions and cannot be varied; allowed: > 0")
 
 
 def viscous_level(model: Model) -> Ends:

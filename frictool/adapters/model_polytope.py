@@ -37,7 +37,7 @@ def regime_levels(model: Model, coulomb: tuple[float, float]) -> RegimeLevels:
     if model.laws is None or not model.laws.regimes:
         raise FrictoolError(
             "regime: the model has no laws.regimes; schedule viscous and coulomb "
-            "instead, or identify from a log with speeds above the knee"
+            "instead, or identify from logs over a wider range of speeds"
         ).at("design", "schedule")
     backward = model.laws.backward
     slow = (
@@ -64,9 +64,9 @@ def half_widths(model: Model) -> dict[Parameter, float]:
 def default_unit(model: Model) -> float:
     """Return the effort [N m | N] that corresponds to 1 in the uncertainty channel.
 
-    The effort is the half-width of the Coulomb friction's interval. If this half-width is 0, it is
-    the effort error at the drive's limit due to the half-widths of constant and inertia. If this
-    error is also 0, the effort is 1.
+    The effort is the half-width of the Coulomb friction's interval. If this half-width is 0, the
+    effort error at the drive's limit due to the half-widths of constant and inertia is used. If
+    this error is also 0, the effort is 1.
     """
     widths = half_widths(model)
     if widths["coulomb"] > 0.0:
@@ -80,7 +80,7 @@ def default_unit(model: Model) -> float:
 
 
 def uncertain_centre(model: Model, unit: float | None = None) -> UncertainPlant:
-    """Return the central plant with all parameters uncertain, in LFT form (thesis annex, (22))."""
+    """Return the central plant in LFT form, with all parameters uncertain (thesis annex, (22))."""
     return with_channel(polytope(model).centre, half_widths(model), unit or default_unit(model))
 
 

@@ -86,10 +86,10 @@ def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]
 
 
 def relative(low: float, high: float, constant: Quantity) -> tuple[float, float]:
-    """Return the interval in which logs show a parameter, computed with the nominal constant.
+    """Return the interval of the value that is identified with the nominal actuator constant.
 
-    `low`, `high`: interval of the true parameter, in SI.
-    `constant`: nominal actuator constant, with the interval that contains the true constant.
+    `low`, `high`: interval of the parameter's true value, in SI.
+    `constant`: nominal constant, with the interval of the true constant.
     """
     ratios = [constant.value / end for end in constant.interval]
     products = [ratio * end for ratio in ratios for end in (low, high)]

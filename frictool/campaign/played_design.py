@@ -173,7 +173,7 @@ def untested_reason(model: Model, spec: Spec) -> str:
 def design_test(
     model: Model, spec: Spec, scenario: Scenario | None = None, name: str = "scenario"
 ) -> DesignTest:
-    """Return the test of a model's controllers.
+    """Return the test that controllers of a model must pass in simulation.
 
     Parameters
     ----------

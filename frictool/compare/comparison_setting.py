@@ -92,9 +92,8 @@ def scales_of(
 class ComparisonSetting:
     """Parameters of all laws in SI (N m and rad for a rotary axis).
 
-    `sample_period` [s], `encoder_step` [m | rad]: values of the bench, which limit the decay rate
-    and
-        the switching speed (thesis (3.8), (3.10)); None if there is no bench.
+    `sample_period` [s] and `encoder_step` [m | rad] are values of the bench. They limit the decay
+    rate and the switching speed (thesis (3.8), (3.10)), and are None if there is no bench.
     """
 
     name: str

@@ -114,7 +114,7 @@ def settles(law: Callable[[float, float], tuple[float, float]], setting: Compari
     simulation. Euler's method never gives exactly v = 0. With a law that sticks only at v = 0, the
     mass therefore does not come to rest.
 
-    `law(v, u)`: law of `printed_law`.
+    `law`: result of `printed_law`.
     """
     scales = setting.scales
     h = EULER_STEP * scales.time

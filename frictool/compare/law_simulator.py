@@ -37,7 +37,7 @@ SETTLED = 5.0  # s, time from which the mass must stand still in the drift test
 
 
 def law_values(setting: ComparisonSetting) -> dict[str, float]:
-    """Return name -> value of the setting; the laws' parameters are computed from these values."""
+    """Return the values, by name, from which the parameters of the laws are computed."""
     return {
         "coulomb": setting.coulomb,
         "breakaway": setting.breakaway,

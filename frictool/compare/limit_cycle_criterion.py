@@ -30,9 +30,8 @@ class LimitCycleResult:
     def verdict(self, reference: LimitCycleResult) -> str:
         """Return `+` or `-` by comparison with the exact law, simulated event by event.
 
-        `+`: the cycle lasts, and its period differs from that of the exact law by at most 5 %; or
-            the
-        cycle dies out with both laws.
+        The symbol is `+` if the cycle lasts, and its period differs from that of the exact law by
+        at most 5 %. It is also `+` if the cycle dies out with both laws.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

@@ -33,8 +33,8 @@ class StickSlipResult:
     def verdict(self, reference: StickSlipResult) -> str:
         """Return `+` or `-` by comparison with the exact law, simulated event by event.
 
-        `+`: the law has at most one stick fewer than the exact law, and the periods of the two laws
-        differ by at most 2 %; or both laws have at most one stick.
+        The symbol is `+` if the law has at most one stick fewer than the exact law, and the periods
+        of the two laws differ by at most 2 %. It is also `+` if both laws have at most one stick.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

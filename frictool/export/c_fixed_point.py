@@ -159,7 +159,10 @@ class FixedNumbers:
                 return f"{of[0]} {INFIX[node.op]} {of[1]}"
 
     def _operand(self, node: ProgramNode, text: str, shift: int, word: bool = False) -> str:
-        """Return an operand, shifted right by `shift` bits; `word`: True for 32 bits."""
+        """Return an operand, shifted right by `shift` bits.
+
+        `word`: True if the shifted operand has 32 bits, False if it has 64.
+        """
         if node.op == "constant" and node.index not in self.scaled.program.names:
             return _integer(shift_rounded(self.scaled.constants[node.index], shift))
         return (_word if word and shift else _moved)(text, shift)

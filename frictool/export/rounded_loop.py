@@ -2,9 +2,9 @@
 
 At every vertex, the sampled loop is computed with the rounded coefficients. It must be stable at
 every delay of the document, and have the specified modulus margin at the bench's delay. If the
-document contains the weights of the H-infinity norm, the norm must not exceed the stored one. The
-controller at every corner of a schedule is checked with the plant of this corner. The rounding of
-signals is not verified; the golden vectors show its effect (golden_vectors.py).
+document contains the weights of the H-infinity norm, the norm must not exceed the norm in the
+document. The controller at every corner of a schedule is checked with the plant of this corner. The
+rounding of signals is not verified; the golden vectors show its effect (golden_vectors.py).
 """
 
 from __future__ import annotations
@@ -39,9 +39,10 @@ FINER = {
 
 @dataclass(frozen=True)
 class RoundedLoop:
-    """Worst modulus margin and norm with rounded coefficients, each with its vertex.
+    """Smallest modulus margin and largest norm with rounded coefficients.
 
-    `norm` is None if the document contains no weights.
+    `at`, `norm_at`: vertices of these two values.
+    `norm`: None if the document contains no weights.
     """
 
     modulus_margin: float
@@ -104,7 +105,10 @@ def _refused(controller: Controller, number: Number, why: str) -> NoSolutionErro
 def _loops(
     controller: Controller, linear: LinearController, number: Number
 ) -> Iterator[tuple[LinearController, PlantPoint, tuple[int, ...]]]:
-    """Yield (linear controller, plant, delays [samples]), the bench's delay first."""
+    """Yield (linear controller, plant, delays [samples]) of each loop to verify.
+
+    The first delay is that of the bench.
+    """
     for vertex in controller.verified.vertices:
         point = PlantPoint(
             vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant

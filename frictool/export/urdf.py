@@ -237,7 +237,9 @@ def _sdf_joint(path: Path, data: bytes, joint: XmlElement, values: Mapping[str, 
 def _appended(path: Path, data: bytes, parent: XmlElement, text: str) -> bytes:
     """Return the file with `text` behind the last child of `parent`, with the same indentation."""
     if not parent.children:
-        raise InputFileError(path, f"<{parent.name}> is empty; complete it", line=parent.line)
+        raise InputFileError(
+            path, f"<{parent.name}> contains no element; complete it", line=parent.line
+        )
     last = parent.children[-1]
     line = data.rfind(b"\n", 0, last.start) + 1
     indent = data[line : last.start]

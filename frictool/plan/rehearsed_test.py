@@ -77,7 +77,7 @@ def rehearsed_strokes(
     bench
         Bench whose limits the test respects on every axis within the a-priori intervals.
     request
-        Requested precision of each sliding parameter; other parameters are ignored.
+        Requested precision of inertia, viscous and Coulomb friction; others are ignored.
     progress
         Function that is called with a label before each round of rehearsals.
 
@@ -86,8 +86,8 @@ def rehearsed_strokes(
     PreciseTest
         Reference of the position loop, and the half width to expect for each parameter. If
         `request.duration` is set, a half width may be larger than requested, and a parameter that
-        was not identified in a simulation has no half width. The test is not longer than the
-        default kind of test, if that reaches the precision.
+        was not identified in a simulation has no half width. If the default kind of test reaches
+        the precision, the test is not longer than the default kind.
 
     Raises
     ------

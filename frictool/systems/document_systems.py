@@ -127,8 +127,8 @@ def loop_system(controller: Controller, vertex: str) -> Lti:
     _require(controller, Controller)
     if controller.linear.input != "eta":
         raise FrictoolError(
-            f"{controller.name}: the linear controller reads a speed; loop_system needs one that "
-            "reads eta, a position error"
+            f"{controller.name}: the input of the linear controller is a speed; loop_system needs "
+            "the input eta, a position error"
         )
     blocks = {
         "controller": DiagramBlock(controller_system(controller), (ETA,), (ASKED,)),

@@ -73,7 +73,7 @@ class BlockNames:
             )
         first, second = between
         if first == second:
-            raise ElementError(where, f"found both ends on {first}; allowed: two different ones")
+            raise ElementError(where, f"found both ends on {first}; allowed: two different ends")
         if first == GROUND:
             raise ElementError(
                 where,

@@ -131,8 +131,8 @@ class ElementArrays:
         if spring.preload is not None and spring.stiffness is None:
             raise ElementError(
                 f"{key}.preload",
-                "found preload without stiffness; allowed: preload of a spring with stiffness; "
-                "write a constant effort as a source",
+                "found preload without stiffness; add stiffness, or write the constant effort as a "
+                "source",
             )
         stiffness = 0.0 if spring.stiffness is None else spring.stiffness.value
         free = (

@@ -32,7 +32,7 @@ def scenario_of(
     """Return the scenario of one draw with the factor values `values` (d,) in SI.
 
     `base`: scenario of the campaign.
-    `noise`: seed of the campaign, and index of the draw; they determine the noise.
+    `noise`: (seed of the campaign, index of the draw), from which the seed of the noise follows.
     `step`: encoder step [rad | m].
     """
     spread = base.spread or Spread()
@@ -60,7 +60,7 @@ def scenario_of(
 
 
 def nominal_of(base: Scenario) -> Scenario:
-    """Return the scenario of the nominal run, without `spread`; the values in `given` remain."""
+    """Return the scenario of the nominal run: without `spread`, with the values in `given`."""
     return msgspec.structs.replace(
         base, variants="given" if base.given else "nominal", plants=None, spread=None
     )

@@ -25,7 +25,7 @@ NOISE_STREAM = (1 << 33) + 4
 class UnitDraws(NamedTuple):
     """Draws of a campaign.
 
-    `units` (n, d): the draws.
+    `units` (n, d): n points in the unit cube of d factors.
     `corners`: number of all vertices of the cube for the method `vertices`, else 0.
     """
 

@@ -47,7 +47,7 @@ class Quantile:
 class Histogram:
     """Histogram of finite values: edges (k + 1,) and counts (k,); both are empty without values.
 
-    If the limit of the metric lies between the smallest and the largest value, it is an edge.
+    If the metric's limit lies between the smallest and the largest value, it is one of the edges.
 
     `outside`: number of finite outliers, which are in no bin.
     """

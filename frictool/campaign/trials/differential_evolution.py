@@ -156,9 +156,10 @@ def _cauchy(generator: np.random.Generator, centre: float) -> float:
 def _child(
     units: Vector, values: Vector, index: int, f: float, cr: float, generator: np.random.Generator
 ) -> Vector:
-    """Return a current-to-pbest/1 child with binomial crossover, clipped to the cube.
+    """Return the child of point `index`, clipped to the unit cube.
 
-    `f` is the step factor, `cr` the crossover rate.
+    The child results from current-to-pbest/1 mutation with the step factor `f`, and from binomial
+    crossover with the rate `cr`.
     """
     size, factors = units.shape
     leaders = np.argsort(-values, kind="stable")[: max(2, round(BEST * size))]

@@ -114,14 +114,17 @@ class TrialPlayer(ScenarioJudge):
         }  # each process builds the cached objects again
 
     def __call__(self, job: tuple[int, tuple[float, ...]]) -> TrialResult:
-        """Return the judged trial of a draw; `job`: (index, point (d,) in the unit cube)."""
+        """Simulate a draw, and return the judged result.
+
+        `job`: (index of the draw, point (d,) of the unit cube).
+        """
         draw, unit = job
         return self.played(np.array(unit), draw)
 
     def scenario(self, unit: Vector, noise: int) -> Scenario:
-        """Return the scenario at the point `unit` (d,) of the unit cube; `noise`: index of a draw.
+        """Return the scenario at the point `unit` (d,) of the unit cube.
 
-        The noise of this draw is used.
+        `noise`: index of the draw whose noise is used.
         """
         values = self.space.values(unit[None, :])[0]
         return scenario_of(
@@ -202,6 +205,6 @@ def check_nominal(
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")
         raise NoSolutionError(
-            f"{names.scenario}: the nominal run decides none of the requirements: {reason}"
+            f"{names.scenario}: every requirement is undecided in the nominal run: {reason}"
         )
     return requirements

@@ -29,11 +29,16 @@ class JobSharing(Protocol):
     def __call__(
         self, function: Callable[[Any], Any], jobs: Sequence[Any], batch: int, instead: Any
     ) -> Iterator[tuple[int, Any]]:
-        """Yield (index of the job, result) in any order."""
+        """Apply `function` to each job; yield (index of the job, result) in any order.
+
+        `batch`: number of jobs that are sent to a worker together.
+        `instead`: function of a job and a reason; it returns a substitute for the result of a job
+            during which several processes died.
+        """
 
 
 class DrawJobs(Sequence[Job]):
-    """Sequence of the jobs; `left`: indices in `units` (n, d) of the draws without a result."""
+    """Jobs for the draws `units` (n, d) without a result; `left`: indices of these draws."""
 
     def __init__(self, units: Vector, left: IntVector) -> None:
         self._units, self._left = units, left

@@ -87,7 +87,8 @@ def replay_command(
 def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
     """Return the text of the scenario file, which begins with a comment on the worst case.
 
-    `folder`: folder of the file. `origin`: path of the campaign's scenario.
+    `folder`: folder of the file.
+    `origin`: path of the campaign's scenario.
     """
     searched, played = case.searched, case.played
     name = f"worst {case.requirement.replace('_', ' ')}"

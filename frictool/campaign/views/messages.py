@@ -32,7 +32,7 @@ def quantity(value: float | None, unit: str) -> str:
 def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
     """Return a share in % with one decimal.
 
-    A share below 1 % or above 99 % has so many decimals that its difference from 0 or 100 % has two
+    Close to 0 and 100 %, there are more decimals, so that the distance to 0 or 100 % has two
     significant digits.
 
     `toward`: direction of rounding; a lower bound must be rounded down, an upper bound up.
@@ -65,7 +65,7 @@ def chance_text(chance: float | None) -> str:
 
 
 def headline(findings: Findings) -> str:
-    """Return one sentence that begins with the outcome."""
+    """Return the outcome of a campaign, the numbers of trials and the pass rate as one sentence."""
     rate = findings.rate
     undecided_requirements = [requirement_title(name) for name in findings.undecided_requirements]
     return f"{findings.outcome}: {_counted(rate)}{_rated(rate)}{_required_text(findings)}" + (

@@ -32,7 +32,11 @@ FACTORS, MORE = 12, 40
 
 @dataclass(frozen=True)
 class ShareCell:
-    """Cell of the table of variance shares; `weight`: shading, 0 to 1; `title`: tooltip."""
+    """Cell of the table of variance shares.
+
+    `weight`: shading, 0 to 1.
+    `title`: tooltip.
+    """
 
     text: str
     weight: float
@@ -83,7 +87,7 @@ def page(findings: Findings, provenance: Provenance) -> str:
 
 
 def _rows(findings: Findings, question: FailureComparison) -> list[tuple[str, str, str, str]]:
-    """Return (label, direction, failing shares, p-value) of each factor in `question.named`."""
+    """Return a row for each significant factor: label, direction, failing shares, p-value."""
     factors = findings.trials.space.factors
     return [
         (

@@ -31,7 +31,10 @@ def search_picture(found: AutomaticDesign, name: str) -> str:
 
 
 def figure(played: list[Candidate]) -> Figure:
-    """Return a figure with a panel for each pair of (at most three) requirements."""
+    """Return a figure of the candidates, with a panel for each pair of requirements.
+
+    At most three requirements are shown.
+    """
     drawn = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     metrics = played[0].metrics if played else ()
     traded = [one for key in TRADED for one in metrics if one.key == key]

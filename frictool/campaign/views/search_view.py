@@ -61,9 +61,9 @@ def refusal(found: AutomaticDesign) -> str:
 def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """Return lines with the details if no design was found.
 
-    The lines contain the number of candidates, the fastest response that the drive allows, and the
-    requirements that could be relaxed with the limit that could then be met. It suffices to relax
-    one of these requirements.
+    The lines state the number of candidates and the fastest response that the drive allows. They
+    also state requirements of which one has to be relaxed, each with the best value of the
+    candidates that meet all other requirements.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent

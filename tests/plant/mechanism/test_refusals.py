@@ -45,7 +45,7 @@ WRONG = [
      ["'carts', which is no block, did you mean 'cart'?"]),
     (SPRING, SPRING.replace("ground", "grond"), "links.spring.between", ["did you mean 'ground'?"]),
     (GEAR, GEAR.replace("motor, shaft", "shaft, shaft"), "links.reducer.between",
-     ["both ends on shaft", "two different ones"]),
+     ["both ends on shaft", "two different ends"]),
     (CART, CART + "  ground: {mass: {value: 1, unit: kg}}\n", "blocks.ground",
      ["ground is the frame"]),
     (CART, CART + "  fly wheel: {mass: {value: 1, unit: kg}}\n", "blocks.fly wheel",
