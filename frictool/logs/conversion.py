@@ -77,8 +77,7 @@ def convert(
     """Write the streams and the metadata records `notes` to `target` in the format `form`.
 
     Raises LogError, naming `source`, if there are several streams but a file in this format can
-    contain
-    only one.
+    contain only one.
     """
     if len(streams) > 1 and not form.several:
         topics = ", ".join(stream.head.topic for stream in streams)

@@ -40,8 +40,7 @@ def members(logs: Iterable[Path]) -> list[FleetLog]:
 
     Hidden files are left out, and so are tables of results that frictool wrote. If one folder is
     listed, the names of its logs are paths relative to this folder. If several folders are listed,
-    each
-    name begins with the name of the folder.
+    each name begins with the name of the folder.
 
     Raises LogError if a folder contains no log.
     """
@@ -120,8 +119,7 @@ def _opens_with(footer: bytes, names: Sequence[str]) -> bool:
     """Return True if frictool wrote this Parquet footer and `names` are the first columns.
 
     The footer contains the column names in order, each after one byte with its length. Files
-    written by
-    frictool also contain the text "frictool" with the version.
+    written by frictool also contain the text "frictool" with the version.
     """
     positions = [footer.find(bytes([len(name)]) + name.encode()) for name in names]
     return positions[0] >= 0 and positions == sorted(positions) and b"frictool" in footer

@@ -57,7 +57,6 @@ class StreamSource(Protocol):
         """Yield the samples in blocks.
 
         Raises LogError if the file is damaged or a value is not valid. If `salvage` is True, such
-        data
-        is left out and recorded in `losses`.
+        data is left out and recorded in `losses`.
         """
         ...

@@ -116,11 +116,11 @@ class ArrayTable:
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column (see RawTable.find).
+        """Return the name of the column with this name or number (from 1), or None.
 
         A column of a matrix is named `x(:,1)` as in MATLAB or `x[:, 0]` as in NumPy. Raises
-        LogError if
-        the variable is not a real vector, or if it may be in the damaged part of the file.
+        LogError if the variable is not a real vector, or if it may be in the damaged part of the
+        file.
         """
         if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
             raise LogError(

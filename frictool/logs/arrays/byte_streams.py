@@ -67,7 +67,7 @@ class ByteStream:
 
 
 class FileBytes(ByteStream):
-    """Stream of bytes as they are in the file; skipping does not read them."""
+    """Stream of a file's bytes without conversion; skipped bytes are not read."""
 
     def skip(self, size: int) -> None:
         """Skip `size` bytes; set `damage` if the file ends earlier."""

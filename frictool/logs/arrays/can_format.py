@@ -117,7 +117,7 @@ class MessageTable(LibraryTable):
                 first += len(rows)
 
     def _signals(self, frame: Any, losses: list[DataLoss] | None) -> dict[str, Any] | None:
-        """Return the signals of a frame; record a loss and return None if it cannot be decoded."""
+        """Return the signals of a frame; record a loss and return None if decoding fails."""
         try:
             decoded: dict[str, Any] = self.message.decode(frame.data, decode_choices=False)
         except Exception as error:  # cantools raises errors of many types
@@ -175,7 +175,7 @@ def _unit(signal: Any) -> str | None:
 def _frames(path: Path, reader: str, losses: list[DataLoss] | None) -> Iterator[Any]:
     """Yield the data frames of a log.
 
-    Damage is appended to `losses`; it raises LogError if `losses` is None.
+    Damage raises LogError if `losses` is None; otherwise it is appended to `losses`.
     """
     import can
 

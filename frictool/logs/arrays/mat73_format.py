@@ -41,7 +41,7 @@ def sniff(head: bytes, path: Path) -> bool:
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return a table of all vectors of the file, followed by its MATLAB tables and timetables.
 
-    The vectors of a file may differ in length, but those that are read together must not.
+    Vectors that are read together must have the same length.
     """
     open_log(path).close()
     return open_guarded(path, _open)

@@ -33,8 +33,8 @@ def sniff(head: bytes, path: Path) -> bool:
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return a table of all vectors of the file, followed by its MATLAB tables and timetables.
 
-    The vectors of a file may differ in length, but those that are read together must not. Raises
-    LogError if there is no vector. Damage inside the vectors is reported when they are read.
+    Vectors that are read together must have the same length. Raises LogError if there is no vector.
+    Damage inside the vectors is reported when they are read.
     """
     with open_log(path) as stream:
         head = stream.read(HEAD_BYTES)

@@ -97,7 +97,7 @@ class GuardedTable:
     index: int
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column (see RawTable.find).
+        """Return the name of the column with this name or number (from 1), or None.
 
         `TOPIC/NAME` requests a column of this table only. Raises LogError if the item is not a
         column of real numbers.
@@ -120,8 +120,8 @@ class GuardedTable:
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield blocks of rows (see RawTable.blocks).
 
-        A failure of the library raises LogError. If `losses` is a list, it is appended as a loss
-        instead.
+        If the library fails, LogError is raised; with a list `losses`, a loss is appended to this
+        list instead.
         """
         read = 0
         try:

@@ -213,7 +213,7 @@ class CanonicalReader:
     def _taken(
         self, channel: DeclaredStream, records: Records, part: FileSection
     ) -> Iterator[ChannelSamples]:
-        """Yield the samples of one channel without those that are not finite or go back in time."""
+        """Yield those samples of one channel that are finite and increase in time."""
         time, values = _columns(records)
         if not np.isfinite(values).all():
             good = np.logical_and.reduce(np.isfinite(values))

@@ -52,10 +52,10 @@ def record_bounds(data: bytes) -> RecordBounds:
 
 
 def whole_records(data: bytes) -> tuple[RecordBounds, int]:
-    """Return the bounds of the records before the first invalid or incomplete one, and their end.
+    """Return the bounds of the records before the first invalid or incomplete record.
 
-    The end is the index of the byte after the last of these records. The search also stops after
-    MOST_SHORT records that are shorter than SHORTEST.
+    Also returns the index of the byte after the last of these records. The search stops after
+    MOST_SHORT records that are shorter than SHORTEST, too.
     """
     uniform = _uniform(data)
     if uniform is not None:

@@ -24,7 +24,9 @@ _per_thread = _ThreadDecompressor()
 
 
 def chunk_data(body: bytes) -> bytes:
-    """Return the uncompressed records of a chunk whose record has the body `body`.
+    """Return the uncompressed records in a chunk.
+
+    body: body of the chunk record.
 
     Raises ValueError if the data does not have the declared size, cannot be decompressed, or has a
     wrong CRC. A CRC of 0 means that the file has no CRC for the chunk.
@@ -49,7 +51,9 @@ def chunk_data(body: bytes) -> bytes:
 def plain_size(body: bytes) -> int:
     """Return the uncompressed size in bytes that a chunk declares, limited to LARGEST.
 
-    body: body of the chunk record. The result is 0 if the head of the chunk is truncated.
+    body: body of the chunk record.
+
+    The result is 0 if the head of the chunk is truncated.
     """
     return min(int(_FIXED.unpack_from(body)[2]), LARGEST) if len(body) >= _FIXED.size else 0
 

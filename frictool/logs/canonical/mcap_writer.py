@@ -186,7 +186,7 @@ def write_streams(
 ) -> None:
     """Write the chunks of all streams in order of time, then the end of the file.
 
-    streams: blocks of samples of each stream, with times in ns before the writer's shift.
+    streams: blocks of samples of each stream; the writer adds its shift to their times in ns.
     last: function that returns the metadata records known only after all samples have been read.
     """
     for index, piece in merged(streams):

@@ -47,7 +47,7 @@ def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
 
 
 def join_blocks(parts: Sequence[SampleBlock]) -> SampleBlock:
-    """Join consecutive blocks of one stream to one block."""
+    """Join consecutive blocks of one stream into one block."""
     if len(parts) == 1:
         return parts[0]
     values = tuple(

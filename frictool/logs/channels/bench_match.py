@@ -29,10 +29,10 @@ SAME_CONSTANT = 1e-6  # relative difference up to which the actuator constant is
 
 
 def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
-    """Return the log with the effort of its main stream recomputed with the bench's constant.
+    """Return the log with the effort recomputed from the actuator constant of the bench.
 
-    A measured effort stays unchanged. Warnings about the log and about a changed constant are added
-    to `log.warnings`.
+    Only the effort of the main stream is recomputed, and only if it was not measured. Warnings
+    about the log and about a changed constant are added to `log.warnings`.
 
     Raises LogError if a unit belongs to the other kind of axis (rotary or linear), if the position
     wraps, or if the sample periods of log and bench differ by more than a factor of 30. If

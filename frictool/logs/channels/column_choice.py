@@ -182,7 +182,8 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
 def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnChoice]) -> bool:
     """Return True if a channel can be left out, so that the user need not answer a question.
 
-    An effort is needed only without current and voltage; a temperature is never needed.
+    An effort is needed only if the file has neither current nor voltage. A temperature is never
+    needed.
     """
     if channel == EFFORT:
         return choice.column == OPEN and any(name in chosen for name in DRIVES)
@@ -190,7 +191,7 @@ def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnCho
 
 
 def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
-    """Return the choice with a question, because the file has no motion that confirms it."""
+    """Return the choice with a question: without motion, nothing confirms the drive signal."""
     question = ColumnQuestion(
         channel,
         "column",

@@ -91,8 +91,9 @@ class ColumnGuess:
 
 
 def guess_from(path: Path, axis: Axis | None = None, layout: Layout | None = None) -> ColumnGuess:
-    """Return the guess for the log or the ROS 2 bag at `path`.
+    """Guess columns, units, sample period and encoder step from a log or a ROS 2 bag.
 
+    path: the log, or the folder of the bag.
     axis: kind of the axis; None to infer it from the log.
     layout: layout of the log; None to detect it.
 
@@ -205,7 +206,10 @@ def _table(log: Log) -> MemoryTable:
 
 
 def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGuess:
-    """Return the guess for the tables of a file; raise LogError if the kind of axis is unknown."""
+    """Guess columns, units, sample period and encoder step from the tables of a file.
+
+    Raises LogError if the kind of the axis remains unknown.
+    """
     preset = preset_of([name for table in tables for name in table.columns])
     axis = axis or kind_of_axis(tables) or (None if preset is None else "rotary")
     if axis is None:
@@ -264,7 +268,7 @@ def _message(error: LogError) -> str:
 
 
 def _liveliest_first(table: MemoryTable) -> list[str]:
-    """Return the column names, first those of the joint with most columns that change."""
+    """Return the column names; the joint with most changing columns comes first."""
     label = {name: match[1] if (match := LABEL.search(name)) else "" for name in table.columns}
     moving = Counter(label[name] for name, values in table.columns.items() if changes(values))
     return sorted(table.columns, key=lambda name: -moving[label[name]])

@@ -91,7 +91,7 @@ def quantities(name: str) -> list[str]:
 
 
 def clarity(name: str) -> int:
-    """Return the index in QUANTITIES of the clearest word of a column name; 0 is the clearest.
+    """Return the level in QUANTITIES of the clearest word of a column name; 0 is the clearest.
 
     The result is len(QUANTITIES) if no word means a channel.
     """

@@ -111,7 +111,7 @@ class EncoderCounter:
     def _reset(
         self, steps: Vector, raw: Vector, limit: Vector, long: NDArray[np.bool_]
     ) -> NDArray[np.bool_]:
-        """Remove the jumps of index pulses from `steps` (n,) in place.
+        """Remove the jumps that index pulses cause from `steps` (n,) in place.
 
         Returns a mask (n,) of the steps that remain too long.
         """

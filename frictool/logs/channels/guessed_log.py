@@ -36,7 +36,8 @@ class GuessedLog:
 def guess_log(path: Path, layout: Layout | None = None) -> GuessedLog:
     """Return a log of the first rows of a raw file, in the units of the file.
 
-    The rows are those of the table with the position or, without a position, with another channel.
+    If the file has several tables, the table with the position is read or, without a position, the
+    table with another channel.
 
     layout: layout of the file; None to detect it.
 
@@ -90,8 +91,7 @@ def _lost(
     """Return a loss for each group of successive rows that are left out.
 
     The array `rows` (n,) is True for the rows kept. A loss names the columns without numbers, and
-    the
-    times of the rows before and after the group.
+    the times of the rows before and after the group.
     """
     lost = LossList()
     edges = np.flatnonzero(np.diff(rows.astype(np.int8), prepend=1, append=1))

@@ -23,6 +23,7 @@ def aligned(
     """Return the lead in ns of the clock of `flow`, and a text that says how it was estimated.
 
     reference: stream with the same quantity, in the log's first file.
+    estimate: names of the two signals to compare, and the largest lead.
     reference_ahead_ns: lead in ns of the clock of `reference` before the log's clock.
 
     Raises LogError if the samples do not determine the lead, or if both streams are from one file.

@@ -163,11 +163,12 @@ def read_rows(
         next call.
     delimiter: byte between cells; BLANK stands for any number of blanks and tabs.
     mark: byte before decimals.
-    slots: row of `values` for each column of the text (columns,), or STAMP or SKIP.
-    values: numbers (slots, rows), filled from index `row` of the second axis on; NaN for each CELL
-        issue.
-    stamps: times (rows,) in ns, filled from index `row` on; (0,) if no column has time stamps.
+    slots: for each column of the text (columns,), its index in the first axis of `values`, or STAMP
+        or SKIP.
+    values: numbers (slots, rows), NaN for each CELL issue.
+    stamps: times (rows,) in ns; (0,) if no column has time stamps.
     issues: array (m, ISSUE_FIELDS), filled with the issues; m > columns + 1.
+    row: index in `values` and `stamps` of the first row to fill.
     dates: order of the parts of a stamp's date (iso8601.py).
     """
     columns = slots.size

@@ -2,9 +2,9 @@
 
 A step s from one sample to the next is long if it exceeds half of the position's range; the range
 does not include outliers of one sample. At a wrap, the axis moves by u against the direction of s,
-and the period is P = |s| + u. The four steps around s bound u, so that each long step gives an
-interval that contains P. The search chooses a P in as many of these intervals as possible. Then the
-search classifies the motion around each long step:
+and the period is P = |s| + u. The two steps before s and the two after it bound u. Each long step
+gives an interval that contains P. The search chooses a P in as many of these intervals as possible.
+Then the search classifies the motion around each long step:
 
     forward     the axis moves against s before and after the step: it continues across the end of
                 the period
@@ -171,7 +171,7 @@ class RepeatedJumps:
         )
 
     def between(self, low: float, high: float) -> RepeatedJump | None:
-        """Return the jumps between the ends of a period, whatever the motion around each jump.
+        """Return the jumps between the ends of a period; the motion around them is ignored.
 
         low, high: ends of the period in rad or m.
 
@@ -268,7 +268,9 @@ class RepeatedJumps:
     def _can_move(self, ends: Matrix) -> bool:
         """Return True if the drive can move the axis by any of these jumps in one sample.
 
-        ends: (m, 5), as in `_ends`. The speed is assumed to be the same before and after a jump.
+        ends: long steps (m, 5), in the form of `_ends`. The speed is assumed to be the same before
+            and
+            after a jump.
         """
         interval = ends[:, 1] - ends[:, 0]
         size = np.abs(ends[:, 3] - ends[:, 2])

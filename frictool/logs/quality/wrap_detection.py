@@ -103,7 +103,7 @@ class WrapSearch:
         self._jumps.finish()
 
     def result(self) -> Wrap | None:
-        """Return the wrap if the samples so far have one that is certain; else None."""
+        """Return the wrap of the position if it is certain so far; else None."""
         jump = self._jumps.result()
         if jump is None:
             return self._noisy()

@@ -55,15 +55,15 @@ class WrapLine:
         return low < high and shortest(low / self._factor, high / self._factor)[0] <= ROUND
 
     def round(self, low: float, high: float) -> float:
-        """Return the number with fewest digits in the log's unit between two bounds, in rad or m.
+        """Return the number with fewest digits in the log's unit between two bounds.
 
-        low, high: bounds in rad or m.
+        low, high: bounds in rad or m. The result is in rad or m, too.
         """
         return float(shortest(low / self._factor, high / self._factor)[1]) * self._factor
 
 
 def shortest(low: float, high: float) -> tuple[int, str]:
-    """Return digits and text of the decimal number with the fewest digits between two bounds.
+    """Return (number of digits, text) of the shortest decimal number between two bounds.
 
     low, high: positive bounds. The number has at most DIGITS digits.
 

@@ -231,7 +231,7 @@ class TopicTable:
         if bad.any():
             raise LogError(
                 self.source,
-                f"topic {self.topic}: a message has no {self.clock}; try clock: {LOG_TIME}",
+                f"topic {self.topic}: a message has no {self.clock}; set layout.clock: {LOG_TIME}",
             )
         seconds, nanoseconds = stamp.astype(np.int64)
         time: Nanoseconds = seconds * NS + nanoseconds

@@ -171,8 +171,7 @@ class CsvTable:
         """Yield (row, loss) for each row of a batch that is left out.
 
         The loss is None for a last line of text that ends the samples. Numbers in another notation
-        are
-        filled into the batch. Raises LogError at the first issue if `losses` is None.
+        are filled into the batch. Raises LogError at the first issue if `losses` is None.
         """
         for issue in batch.issues:
             cell = decoded(issue.text, self.layout.encoding).strip().strip('"').strip()

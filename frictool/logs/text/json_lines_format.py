@@ -227,7 +227,7 @@ def _is_series(value: object) -> bool:
 
 
 def _dated(message: Mapping[str, object]) -> dict[str, str]:
-    """Return the keys of an object whose values are dates or times of day, with these values."""
+    """Return key -> value for the dates and times of day in an object."""
     return {
         key: value for key, value in message.items() if isinstance(value, str) and is_stamp(value)
     }
