@@ -85,7 +85,7 @@ def convert(
         raise LogError(
             source,
             f"has {len(streams)} streams, {topics}; a {form.name} file can contain only one; "
-            f"select it with --stream, or convert to {several}",
+            f"select one with --stream, or convert to {several}",
         )
     cast(FormatWriter, importlib.import_module(form.writer)).write(streams, notes, target)
 

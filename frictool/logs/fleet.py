@@ -58,7 +58,7 @@ def members(logs: Iterable[Path]) -> list[FleetLog]:
     if not by_path:
         raise LogError(
             logs[0],
-            "is a table of results, or contains only such tables; name logs, or a folder of logs",
+            "is a table of results, or contains only such tables; give logs, or a folder of logs",
         )
     return list(by_path.values())
 

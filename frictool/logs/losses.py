@@ -12,8 +12,8 @@ from frictool.errors import LogError
 from frictool.logs.raw_table import DataLoss
 
 LOST = "lost"  # metadata record: number -> DataLoss as JSON
-# maximum number of separate losses of the same channels for the same reason; further ones are
-# joined with the last
+# maximum number of separate losses of the same channels for the same reason; a further loss is
+# joined with the last of them
 MOST_OF_A_KIND = 100
 MOST = 1000
 

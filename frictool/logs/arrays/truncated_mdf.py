@@ -101,8 +101,8 @@ def described_at(path: Path) -> int | None:
             if at + length > size:
                 return at
             links = struct.unpack(f"<{count}Q", stream.read(8 * count))
-            # the first link leads to the next block of this kind, the second to the first of the
-            # next kind, others to texts, data and tools
+            # the first link leads to the next block of this kind, the second to the first block of
+            # the next kind, the others to texts, data and tools
             new = {
                 link for link in links[: 1 if at == HEADER else 2] if link
             } - seen  # the head HD has no next block

@@ -33,7 +33,7 @@ TIME = "time"  # metadata record: SHIFT_KEY -> ns that were added to every time 
 SHIFT_KEY = "shift_ns"
 # key of the record `time`: clock time in ns at log time 0; the record also has TOPIC -> clock
 EPOCH_KEY = "epoch_ns"
-KIND = "log"  # metadata record: kind of the log
+KIND = "log"  # metadata record: kind of the log, with the bench, the actuator and the date
 UNIT = "unit"  # optional key of the record KIND: actuator
 DATE = "date"  # optional key of the record KIND: date of the log (ISO 8601)
 COLUMNS = "columns"  # metadata record: MESSAGE PATH -> raw column from which the signal was made
@@ -63,13 +63,13 @@ class StreamHeader:
     def __post_init__(self) -> None:
         if not TOPIC.fullmatch(self.topic):
             raise ValueError(
-                f"topic {self.topic!r}; allowed: /axis, /axis/NAME or /mechanism, "
+                f"topic: found {self.topic!r}; allowed: /axis, /axis/NAME or /mechanism, "
                 "NAME of letters, digits and _"
             )
         for name in self.fields:
             if not FIELD_NAME.fullmatch(name):
                 raise ValueError(
-                    f"signal {name!r}; allowed: lower-case letters, digits and single _"
+                    f"signal: found {name!r}; allowed: lower-case letters, digits and single _"
                 )
 
 

@@ -52,10 +52,8 @@ class FileSection:
     reason: str = ""
     whole: bool = False
     empty: bool = False
-    packed: bytes = b""  # compressed content of a chunk, or its beginning, before decompression
-    # consecutive chunks whose data is joined in `data`
+    packed: bytes = b""
     joined: list[FileSection] = field(default_factory=list)
-    # bodies of the message indexes after the chunk
     indexes: list[bytes] = field(default_factory=list)
 
     def indexed(self) -> list[tuple[int, NDArray[np.int64]]]:

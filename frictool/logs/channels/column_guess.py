@@ -152,7 +152,7 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
     if not memory_tables:
         for table in tables:
             if table.names:
-                # raises LogError if the rows are refused or damaged
+                # raises LogError if the rows are invalid or damaged
                 next(iter(table.blocks(table.names)), None)
         raise LogError(tables[0].source, "has no column with a finite number in its first rows")
     return memory_tables

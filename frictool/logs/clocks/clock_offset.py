@@ -102,7 +102,7 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     _refuse_others(lags, misfit, best, max(half, 2.0 * step))
     if half > most / 2.0:
         raise ValueError(
-            f"the offset is {tau:.6g} s +- {half:.2g} s; allowed: at most +- {most / 2.0:g} s"
+            f"the offset of {tau:.6g} s is uncertain by {half:.2g} s; allowed: {most / 2.0:g} s"
         )
     return ClockOffset(tau, tau - half, tau + half, explained)
 

@@ -71,7 +71,7 @@ class PositionJumps:
     lowest_landing: float = math.inf
     highest_landing: float = -math.inf
     slack: float = SLACK_COUNTS
-    unwrapped: bool = False  # True if the wraps of the counter have been removed before
+    unwrapped: bool = False
 
     def take(self, time: Vector, steps: Vector, landings: Vector, slack: float) -> None:
         """Add m jumps.

@@ -20,7 +20,7 @@ from frictool.typing import Vector
 
 SHORTEST = 4  # least number of consecutive samples at the extreme
 SHARP = 5.0  # least ratio of the outermost class to the next; a parabola has 2.4
-CLASS = 1e-3  # width of a class relative to the range; a coarser quantisation step takes its place
+CLASS = 1e-3  # width of a class relative to the range; it is at least one quantisation step
 # a signal with a larger share of repeated values away from its extremes repeats values everywhere
 REPEATING = 0.5
 

@@ -13,7 +13,7 @@ from frictool.documents.quantity import factor_to_si, si_unit
 BITS = range(8, 33)  # bits of a counter that encoder.wrap_bits allows
 TURN = 2.0 * math.pi  # rad
 DIGITS = 12  # maximum number of digits of a period
-ROUND = 2  # a number with at most so many digits is round
+ROUND = 2  # maximum number of digits of a number that counts as round
 COUNT, ANGLE, WHOLE = "count", "deg", "turn"
 
 

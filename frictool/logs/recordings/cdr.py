@@ -29,7 +29,7 @@ from frictool.typing import Vector
 Bytes = NDArray[np.uint8]
 MOST_STEPS = 200_000  # maximum number of fields and nested messages in one message
 MOST_LAYOUTS = 64  # maximum number of new layouts per batch; then messages are read one by one
-PADDING = 7  # maximum number of bytes after a message
+PADDING = 7  # maximum number of padding bytes after a message
 KEPT_LAYOUTS = 16  # maximum number of layouts kept for the next batch
 # second byte of CDR -> byte order; plain CDR of versions 1 and 2
 ORDER = {0: ">", 1: "<", 6: ">", 7: "<"}
