@@ -1,1 +1,1 @@
-"""Conversion of documents to records of `plant` and `control`, and of these to documents."""
+"""Conversion of documents to records of `plant` and `control`, and of records to documents."""

@@ -6,8 +6,8 @@
                     ─▶ drive stages, with limiter and virtual friction (thesis, (5.7), (5.41))
     drive stages    ─▶ feedforward, friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
 
-y is the measured position, omega_c the speed reference. If |e| is inside the rest band of the
-position law, the drive is set to 0 (control/target_band.py). The limiter sets it to 0 or to the
+y is the measured position, omega_c the speed reference. The band is an interval of e around 0 in
+which the drive is set to 0 (control/target_band.py). The limiter sets the drive to 0 or to the
 virtual friction (control/limit_cycle_limiter.py). A profile replaces the prefilter. With a
 feedforward, the filtered reference in e is delayed by the number of samples after which the drive
 acts. A cascade then adds the speed of this delayed reference to omega_c. A linear controller with

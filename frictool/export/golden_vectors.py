@@ -233,7 +233,7 @@ class _VectorSequence:
             self.moved(reference)
 
     def push(self, bands: float) -> None:
-        """Push the axis out of the controller's rest band, then move it back.
+        """Push the axis out of the band in which the controller sets the drive to 0, and back.
 
         The return begins when the measured speed has decayed. It is faster than the rest speed of
         the position law.
@@ -312,7 +312,7 @@ def _settling_samples(controller: Controller) -> int:
 
 
 def _losses(bench: _VectorSequence) -> tuple[int, int]:
-    """Make inputs invalid for the hold time, then for one sample more, and restart the programs.
+    """Make inputs invalid for `hold_samples` samples, then for one more, and restart the programs.
 
     Return (first row with the fault, row before which the programs restart).
     """

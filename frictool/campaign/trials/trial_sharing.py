@@ -38,7 +38,10 @@ class JobSharing(Protocol):
 
 
 class DrawJobs(Sequence[Job]):
-    """Jobs for the draws `units` (n, d) without a result; `left`: indices of these draws."""
+    """Jobs of those draws in `units` (n, d) that have no result yet.
+
+    `left`: indices of these draws.
+    """
 
     def __init__(self, units: Vector, left: IntVector) -> None:
         self._units, self._left = units, left

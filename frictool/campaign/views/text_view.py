@@ -184,7 +184,7 @@ def _failures(findings: Findings) -> list[str]:
 
 
 def pair_lines(findings: Findings) -> list[str]:
-    """Return a line on the interaction of two factors, or no line if it is not significant."""
+    """Return a line on a significant interaction of two factors; no line if there is none."""
     pair = findings.sensitivity.pair
     if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
         return []
