@@ -34,8 +34,7 @@ class Format(NamedTuple):
     written: name of the format in the help of commands that write it.
     several: True if a written file can contain several streams.
     library: (module, extra) of the Python library that the format needs and of the extra of
-        frictool
-        that installs it; None if the format needs no library.
+        frictool that installs it; None if the format needs no library.
     other_suffixes: less usual suffixes of files that are read as logs.
     """
 

@@ -45,7 +45,7 @@ from frictool.logs.stream_source import SampleBlock, StreamSource
 
 
 class TimeWindow(NamedTuple):
-    """Time window in ns of the log's time, both ends included; an end that is None is no limit."""
+    """Time window in ns of the log's time, both ends included; None means no limit at this end."""
 
     start: int | None = None
     end: int | None = None

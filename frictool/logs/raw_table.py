@@ -67,8 +67,8 @@ class RowBlock:
 
     first_row: index of the block's first row in the table, from 0.
     columns: requested column -> numbers (n,) as in the file, NaN for an empty cell.
-    time_ns: exact times (n,) in ns, if the file dates its rows (messages of a recording, ISO 8601);
-        None if the time is a column of numbers or missing.
+    time_ns: exact times (n,) in ns, if the file gives the time of each row (messages of a
+        recording, ISO 8601); None if the time is a column of numbers or missing.
     recorded_ns: times (n,) in ns at which the recorder stored the rows, if `time_ns` comes from
         another clock; else None.
     """
@@ -86,7 +86,8 @@ class RawTable(Protocol):
     topic: name of the table in the file; "" if the file has only one table.
     names: columns in the order of the file; a column can be requested by name or by number.
     units: column -> unit that the file states, or None.
-    clock: name of the clock that dates the rows, such as `log time`; None if the time is a column.
+    clock: name of the clock that gives the times of the rows, such as `log time`; None if the time
+        is a column.
     size: number of bytes that `blocks` processes in total.
     """
 
@@ -157,7 +158,7 @@ SALVAGE = "`ingest --salvage` keeps the readable part"
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:
-    """Return an error about a row; the message gives its line or, without lines, its sample."""
+    """Return an error about a row; the message gives the row's line or, if unknown, its sample."""
     line = table.line(row)
     return LogError(
         table.source, message if line is not None else f"sample {row + 1}, {message}", line=line

@@ -1,6 +1,6 @@
 """Offset and drift between the clocks of two instruments.
 
-    both clocks date the same messages    received time = sent time + offset + drift + delay; the
+    both clocks stamp the same messages   received time = sent time + offset + drift + delay; the
                                           delay is never negative. The closest line below all points
                                           gives offset and drift. It is an edge of the lower convex
                                           hull of the points.
@@ -93,7 +93,7 @@ def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
 
 
 class ClockPair:
-    """Collector of messages that two clocks have dated; at most LONGEST messages are kept."""
+    """Collector of messages with the times of two clocks; at most LONGEST messages are kept."""
 
     def __init__(self) -> None:
         self._sent: list[Nanoseconds] = []

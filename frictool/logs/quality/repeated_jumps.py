@@ -269,8 +269,7 @@ class RepeatedJumps:
         """Return True if the drive can move the axis by any of these jumps in one sample.
 
         ends: long steps (m, 5), in the form of `_ends`. The speed is assumed to be the same before
-            and
-            after a jump.
+            and after a jump.
         """
         interval = ends[:, 1] - ends[:, 0]
         size = np.abs(ends[:, 3] - ends[:, 2])

@@ -44,8 +44,6 @@ class McapLoss:
 
 @dataclass
 class _McapPass:
-    """Pass through the file, with the declarations read so far."""
-
     stream: BinaryIO
     size: int
     declarations: McapDeclarations = field(default_factory=McapDeclarations)
