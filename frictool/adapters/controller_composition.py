@@ -128,10 +128,7 @@ class _Composition:
         self._observe()
 
     def _feedforward(self, filtered: ProgramNode) -> tuple[ProgramNode | None, ProgramNode]:
-        """Return the drive of the feedforward, and the reference that the position loop tracks.
-
-        Without a feedforward, return None and the filtered reference.
-        """
+        """Return (drive of the feedforward or None, reference that the position loop tracks)."""
         settings = self.document.feedforward
         if settings is None:
             return None, filtered
@@ -193,10 +190,7 @@ class _Composition:
             )
 
     def _motion(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """Return the change of the position since the last sample, and the speed.
-
-        A value that no block uses is None.
-        """
+        """Return (change of the position since the last sample, speed); None for an unused one."""
         settings = self.document.velocity
         program = self.program
         measured = None
@@ -308,10 +302,7 @@ class _Composition:
         self._linear(self.error, self.high - self.low, None, released, braking)
 
     def _compensation(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """Return the drive that compensates friction, and the friction that the observer estimates.
-
-        A value that the controller does not use is None.
-        """
+        """Return (drive that compensates friction, observed friction); None for an unused one."""
         settings = self.document.friction_compensation
         program = self.program
         if settings is None:
@@ -374,7 +365,6 @@ class _Composition:
         released: ProgramNode | None,
         braking: ProgramNode,
     ) -> None:
-        """Write the linear controller, the compensation, the limit and the update of the states."""
         linear = self.document.linear
         program = self.program
         compensation, observed = self._compensation()
@@ -477,7 +467,6 @@ def _equation(space: StateSpace, gains: tuple[float, ...]) -> DifferenceEquation
 
 
 def _integrators(equations: list[DifferenceEquation]) -> list[int]:
-    """Return the indices of the states that are integrators in the equations of all corners."""
     return [
         i for i in equations[0].integrators if all(i in other.integrators for other in equations)
     ]

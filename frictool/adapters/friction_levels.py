@@ -93,7 +93,7 @@ def _opposite(model: Model, name: str) -> Quantity:
 
 
 def _mean_factors(model: Model) -> Ends:
-    """Return the mean of the normalised Coulomb polynomial over the travel: (forward, backward)."""
+    """Return the mean friction over the travel, relative to `coulomb`: (forward, backward)."""
     travel = model.bench.mechanics.travel
     law = None if model.laws is None else model.laws.position
     if travel is None or law is None or not travel.low < travel.high:
@@ -107,12 +107,8 @@ def _mean_factors(model: Model) -> Ends:
     return mean(curve, False), mean(curve, True)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # all plants drawn from one model have the same mean
 def _mean_factor(
     powers: tuple[float, ...], low: float, high: float, first: float, last: float
 ) -> float:
-    """Return the mean of the normalised friction polynomial from position `first` to `last`.
-
-    The mean is cached, because all plants drawn from one model share it.
-    """
     return mean_over(normalised_coefficients(powers, low, high), low, high, first, last)

@@ -132,7 +132,6 @@ def tracking_facts(observer: Observer, tracking: Tracking) -> TrackingParameters
 
 
 def _largest(friction: FrictionMap) -> float:
-    """Return the largest friction of the map on a grid [N m | N]."""
     over = np.linspace(friction.over.low, friction.over.high, GRID)
     return float(
         max(

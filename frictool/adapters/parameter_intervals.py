@@ -104,7 +104,6 @@ def hull(*quantities: Quantity) -> tuple[float, float]:
 def _over_position(
     law: FrictionOverPosition, forward: Quantity, opposite: Backward | None
 ) -> tuple[float, float]:
-    """Return the least and the largest Coulomb friction over the travel and both directions."""
     backward = (opposite.coulomb if opposite else None) or forward
     lows, highs = [], []
     for level, powers in (

@@ -146,7 +146,6 @@ class _Search:
     progress: Callable[[str], None]
 
     def of(self, family: CandidateFamily) -> CandidateSearch:
-        """Return the search for the best candidate of a family."""
         return CandidateSearch(
             family,
             self.scales,
@@ -190,11 +189,7 @@ class _Search:
 
 
 def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
-    """Return the keys of a design that have the same value in every candidate, with these values.
-
-    The values come from `wishes`. If the specification limits the tracking error, a profile and a
-    feedforward are added.
-    """
+    """Return the keys of a design that have the same value in every candidate, with these values."""
     kept: dict[str, object] = {}
     if wishes is not None:
         kept = {key: value for key in KEPT if (value := getattr(wishes, key)) is not None}
@@ -237,7 +232,6 @@ def _tests(test: DesignTest) -> PlayedTests:
 
 
 def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenario, Spec]:
-    """Return a scenario with shorter steps, and the requirements that this scenario can decide."""
     steps = tuple(
         step
         if step.reference is None or step.duration_s is None

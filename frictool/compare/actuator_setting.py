@@ -82,7 +82,6 @@ def _longest(bench: Bench, mass: float, coulomb: float) -> float:
 
 
 def _on_bench(setting: ComparisonSetting, bench: Bench, effort_limit: float) -> ComparisonSetting:
-    """Return the setting with simulation parameters that follow from the bench."""
     mass = setting.mass
     resolution = bench.encoder.resolution
     decay = STUCK_IN_A_SAMPLE / bench.sample_period_s

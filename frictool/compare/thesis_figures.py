@@ -66,7 +66,6 @@ def pictures(comparison: Comparison) -> list[PageFigure]:
 
 
 def _figure(number: str, title: str, svg: str) -> PageFigure:
-    """Return the figure, titled with its number in the thesis unless `number` is ""."""
     return PageFigure(number, svg, f"Thesis {number}. {title}" if number else title)
 
 

@@ -217,8 +217,6 @@ def _words(scaled: FixedProgram, mode: ProgramNode) -> list[int]:
 
 
 def _constant(table: NamedArray, numbers: NumberWriter) -> str:
-    """Return the C declaration of a coefficient or an array; an element without a node is 0."""
-
     def element(node: ProgramNode | None) -> str:
         return numbers.constant(node) if node is not None else "0"
 

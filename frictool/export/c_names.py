@@ -155,7 +155,6 @@ def _tables(
 
 
 def _uses(program: Program) -> Counter[int]:
-    """Return how often each node (by number) is needed to compute the output and the new states."""
     assert program.output is not None
     uses: Counter[int] = Counter(
         [program.output.index, *(source.index for source in program.updates.values())]

@@ -104,7 +104,6 @@ def json_files(
 
 
 def _whole(block: Any) -> Any:
-    """Return a block of the document, completed with default values."""
     if isinstance(block, Observer):
         return _observer(block)
     if isinstance(block, msgspec.Struct):
@@ -113,7 +112,6 @@ def _whole(block: Any) -> Any:
 
 
 def _observer(observer: Observer) -> dict[str, Any]:
-    """Return the keys of the observer document that the controller's program uses, with values."""
     record = {
         key: _whole(getattr(observer, key)) for key in ("sample_period_s", "inertia", "friction")
     }
@@ -248,10 +246,6 @@ def matlab_files(
 
 
 def _variable(block: dict[str, Any]) -> Value:
-    """Return a block's numbers and texts as a structure.
-
-    Absent values and the parts of an observer are left out.
-    """
     return {
         key: np.array([[float(value)]]) if isinstance(value, int | float) else str(value)
         for key, value in block.items()

@@ -186,10 +186,6 @@ def export_controller(
 
 
 def _measured(result: ExportResult) -> ExportResult:
-    """Return the result with size and number of instructions of its C code on the bench's target.
-
-    Raises NoSolutionError if the code exceeds a limit of the target.
-    """
     controller = result.controller
     target = controller.bench.target or Target()
     kind = "int32_t" if result.number == "q31" else result.number

@@ -105,10 +105,6 @@ def _speeds(sides: list[SlipCurve], top: float, number: int) -> Vector:
 
 
 def _position_table(model: Model, head: str) -> str | None:
-    """Return friction levels and load against position as CSV.
-
-    Return None if neither depends on the position.
-    """
     laws = model.laws or Laws()
     law = laws.position
     load = load_of(model)

@@ -125,22 +125,18 @@ class _VectorSequence:
         self.apart = 0
 
     def start(self) -> None:
-        """Start the programs in the number format and in double, at rest."""
         for one in self.both:
             one.start(self.counted(self.position))
 
     @property
     def both(self) -> tuple[SupervisedProgram, SupervisedProgram]:
-        """Return the controller in the number format, and in double."""
         return self.formatted, self.in_double
 
     @property
     def machine(self) -> CompiledProgram:
-        """Return the program in the number format."""
         return self.formatted.machine
 
     def command(self, name: CommandName) -> None:
-        """Give both programs a command before the next row."""
         position = self.counted(self.position)
         for one in self.both:
             one.command(name, position)
@@ -150,17 +146,14 @@ class _VectorSequence:
         return math.floor(position / self.step) * self.step
 
     def at(self, fraction: float) -> float:
-        """Return the position at a fraction of the travel."""
         return self.low + fraction * (self.high - self.low)
 
     def now(self, name: str, otherwise: float) -> float:
-        """Return the value `name` after the last sample; `otherwise` if it does not exist."""
         return read(self.machine, self.indices[name]) if name in self.indices else otherwise
 
     def sample(
         self, reference: float, jitter: int = 0, lost: Mapping[str, float] | None = None
     ) -> None:
-        """Run one sample; `lost`: input -> invalid value that replaces the valid one."""
         position = self.counted(self.position) + self.step * self.random.randint(-jitter, jitter)
         velocity = (position - self.before) / self.period
         self.before = position
@@ -192,7 +185,6 @@ class _VectorSequence:
             self.apart += 1
 
     def in_format(self, reference: float) -> float:
-        """Return a reference as the number format represents it [rad | m]."""
         if self.machine.number == FIXED:
             form = self.machine.formats[self.machine.ports[0]]
             return float(to_real(form, from_real(form, reference)))
@@ -282,7 +274,6 @@ class _VectorSequence:
 
 
 def _speeds(controller: Controller, band: float) -> tuple[float, float]:
-    """Return the speeds below which prefilter and axis count as settled [rad/s | m/s]."""
     law, limiter = controller.position_law, controller.limiter
     stated = (
         law.settled_speed
@@ -296,7 +287,6 @@ def _speeds(controller: Controller, band: float) -> tuple[float, float]:
 
 
 def _settling_samples(controller: Controller) -> int:
-    """Return the settling time of the filtered reference in samples, from PHASE to LONGEST."""
     if controller.profile is not None:
         travel = controller.bench.mechanics.travel
         distance = 0.0 if travel is None else travel.high - travel.low
@@ -312,10 +302,7 @@ def _settling_samples(controller: Controller) -> int:
 
 
 def _losses(bench: _VectorSequence) -> tuple[int, int]:
-    """Make inputs invalid for `hold_samples` samples, then for one more, and restart the programs.
-
-    Return (first row with the fault, row before which the programs restart).
-    """
+    """Return (first row with the fault, row before which the programs restart)."""
     for fraction in (0.6, 0.3, 0.8):
         bench.move(bench.at(fraction), 30)
         bench.lose(bench.at(fraction), bench.hold_samples)

@@ -231,7 +231,6 @@ def _element(name: str, attributes: Mapping[str, str]) -> str:
 
 
 def _passive(values: Mapping[tuple[str, str], float], ripple: Ripple | None) -> str | None:
-    """Return the element `dcmotor`; None if the model has neither LuGre friction nor ripple."""
     lugre = [repr(values["dcmotor", key]) for key in LUGRE if ("dcmotor", key) in values]
     texts = [f'lugre="{" ".join(lugre)}"'] if lugre else []
     if ripple is not None:
@@ -249,7 +248,6 @@ LUGRE = tuple(f"lugre {index}" for index in range(5))
 
 
 def _amplitude(ripple: Ripple) -> Quantity:
-    """Return the amplitude of the ripple; its interval covers the intervals of sine and cosine."""
     sine, cosine = ripple.sine, ripple.cosine
 
     def least(one: Quantity) -> float:

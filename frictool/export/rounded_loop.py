@@ -105,10 +105,7 @@ def _refused(controller: Controller, number: Number, why: str) -> NoSolutionErro
 def _loops(
     controller: Controller, linear: LinearController, number: Number
 ) -> Iterator[tuple[LinearController, PlantPoint, tuple[int, ...]]]:
-    """Yield (linear controller, plant, delays [samples]) of each loop to verify.
-
-    The first delay is that of the bench.
-    """
+    """Yield (linear controller, plant, delays [samples]); the first delay is that of the bench."""
     for vertex in controller.verified.vertices:
         point = PlantPoint(
             vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
@@ -161,10 +158,6 @@ def _margin(
     point: PlantPoint,
     delays: tuple[int, ...],
 ) -> float:
-    """Return the modulus margin with one plant, at the first of `delays`.
-
-    Raises NoSolutionError if the margin is too small or a loop is unstable at one of the delays.
-    """
     hold = coefficient_rounder(number)
     lag = controller.bench.actuator.loop_time_constant_s
     loops = feedbacks(

@@ -182,10 +182,6 @@ def run_image(image: Path, *options: str) -> str:
 
 
 def _count_source(name: str, program: Program, kind: str) -> str:
-    """Return the text of count.c.
-
-    The program prints the number of samples, and the sum and the maximum of the instructions.
-    """
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=False)
     template = environment.from_string((FOLDER / "count.c.jinja").read_text(encoding="utf-8"))
     return template.render(

@@ -152,10 +152,6 @@ def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep
 
 
 def _strokes(bench: Bench, why: str, reached: tuple[ReachedPrecision, ...]) -> PlanStep:
-    """Return a step with strokes that reach the precision FIRST_STROKES of friction and inertia.
-
-    If no strokes reach it, the most precise strokes of FALLBACK_DURATION are used.
-    """
     known = bench.mechanics
     wanted = {name: FIRST_STROKES for name in SLIDING if getattr(known, name).value > 0.0}
     try:

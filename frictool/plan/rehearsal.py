@@ -138,7 +138,6 @@ def _rehearsed(
 
 
 def _drawn_axes(bench: Bench, seed: int) -> Iterator[tuple[Model, int]]:
-    """Yield axes drawn uniformly from the bench's intervals, each with the seed of its noise."""
     draw = np.random.default_rng([seed, STREAM])
     for _ in range(REHEARSALS):
         values = {

@@ -89,7 +89,6 @@ def _matrices(system: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
 def _space(
     numerator: ArrayLike, denominator: ArrayLike
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the state space of a transfer function; raise FrictoolError if it is improper."""
     above, below = (
         np.trim_zeros(np.asarray(numerator), "f"),
         np.trim_zeros(np.asarray(denominator), "f"),

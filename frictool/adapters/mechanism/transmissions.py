@@ -126,7 +126,6 @@ def tangent_of_lead(key: str, link: Screw) -> float:
 
 
 def _losses(key: str, link: Transmitting, ratio: float) -> tuple[float, float, float, float]:
-    """Return drive_loss, back_loss, thread and thesis_screw of the `Transmission`."""
     if isinstance(link, Screw) and link.friction_coefficient is not None:
         return _thread_losses(key, link, link.friction_coefficient)
     efficiency: float | None = getattr(link, "efficiency", None)

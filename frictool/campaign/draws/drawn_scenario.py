@@ -78,7 +78,6 @@ def _start(base: Scenario, spread: Spread, at: Values, step: float) -> Quantity 
 
 
 def _drifts(drifts: Drifts | None, spread: Spread, at: Values) -> Drifts | None:
-    """Return the scenario's drifts, multiplied by the drawn factors for wear and temperature."""
     factors = {"friction": 1.0, "viscous": 1.0, "constant": 1.0}
     if spread.wear is not None:
         factors["friction"] = at.get(WEAR, spread.wear.low)

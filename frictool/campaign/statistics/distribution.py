@@ -159,7 +159,6 @@ def _bound(values: Vector, upward: bool, method: Method, confidence: float) -> f
 
 
 def _quantiles(ordered: Vector, method: Method | None, confidence: float) -> tuple[Quantile, ...]:
-    """Return the quantiles of sorted values (n,); without intervals if `method` is None."""
     return (
         tuple(_quantile(ordered, level, method, confidence) for level in QUANTILES)
         if ordered.size
@@ -206,10 +205,6 @@ def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
 
 
 def _reach(values: Vector, limit: float) -> tuple[float, float]:
-    """Return the range of the histogram, without outliers.
-
-    The range contains the limit if the limit lies between the smallest and the largest value.
-    """
     low, high = float(values.min()), float(values.max())
     fifth, last = (float(q) for q in np.quantile(values, (0.05, 0.95)))
     body = last - fifth

@@ -75,7 +75,6 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
 def _drawn(
     plant: SimulatedPlant[Any], space: FactorSpace, scenario: Scenario
 ) -> dict[str, Interval]:
-    """Return the intervals [SI] of the drawn parameters, widened by drifts and temperature."""
     varied = {
         factor.name: (factor.low, factor.high) for factor in space.factors if factor.kind == "plant"
     }

@@ -156,11 +156,7 @@ def _cauchy(generator: np.random.Generator, centre: float) -> float:
 def _child(
     units: Vector, values: Vector, index: int, f: float, cr: float, generator: np.random.Generator
 ) -> Vector:
-    """Return the child of point `index`, clipped to the unit cube.
-
-    The child results from current-to-pbest/1 mutation with the step factor `f`, and from binomial
-    crossover with the rate `cr`.
-    """
+    """Return the child of point `index` by current-to-pbest/1 mutation and binomial crossover."""
     size, factors = units.shape
     leaders = np.argsort(-values, kind="stable")[: max(2, round(BEST * size))]
     best = int(generator.choice(leaders))

@@ -118,10 +118,6 @@ def _search(
 
 
 def _worst_draws(trials: Trials, metric: int) -> IntVector:
-    """Return the indices of the STARTS draws with the worst values of a metric, worst first.
-
-    The result is empty if no draw has a value.
-    """
     sign = 1.0 if trials.metrics[metric].relation == "<=" else -1.0
     badness = np.where(
         np.isnan(trials.metric_values[:, metric]), -np.inf, sign * trials.metric_values[:, metric]

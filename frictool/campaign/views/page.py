@@ -87,7 +87,6 @@ def page(findings: Findings, provenance: Provenance) -> str:
 
 
 def _rows(findings: Findings, question: FailureComparison) -> list[tuple[str, str, str, str]]:
-    """Return a row for each significant factor: label, direction, failing shares, p-value."""
     factors = findings.trials.space.factors
     return [
         (
@@ -102,10 +101,6 @@ def _rows(findings: Findings, question: FailureComparison) -> list[tuple[str, st
 
 
 def _columns(findings: Findings) -> list[int]:
-    """Return the indices of the columns of the table of shares, in increasing order.
-
-    A column is a significant factor; if there are too many, those with the largest shares are kept.
-    """
     influences = findings.sensitivity.influences
     named = {i for one in influences for i in one.named}
     largest = {

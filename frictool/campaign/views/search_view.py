@@ -149,7 +149,6 @@ def _missed(best: Candidate) -> str:
 
 
 def _told_apart(value: float, limit: float, unit: str) -> tuple[str, str]:
-    """Return value and limit as text with four digits, or with more if the texts are equal."""
     for digits in range(4, 17):
         texts = _number(value, unit, digits), _number(limit, unit, digits)
         if texts[0] != texts[1]:
@@ -158,7 +157,6 @@ def _told_apart(value: float, limit: float, unit: str) -> tuple[str, str]:
 
 
 def _meets(row: ReachedValue) -> bool:
-    """Return True if a candidate that meets all other requirements also meets this limit."""
     assert row.together is not None
     return row.together <= row.limit if row.relation == "<=" else row.together >= row.limit
 
