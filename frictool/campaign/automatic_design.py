@@ -189,7 +189,7 @@ class _Search:
 
 
 def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
-    """Return the keys of a design that have the same value in every candidate, with these values."""
+    """Return the keys of a design that have the same value in every candidate, with the values."""
     kept: dict[str, object] = {}
     if wishes is not None:
         kept = {key: value for key in KEPT if (value := getattr(wishes, key)) is not None}
