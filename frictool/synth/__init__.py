@@ -1,4 +1,4 @@
-"""Synthesis: from a model, a specification and a design to a verified controller document."""
+"""Synthesis of a verified controller document from a model, a specification and a design."""
 
 from typing import TYPE_CHECKING
 

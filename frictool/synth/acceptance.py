@@ -36,9 +36,10 @@ def accept(
     linear: stored.LinearController,
     around: SurroundingBlocks,
 ) -> stored.Verified:
-    """Return the norms and margins of the loops with `linear` and the surrounding blocks.
+    """Return the norms and margins of the loops of a candidate, if they are acceptable.
 
-    Raises NoSolutionError (exit 4) in three cases:
+    linear: linear controller of the candidate, as stored. around: blocks around the linear
+    controller. Raises NoSolutionError in three cases:
 
     - A loop with the bench's delay is unstable, or has less than the specified modulus margin.
     - A loop with rounded coefficients has too small a margin or too large a norm.
@@ -88,7 +89,7 @@ def accept(
 
 
 def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> ResonantCheck | None:
-    """Check the loops with the resonances of the model; return the worst margin of all loops.
+    """Return the worst margin of the loops with the resonances of the model.
 
     The result is None if the model has no resonances. Raises NoSolutionError if a loop is unstable
     or has less than the specified margin.
@@ -108,7 +109,7 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
 def linear_loops(
     problem: SynthesisProblem, linear: stored.LinearController, around: SurroundingBlocks
 ) -> LinearLoops:
-    """Return the closed loops with `linear` and the surrounding blocks, one per vertex."""
+    """Return the closed loops of `linear` and its surrounding blocks at every vertex."""
     return LinearLoops(
         structure=problem.design.structure,
         domain=problem.design.domain,
@@ -145,7 +146,10 @@ def _required(problem: SynthesisProblem) -> tuple[int, ...]:
 
 
 def unstable_earlier(vertices: tuple[stored.Vertex, ...], delay: int) -> str:
-    """Return a note if loops are unstable with less than the bench's delay, else ""."""
+    """Return a note if loops are unstable with a delay shorter than the bench's, else "".
+
+    vertices: results of the check at each vertex. delay: delay of the bench [samples].
+    """
     found = [
         (check.spectral_radius, check.delay_samples, vertex.name)
         for vertex in vertices

@@ -1,4 +1,4 @@
-"""Method `auto`: a search by simulation, which campaign/automatic_design.py conducts.
+"""Method `auto`: placeholder for a search by simulation (campaign/automatic_design.py).
 
 The search returns a design with another method, which is then synthesised.
 """
@@ -10,7 +10,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def auto(problem: SynthesisProblem) -> ControllerCandidate:
-    """Raise NoSolutionError, because a search replaces this method by another one first."""
+    """Raise NoSolutionError: the search must replace the method `auto` before a synthesis."""
     raise NoSolutionError(
         f"{problem.design.name}: method auto searches a design by simulation; run frictool synth, "
         "or write another method"

@@ -13,7 +13,7 @@ from frictool.typing import Matrix
 def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.float64]]:
     """Return the stable system `k` in balanced coordinates, and its Hankel singular values.
 
-    In these coordinates both Gramians are the same diagonal matrix, whose entries are the Hankel
+    In balanced coordinates both Gramians are the same diagonal matrix, whose entries are the Hankel
     singular values. Two kinds of states are left out: those that are unreachable or unobservable to
     working precision, and those with a singular value of at most `negligible` times the largest.
     """
@@ -37,6 +37,5 @@ def _gramian(a: Matrix, b: Matrix, period: float) -> Matrix:
 
 
 def _root(gramian: Matrix) -> Matrix:
-    """Return a square root of a positive semidefinite matrix, which may be numerically singular."""
     values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -1,4 +1,4 @@
-"""Certificate of a loop: the smallest bounds that verify/zero_exclusion.py proves.
+"""Search for the smallest bounds of a loop that verify/zero_exclusion.py proves.
 
 A box contains all plants whose parameters lie in given intervals. The search first tries to prove
 a bound slightly above the largest norm at the corners of the box; the slack is the relative
@@ -35,10 +35,10 @@ MOST_SLACK = 1e6  # largest slack if plants violate the bounds
 
 
 def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedBound, ...]]:
-    """Return the certificate of a loop for all plants in `box`, and the proved bounds.
+    """Return the certificate of a loop for all plants in `box`, and its proved bounds.
 
-    The certificate states why a bound is not proved. Raises NoSolutionError if the loop is unstable
-    for a plant of the box.
+    If a bound is not proved, the certificate contains the reason instead. Raises NoSolutionError if
+    the loop is unstable for a plant of the box.
     """
     found = {of: _proved(quantity_loops(loop, of), box, of) for of in loop.quantities}
     proved = tuple(bound for bound in found.values() if isinstance(bound, ProvedBound))
@@ -55,7 +55,7 @@ def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedB
 
 
 def certified_weights(weights: PlantWeights) -> CertifiedWeights:
-    """Return the weights of a design as a certificate stores them."""
+    """Return the weights of a design in the form that a certificate stores."""
 
     def stored(weight: FirstOrderWeight) -> Filter:
         return Filter(

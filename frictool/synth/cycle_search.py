@@ -25,9 +25,9 @@ ROTARY_STEP, LINEAR_STEP = 10.0, 0.1  # step [rad], [m] on a bench that states n
 
 
 def find_cycle(model: Model, controller: Controller) -> Cycle | None:
-    """Return the limit cycle of the nominal axis after a step from rest; None if none is found.
+    """Return the limit cycle of the nominal axis after a step from rest, or None.
 
-    The simulation can show that a cycle exists, but not that there is none.
+    None means that the simulation shows no cycle; it does not prove that no cycle exists.
     """
     axis = axis_of(model).as_array()
     travel = model.bench.mechanics.travel

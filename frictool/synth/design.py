@@ -52,8 +52,9 @@ MEASURED = {"position": "position reference", "speed_cascade": "integral(speed r
 class SynthesisResult(ResultView):
     """Verified controller document, with information for the output of `synth`.
 
-    derived: values for keys that the design leaves out. trade: result of `relax: auto`; None for
-    other designs. notes: sentences for the user. proved: bounds of the certificate.
+    derived: values that were derived for keys that the design leaves out. trade: result of the
+    relaxation of weights (`relax: auto`), else None. notes: sentences for the user. proved: bounds
+    of the certificate.
     """
 
     controller: stored.Controller
@@ -65,9 +66,9 @@ class SynthesisResult(ResultView):
 
 @dataclass(frozen=True)
 class ProofScope:
-    """Options of the verification between the vertices.
+    """Options of the verification for plants between the vertices.
 
-    vertices_only: True to verify the vertices only, without certificate. varying: True to add a
+    vertices_only: True to verify the vertices only, without a certificate. varying: True to add a
     bound for parameters that vary arbitrarily fast.
     """
 
@@ -78,7 +79,10 @@ class ProofScope:
 def design_controller(
     model: Model, spec: Spec, design: Design, provenance: Provenance
 ) -> stored.Controller:
-    """Return the controller document of `synthesise_verified`, verified at the vertices only."""
+    """Design a controller, verify it at the vertices only, and return its document.
+
+    Raises NoSolutionError as `synthesise_verified` does.
+    """
     return synthesise_verified(
         model, spec, design, provenance, scope=ProofScope(vertices_only=True)
     ).controller
@@ -96,7 +100,7 @@ def synthesise_verified(
     """Design a controller and verify it.
 
     `scope` selects the verification between the vertices. `progress` is called with the name of
-    each step. Raises NoSolutionError (exit 4) if the method finds no controller, if the
+    each step of the work. Raises NoSolutionError if the method finds no controller, if the
     verification fails (the message names the vertex and the value), or if the drive cannot hold the
     load of the model.
     """
@@ -157,7 +161,10 @@ def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> 
 def running_linear(
     posed: SynthesisProblem, candidate: ControllerCandidate
 ) -> stored.LinearController:
-    """Return the realisations of the candidate; `form` names the one that runs on the target."""
+    """Return the linear controller of a candidate in all forms that a document stores.
+
+    The field `form` names the form that runs on the target.
+    """
     linear = stored_forms(candidate.controller)
     design = posed.design
     if design.speed_input:
@@ -203,7 +210,7 @@ def _beyond(
 def _certificate(
     posed: SynthesisProblem, controller: stored.Controller
 ) -> tuple[Certificate | None, tuple[ProvedBound, ...], tuple[str, ...]]:
-    """Return the certificate (None if a loop is unstable), its proved bounds, and notes."""
+    """Return the certificate, its proved bounds, and notes; None if a loop is unstable."""
     weights = certified_weights(posed.weights) if posed.weighs else SENSITIVITY
     box = Box(**enclosing_box(posed.box.vertices))
     try:
@@ -215,7 +222,10 @@ def _certificate(
 def _with_rest(
     posed: SynthesisProblem, controller: stored.Controller, certificate: Certificate
 ) -> Certificate:
-    """Return the certificate with the proof of rest or, without a band, a simulated limit cycle."""
+    """Return the certificate with the proof of rest.
+
+    If the controller has no rest band, the certificate gets the simulated limit cycle instead.
+    """
     at_rest = prove_rest(controller, certificate)
     if at_rest is not None:
         return msgspec.structs.replace(certificate, rest=at_rest, cycle=None)
@@ -227,7 +237,7 @@ def _with_rest(
 
 
 def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
-    """Return the synthesis problem of a design, with derived weights before any relaxation."""
+    """Return the synthesis problem of a design; missing weights are derived, none is relaxed."""
     return _posed(model, spec, design)[0]
 
 
@@ -262,7 +272,10 @@ def controller_document(
     composed: SurroundingBlocks,
     provenance: Provenance,
 ) -> stored.Controller:
-    """Return the controller document made from a problem and its results."""
+    """Return the controller document of a design with its verified linear controller.
+
+    composed: blocks around the linear controller.
+    """
     design = posed.design
     bench = posed.model.bench
     return stored.Controller(

@@ -1,7 +1,7 @@
 """Import of a controller from another tool, with verification.
 
-acceptance.py describes the checks. The norm of the loop may have any value. The weights only define
-the norm that the document states.
+The checks are those of acceptance.py, but the norm of the loop may have any value. The weights only
+define the norm that the document states.
 """
 
 from __future__ import annotations

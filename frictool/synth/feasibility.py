@@ -1,8 +1,8 @@
-"""Check before the design: requirements that no controller can meet on this bench.
+"""Check before the design for requirements that no controller can meet on this bench.
 
-The bands of a design are compared with the encoder and the specification. The specified times are
-compared with the shortest time of a step (plant/time_optimal.py): the drive accelerates and then
-brakes at its limit, with its lag and the bench's delay. The assumptions favour the controller:
+The rest bands of a design are compared with the encoder and the specification. The specified times
+are compared with the shortest time of a step (plant/time_optimal.py): the drive accelerates and
+then brakes at its limit, with its lag and the bench's delay. The assumptions favour the controller:
 
 - The axis stops short of the target by static_error and one encoder count.
 - The step begins with the backlash open.
@@ -13,8 +13,8 @@ Method `auto` simulates steps of a known length. The time constant of the slowes
 (`loop_allowance`) is then added to the shortest time.
 
 A specification does not state the length of a step. The drive must therefore manage a step of
-length 20 static_error, limited to the range from 20 encoder counts to the travel (else exit 4). A
-note states the longest step that is possible in the specified time.
+length 20 static_error, limited to the range from 20 encoder counts to the travel. If it cannot, the
+specification is rejected. A note states the longest step that is possible in the specified time.
 """
 
 from __future__ import annotations
@@ -51,17 +51,17 @@ ShortestTime = Callable[[DrivenAxis, float], float]  # (axis, length [rad | m]) 
 
 
 class SlowestStep(NamedTuple):
-    """Shortest time [s] of a step on the slowest plant of the model's polytope, and that plant."""
+    """Shortest time [s] of a step for the slowest plant of a model, and this plant."""
 
     time: float
     plant: PlantPoint
 
 
 def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
-    """Return notes on specified times that the drive can meet in short steps only.
+    """Return a note for each specified time that the drive can meet in short steps only.
 
-    Raises FrictoolError if a band contradicts the encoder or the specification, NoSolutionError if
-    the drive cannot meet a time.
+    Raises FrictoolError if a rest band contradicts the encoder or the specification,
+    NoSolutionError if the drive cannot meet a specified time.
     """
     _check_bands(model, spec, design)
     notes = []
@@ -99,8 +99,9 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
 def loop_allowance(model: Model, margin: float, dead_time: float) -> float:
     """Return the time constant [s] of the slowest plant's speed loop.
 
-    The loop k exp(-s dead_time)/s of the fastest plant has the modulus margin `margin`, which
-    gives k. The slowest plant's loop is slower by the ratio of the two plants' gains.
+    The loop gain of the fastest plant is k exp(-s dead_time)/s, where k is determined by the
+    modulus margin `margin`. The slowest plant's loop is slower by the ratio of the two plants'
+    gains.
     """
     gains = [point.constant / point.inertia for point in polytope(model).vertices]
 
@@ -140,7 +141,7 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
 
 
 def shortest_step(model: Model, spec: Spec) -> float:
-    """Return the shortest step [rad | m] to which a specified response time can apply."""
+    """Return the length [rad | m] of the shortest step to which a response time can apply."""
     resolution, travel = model.bench.encoder.resolution, model.bench.mechanics.travel
     error = max(resolution, _static_error(spec))
     return min(error / ZONE, math.inf if travel is None else travel.high - travel.low)
@@ -164,17 +165,18 @@ def _response(model: Model, spec: Spec) -> ShortestTime:
 
 
 def _rise(axis: DrivenAxis, length: float) -> float:
-    """Return the shortest rise time [s], at full drive without lag; the axis brakes afterwards."""
+    """Return the shortest rise time [s] of an axis that is driven at full effort without lag."""
     at_once = replace(axis, lag=0.0)
     low, high = (shortest_time(at_once, StepZone(share * length, math.inf)) for share in RISE)
     return high - low
 
 
 def slowest_step(model: Model, least: ShortestTime, length: float) -> SlowestStep:
-    """Return the vertex of the model's polytope with the longest time for a step.
+    """Return the vertex of the model that needs the longest time for a step, and the time.
 
-    least: function that returns the shortest time [s] of a plant for a length. length: length of
-    the step [rad | m]. The drive must be able to move every vertex (synth/load_disturbance.py).
+    least: function from an axis and a length to the shortest time [s]. length: length of the step
+    [rad
+    | m]. The drive must be able to move every vertex (synth/load_disturbance.py).
     """
     times = [
         SlowestStep(least(_opened(model, vertex), length), vertex)
@@ -194,10 +196,10 @@ def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
 def _check_time(
     key: str, required: float, least: ShortestTime, model: Model, shortest: float
 ) -> list[str]:
-    """Return a note on longer steps, or raise NoSolutionError if the drive is too slow.
+    """Return a note on longer steps; raise NoSolutionError if the drive is too slow.
 
-    `required` is the time [s] of the specification's key, `shortest` the length of the shortest
-    step [rad | m].
+    `required` is the time [s] that the specification states for `key`, `shortest` the length of the
+    shortest step [rad | m].
     """
     unit = si_unit("position", model.axis)
     slowest = slowest_step(model, least, shortest)
@@ -226,7 +228,7 @@ def _longest_step(
 ) -> float:
     """Return the length [rad | m] of the longest step that is possible in the required time [s].
 
-    between: a length that is possible, and a length that is not.
+    between: two lengths [rad | m], of which the first is possible and the second is not.
     """
     possible, impossible = between
     for _ in range(LENGTHS):

@@ -14,7 +14,10 @@ from frictool.synth.weight_relaxation import Trade
 
 
 def json_view(result: SynthesisResult, disturbance: LoadDisturbance) -> dict[str, Any]:
-    """Return the figures of a design as JSON data."""
+    """Return the result of a synthesis as JSON data.
+
+    disturbance: largest load of the model.
+    """
     controller = result.controller
     verified, law = controller.verified, controller.position_law
     return {

@@ -1,9 +1,9 @@
 """Method `lft`: H-infinity synthesis for the centre plant with a real uncertainty channel.
 
-The uncertain parameters form a channel Delta with |Delta| < 1, annex (20)-(23), figure 5. If gamma
-is at most 1 for the plant with this channel, the small-gain condition holds for all uncertain
-parameters together (plant/uncertainty_channel.py). The controller is verified at every corner of
-the parameter box.
+The uncertain parameters form a block Delta with |Delta| < 1 around the plant, annex (20)-(23),
+figure 5. If gamma is at most 1 for the plant with this channel, the small-gain condition holds for
+all uncertain parameters together (plant/uncertainty_channel.py). The controller is verified at
+every corner of the parameter box.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 def lft(problem: SynthesisProblem) -> ControllerCandidate:
     """Return the controller candidate for the centre plant with its uncertainty channel.
 
-    Raises NoSolutionError if the inequalities have no solution, or if the loop's norm exceeds the
-    gamma of the inequalities.
+    Raises NoSolutionError if the inequalities have no solution, or if the norm of the loop exceeds
+    the gamma of the inequalities.
     """
     posed = problem.posed_with_constant_input()
     centre = uncertain_centre(problem.model, problem.design.channel_effort)

@@ -1,9 +1,9 @@
 """Method `lft_lpv`: a polytope of the scheduled parameters, an uncertainty channel for the others.
 
-Each vertex of the polytope has a separate channel, annex (28)-(32). As in the annex, the friction
-regimes are scheduled if the design does not name other parameters. The target runs the controller
-of the plant in the middle of the vertices. (In the example of annex 5.2, the two vertex controllers
-agree at low frequencies.)
+Each vertex of the polytope has a separate channel, annex (28)-(32). If the design names no
+scheduled parameters, the friction regimes are scheduled, as in the annex. The target runs the
+controller of the plant in the middle of the vertices. (In the example of annex 5.2, the two vertex
+controllers agree at low frequencies.)
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 def lft_lpv(problem: SynthesisProblem) -> ControllerCandidate:
     """Return the candidate with the controllers of the centre plant and of the vertices.
 
-    Raises NoSolutionError if the inequalities have no solution, or if a loop's norm exceeds the
-    gamma of the inequalities.
+    Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
+    the gamma of the inequalities.
     """
     posed = problem.posed_with_constant_input()
     design = problem.design

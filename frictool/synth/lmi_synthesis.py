@@ -25,8 +25,8 @@ def solve_inequalities(
 ) -> tuple[LyapunovPair, tuple[Lti, ...]]:
     """Return the Lyapunov matrices common to all plants, and the controller of each plant.
 
-    The gamma of the result is the bound of the norm that the controllers guarantee: the design's
-    factor `ease` times the gamma of the inequalities. All controllers have the same state
+    The gamma of the result is the bound of the norm that the controllers guarantee: the factor
+    `ease` of the design times the gamma of the inequalities. All controllers have the same state
     coordinates. Raises NoSolutionError if there is no solution or the arithmetic fails,
     FrictoolError if the pole region is impossible.
     """
@@ -49,10 +49,10 @@ def solve_inequalities(
 
 
 def slow_weight(problem: SynthesisProblem) -> str:
-    """Return advice if the pole of W2 is nearly an integrator, else an empty string.
+    """Return advice for an error message if the pole of the weight W2 is nearly an integrator.
 
-    No controller can move this pole, so that the inequalities may have no solution. The advice is
-    appended to an error message.
+    No controller can move this pole, so that the inequalities may have no solution. If the pole is
+    fast enough, the result is empty.
     """
     weight = problem.weights.error
     share = weight.pole * problem.period
@@ -66,7 +66,7 @@ def slow_weight(problem: SynthesisProblem) -> str:
 
 
 def pole_region(poles: Poles | None) -> PoleRegion | None:
-    """Return the design's region of closed-loop poles in the form of lmi/pole_regions.py."""
+    """Return the region of closed-loop poles that a design requests; None if it requests none."""
     if poles is None:
         return None
     if poles.decay_rad_s is not None:

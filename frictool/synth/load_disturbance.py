@@ -25,7 +25,7 @@ class LoadDisturbance:
     """Largest load terms, and the efforts that can hold the load [N m | N].
 
     offset, gravity, ripple: largest absolute value of each load term. available: effort of the
-    actuator at its limit. breakaway: lower end of the breakaway's interval.
+    actuator at its limit. breakaway: lower end of the interval of the breakaway friction.
     """
 
     offset: float
@@ -41,7 +41,7 @@ class LoadDisturbance:
 
 
 def disturbance(model: Model) -> LoadDisturbance:
-    """Return the largest load within the model's intervals.
+    """Return the largest load terms within the intervals of the model.
 
     Raises NoSolutionError if the load has a spring, or if the sum of load and Coulomb friction may
     exceed the actuator's effort.
@@ -81,8 +81,8 @@ def largest(estimate: Estimate) -> float:
 
 
 def amplitude(sine: Estimate, cosine: Estimate) -> float:
-    """Return the maximum of |s sin x + c cos x| over all x, and all s and c in the intervals.
+    """Return the maximum of |s sin x + c cos x| over all x, and all s and c in their intervals.
 
-    s is in the interval of `sine`, and c in the interval of `cosine`.
+    The interval of s is that of `sine`, the interval of c that of `cosine`.
     """
     return math.hypot(largest(sine), largest(cosine))

@@ -1,8 +1,8 @@
 """Method `lpv`: common Lyapunov matrices over the polytope's vertices (theorem 5.3.1).
 
-The inequalities give a controller for each plant of the polytope. The target runs only the
-controller of the plant `frozen_at` in the design (thesis 5.64-5.65). With another plant, the
-inequalities guarantee nothing for this frozen controller. The sampled loop is therefore rebuilt
+The inequalities give a controller for each plant of the polytope. The target runs only one of them,
+the controller of the plant `frozen_at` in the design (thesis 5.64-5.65). For other plants, the
+inequalities guarantee nothing with this frozen controller. The sampled loop is therefore rebuilt
 from the stored coefficients and verified at every vertex.
 """
 
@@ -20,7 +20,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def bound(problem: SynthesisProblem) -> float:
-    """Return the smallest gamma of the inequalities; inf if they are infeasible.
+    """Return the smallest gamma of the inequalities; inf if the inequalities are infeasible.
 
     The plants are the vertices and the centre. No controller is computed.
     """
@@ -40,8 +40,8 @@ def bound(problem: SynthesisProblem) -> float:
 def lpv(problem: SynthesisProblem) -> ControllerCandidate:
     """Return the candidate: the controllers of the plant `frozen_at` and of the vertices.
 
-    Raises NoSolutionError if the inequalities have no solution, or if a loop's norm exceeds the
-    gamma of the inequalities.
+    Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
+    the gamma of the inequalities.
     """
     posed = problem.posed_with_constant_input()
     design = problem.design
@@ -61,7 +61,7 @@ def lpv(problem: SynthesisProblem) -> ControllerCandidate:
 
 
 def identified_plant(problem: SynthesisProblem) -> PlantPoint:
-    """Return the plant at the model's estimated values."""
+    """Return the plant with the model's estimated values of the parameters."""
     today = problem.model.parameters
     constant = problem.model.bench.actuator.constant
     return PlantPoint(

@@ -1,11 +1,12 @@
 """Method `lpv_grid`: Lyapunov matrices X and Y as polynomials of the scheduled parameters.
 
-The inequalities of thesis (5.62) are solved on a grid, and also checked between its points. Method
-`lpv` has one X and one Y, and is therefore valid for parameters that jump. Method `lpv_grid`
-assumes constant or slowly varying parameters and reaches a lower gamma. All plants on the grid are
-exact; no plant is linearised. If Coulomb friction is scheduled, its largest value is used
-everywhere, because it only scales an input. The target runs the controller of the plant `frozen_at`
-in the design (thesis 5.3.4). The loop with this frozen controller is verified at every vertex.
+The inequalities of thesis (5.62) are solved on a grid of parameters, and also checked between the
+grid points. Method `lpv` has one X and one Y, and is therefore valid for parameters that jump.
+Method `lpv_grid` assumes constant or slowly varying parameters and reaches a lower gamma. All
+plants on the grid are exact; no plant is linearised. If Coulomb friction is scheduled, its largest
+value is used everywhere, because it only scales an input. The target runs the controller of the
+plant `frozen_at` in the design (thesis 5.3.4). The loop with this frozen controller is verified at
+every vertex.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
     """Return the controller of the plant `frozen_at` and, if requested, scheduled controllers.
 
-    Raises NoSolutionError if the inequalities have no solution, or if the loop's norm exceeds the
-    gamma of the inequalities. Raises FrictoolError for options that this method does not support
-    (regimes, pole regions, linearised vertices, scheduled sampled controllers).
+    Raises NoSolutionError if the inequalities have no solution, or if the norm of the loop exceeds
+    the gamma of the inequalities. Raises FrictoolError for options that this method does not
+    support (regimes, pole regions, linearised vertices, scheduled sampled controllers).
     """
     design = problem.design
     options = design.grid or Grid()
@@ -157,7 +158,7 @@ def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) ->
 def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
     """Return a plant's scheduled parameters, normalised to -1 to 1 over their intervals.
 
-    Raises NoSolutionError if one of them is outside its interval.
+    Raises NoSolutionError if a parameter is outside its interval.
     """
     scaled = tuple(
         (2.0 * getattr(point, name) - sum(box[name])) / (box[name][1] - box[name][0])

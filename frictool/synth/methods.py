@@ -1,4 +1,4 @@
-"""Access to the function of each synthesis method."""
+"""Lookup of the function that implements a synthesis method."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def solver(method: str) -> Callable[[SynthesisProblem], ControllerCandidate]:
-    """Return the function of a method in METHODS; function and module have the method's name."""
+    """Return the function of a synthesis method; function and module have the method's name."""
     function = getattr(import_module(f"frictool.synth.{method}"), method)
     return cast(Callable[[SynthesisProblem], ControllerCandidate], function)

@@ -1,13 +1,13 @@
 """Method `minimax`: the constant controller of fixed order with the smallest worst norm.
 
-The inequalities of theorem 5.3.1 bound the norm with a scheduled controller only, and not with a
+The inequalities of theorem 5.3.1 bound the norm with a scheduled controller, but not with a
 constant controller (thesis 5.3.4). This method varies the parameters of one constant controller
 (structured_controller.py), and minimises the largest norm of all vertices directly.
 
 The problem is not convex. The search draws random controllers of the least order that can stabilise
 all vertices, and improves them. It then adds a pole and an equal zero to the best controller and
-improves it again, until the requested order is reached. The added pole and zero cancel, so that the
-norm never rises with the order. The result is an upper bound of the optimum.
+improves this controller again, until the requested order is reached. The added pole and zero
+cancel, so that the norm never rises with the order. The result is an upper bound of the optimum.
 """
 
 from __future__ import annotations

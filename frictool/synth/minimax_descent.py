@@ -3,9 +3,9 @@
     minimise t   subject to   gain(plant, frequency) <= t   and   M |S(plant, frequency)| <= 1
 
 S is the sensitivity, M the required modulus margin. The problem is solved for finitely many
-frequencies by sequential quadratic programming (scipy's SLSQP), within a box around the current
-parameters. Then the exact norm of every loop and its peak frequency are computed. The step is
-accepted only if every loop is stable and the exact worst norm is smaller; otherwise the box
+frequencies by sequential quadratic programming (scipy's SLSQP), in a trust region (box) around the
+current parameters. Then the exact norm of every loop and its peak frequency are computed. The step
+is accepted only if every loop is stable and the exact worst norm is smaller; otherwise the box
 shrinks. The peak frequencies are added to the finite set, so that the maximum over the set
 converges to the exact norm.
 """
@@ -37,7 +37,7 @@ SETTLED = 1e-6  # relative improvement below which a descent has converged
 class DescentPoint:
     """Parameters of the controller, with the exact worst norm and the violation of the margin.
 
-    missed: the violation, M max|S| - 1 for the required margin M, at least 0.
+    missed: M max|S| - 1 for the required modulus margin M and the sensitivity S, at least 0.
     """
 
     parameters: Vector
@@ -45,14 +45,14 @@ class DescentPoint:
     missed: float
 
     def better_than(self, other: DescentPoint) -> bool:
-        """Return True for a smaller violation of the margin or, if equal, for a smaller norm."""
+        """Return True if this point violates the margin less or, if equal, has a smaller norm."""
         if max(self.missed, other.missed) > SETTLED:
             return self.missed < other.missed * (1.0 - SETTLED)
         return self.worst < other.worst * (1.0 - SETTLED)
 
 
 class MinimaxDescent:
-    """Descent for one controller structure over several plants.
+    """Descent of the worst norm of several plants for one controller structure.
 
     margin: required modulus margin M of every loop, 0 for none.
     """
@@ -92,7 +92,7 @@ class MinimaxDescent:
         return float(max(np.max(open_loop.bounds(k)) for open_loop in self.on_grid))
 
     def point(self, parameters: Vector) -> DescentPoint:
-        """Evaluate the exact norms at the parameters, and store the peak frequency of each norm."""
+        """Return the exact worst norm at the parameters, and store the peak frequencies."""
         k = self.structure.system(parameters)
         if not all_stable(k, self.plants):
             return DescentPoint(parameters, np.inf, np.inf)
@@ -113,7 +113,10 @@ class MinimaxDescent:
         return max(value for value, _ in norms)
 
     def run(self, start: Vector, rounds: int) -> DescentPoint:
-        """Improve stabilising parameters; the result is never worse than the start."""
+        """Return the result of at most `rounds` descent steps, never worse than the start.
+
+        start: parameters that stabilise every plant.
+        """
         here = self.point(start)
         box = FIRST_BOX
         for _ in range(rounds):
@@ -141,10 +144,10 @@ class MinimaxDescent:
         return here
 
     def _step(self, here: DescentPoint, box: float) -> tuple[Vector, float]:
-        """Return proposed parameters and their predicted norm.
+        """Return proposed parameters and their predicted worst norm.
 
         Scaled parameters change by at most `box`. The prediction is the largest gain on the finite
-        set.
+        set of frequencies.
         """
         structure = self.structure
         low, high = structure.limits()
@@ -175,7 +178,7 @@ class MinimaxDescent:
 
 @dataclass(frozen=True)
 class _FiniteSet:
-    """Gains and sensitivities at the finitely many frequencies of a step.
+    """Gains and sensitivities at the finitely many frequencies of a descent step.
 
     The frequencies are the stored peak frequencies, and the grid points with a gain near the
     maximum.
@@ -223,7 +226,7 @@ class _FiniteSet:
         return float(np.max(self.open_loop.gains(k)))
 
     def slack(self, parameters: Vector, level: float) -> Vector:
-        """Return the slack of each constraint; all are >= 0 if the constraints hold.
+        """Return the slack of each constraint, at least 0 if the constraint holds.
 
         The constraints are gain <= `level`, and (required modulus margin) |sensitivity| <= 1.
         """
@@ -237,7 +240,7 @@ class _FiniteSet:
         return np.concatenate(rows)
 
     def slack_slopes(self, parameters: Vector) -> Vector:
-        """Return the Jacobian of `slack`, one column per parameter and a last one for the level."""
+        """Return the Jacobian of `slack`: one column per parameter, the last column for `level`."""
         k, by = self.structure.response(parameters, self.structure.points(self.frequencies))
         rows = [np.column_stack([-self.open_loop.slopes(k, by), np.ones(len(k))])]
         if self.steep is not None:

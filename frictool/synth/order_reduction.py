@@ -1,4 +1,4 @@
-"""Order reduction of a controller by one state at a time, with a check of each step.
+"""Order reduction of a controller by one state at a time, with a check after each reduction.
 
 Balanced truncation removes the states with the smallest Hankel singular values. The error of the
 reduced controller is at most twice the sum of these values (Enns 1984; Glover 1984), and the direct
@@ -29,7 +29,7 @@ Kept = Literal["high", "low"]
 
 @dataclass(frozen=True)
 class ReducedController:
-    """Reduced controller that passed the check.
+    """Reduced controller that passed the check of its loop.
 
     `bound`: upper bound of the H-infinity norm of the original minus the reduced controller.
     """
@@ -42,9 +42,9 @@ def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[
     """Return checked controllers of falling order, from the order of `k` minus 1 down to `order`.
 
     kept: `high` leaves the direct gain unchanged, `low` the steady state. `check` is called with
-    each reduced controller and raises NoSolutionError for a bad one; the order is added to the
-    message. Also raises NoSolutionError if `k` without its integrator is unstable, or if `order` is
-    0 and `k` has an integrator.
+    each reduced controller and raises NoSolutionError if the loop is not acceptable; the order is
+    added to the message. Also raises NoSolutionError if `k` without its integrator is unstable, or
+    if `order` is 0 and `k` has an integrator.
     """
     integrator, rest = split_integrator(k)
     integrators = 0 if integrator is None else 1
@@ -75,7 +75,7 @@ def truncated(k: Lti, order: int) -> Lti:
 
 
 def residualised(k: Lti, order: int) -> Lti:
-    """Return the balanced system `k` with its first `order` states.
+    """Return the balanced system `k` reduced to its first `order` states by residualisation.
 
     The other states are replaced by their steady values.
     """

@@ -4,10 +4,10 @@
     speed_cascade    C(s) = K (1 + 1/(T_i s)) on the speed error
 
 K is the gain, T_i the integral time, T_d the derivative time, and T_d/a the time constant of the
-derivative's low-pass. Thesis (5.39) and section 5.2.3 of the thesis state these formulas. The
-output of C is an effort; the drive is the effort divided by the actuator's constant. C is sampled
-as a zero-order-hold equivalent with sample period T. The integral and the low-pass (tau = T_d/a)
-take the error of sample k into account after the command of sample k:
+derivative's low-pass. The formulas are those of thesis (5.39) and section 5.2.3. The output of C is
+an effort; the drive is the effort divided by the actuator's constant. C is sampled as a
+zero-order-hold equivalent with sample period T. The integral and the low-pass (tau = T_d/a) take
+the error of sample k into account after the command of sample k:
 
     C(z) = K (1 + (T/T_i)/(z - 1) + (T_d/tau) (z - 1)/(z - exp(-T/tau)))
 """
@@ -24,7 +24,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def pid(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the controller with the gains of the design, without a bound of the norm."""
+    """Return the controller candidate with the gains of the design; its norm has no bound."""
     gains = problem.design.pid
     assert gains is not None  # guaranteed by the validation of the design
     quantity = gains.gain or gains.speed_gain
@@ -42,7 +42,7 @@ def pid(problem: SynthesisProblem) -> ControllerCandidate:
 
 
 def sampled_pid(gains: Pid, gain: float, period: float) -> Lti:
-    """Return the zero-order-hold equivalent of thesis (5.39).
+    """Return the zero-order-hold equivalent of the PI or PID controller of thesis (5.39).
 
     The states are the integral of the error and the low-pass. gain: K in drive per unit of the
     error (rad | m, or rad/s | m/s). period: sample period [s].

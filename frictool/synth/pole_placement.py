@@ -25,16 +25,16 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class PlacementVariable:
-    """Normalised variable x of the polynomials.
+    """Normalised variable x of the polynomials: s/w0, or (z - 1)/(w0 h) for sampled plants.
 
-    `around` is w0 [rad/s]; `period` is h [s], 0 for continuous time.
+    `around` is w0 [rad/s]; `period` is the sample period h [s], 0 for continuous time.
     """
 
     around: float
     period: float = 0.0
 
     def pole(self, s: complex) -> complex:
-        """Return x for the continuous pole s [rad/s].
+        """Return the value of x for the continuous pole s [rad/s].
 
         In discrete time, the pole is sampled first: z = exp(s h).
         """
@@ -60,7 +60,7 @@ class PlacementVariable:
         return below, np.asarray(above[1:], dtype=np.float64)
 
     def system(self, above: Vector, below: Vector) -> Lti:
-        """Return N(x)/(x D(x)) as a system; its first state is the integrator.
+        """Return N(x)/(x D(x)) as a system whose first state is the integrator.
 
         `above` and `below` are the coefficients of N and of the monic D, highest power first.
         """
@@ -96,7 +96,7 @@ def _characteristic(a: Vector) -> Vector:
 
 
 def polynomial(roots: Sequence[complex]) -> Vector:
-    """Return the monic polynomial with these roots, which are real or in conjugate pairs."""
+    """Return the monic polynomial with the given roots, which are real or conjugate pairs."""
     return np.asarray(np.real(np.poly(np.asarray(roots))))
 
 

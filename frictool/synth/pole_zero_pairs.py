@@ -1,4 +1,4 @@
-"""Second-order sections from the poles and zeros of a discrete system, equal to those of scipy.
+"""Second-order sections from the poles and zeros of a discrete system, as scipy computes them.
 
 The last section has the pole nearest to the unit circle and the zeros nearest to this pole. The
 section before the last has the next pole, and so on. Zeros in the same section thus compensate the
@@ -16,7 +16,7 @@ REAL = 100.0 * float(np.finfo(np.float64).eps)  # |imaginary part|/modulus of a 
 
 
 def paired_sections(zeros: ComplexVector, poles: ComplexVector, gain: float) -> Matrix:
-    """Return second-order sections (m, 6) with the gain in the first one.
+    """Return second-order sections (m, 6) of a system, with its gain in the first section.
 
     Poles and zeros are real or pairs of conjugate numbers. Poles or zeros at z = 0 are added, so
     that their numbers are equal and even.
@@ -46,15 +46,16 @@ def paired_sections(zeros: ComplexVector, poles: ComplexVector, gain: float) -> 
 
 
 def section_response(sections: Matrix, angles: Vector) -> ComplexVector:
-    """Return the response (n,) of sections (m, 6) at the angles (n,) on the unit circle."""
+    """Return the frequency response (n,) of sections (m, 6) at z = exp(j angles), angles (n,)."""
     powers = np.exp(-1j * np.outer(np.arange(3), angles))
     return np.asarray(np.prod((sections[:, :3] @ powers) / (sections[:, 3:] @ powers), axis=0))
 
 
 def _halves(values: ComplexVector) -> ComplexVector:
-    """Return the numbers with a positive imaginary part, and the real ones, in increasing order.
+    """Return one number of each conjugate pair, and the real numbers, in increasing order.
 
-    Each complex number is averaged with the conjugate of its partner.
+    The number is the one with a positive imaginary part, averaged with the conjugate of its
+    partner.
     """
     ordered = values[np.lexsort((np.abs(values.imag), values.real))]
     is_real = np.abs(ordered.imag) <= REAL * np.abs(ordered)

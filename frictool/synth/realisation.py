@@ -1,6 +1,7 @@
-"""Realisations of a controller in its document, and anti-windup gains.
+"""Forms of a linear controller in its document, and anti-windup gains.
 
-The realisations are a balanced state space, its inverse Tustin transform, and sections.
+The forms are a balanced discrete state space, its inverse Tustin transform, and second-order
+sections.
 
 An exact integrator (pole at z = 1) is a separate state with the coefficient 1, which rounding does
 not change. If the zeros allow, the integrator is also a separate section. The remaining controller
@@ -31,7 +32,7 @@ INFINITE = 1e8  # zeros of larger modulus are treated as infinite
 
 
 def stored_forms(k: Lti) -> LinearController:
-    """Return all realisations of the discrete controller `k`, which may have one integrator.
+    """Return the discrete controller `k` in all stored forms; `k` may have one integrator.
 
     Raises NoSolutionError in three cases:
 
@@ -70,7 +71,7 @@ def stored_forms(k: Lti) -> LinearController:
 
 
 def running_in_sections(linear: LinearController, period: float) -> LinearController:
-    """Return the controller with `form: sos`, and with anti-windup gains of the sections.
+    """Return the controller for a target that runs the sections, with their anti-windup gains.
 
     period: sample period [s].
     """
@@ -85,10 +86,10 @@ def running_in_sections(linear: LinearController, period: float) -> LinearContro
 
 
 def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
-    """Return the integrator of `k` (None if `k` has none) and `k` minus this integrator.
+    """Return the integrator of `k`, and `k` minus this integrator.
 
-    The integrator has one state with the exact pole z = 1 or s = 0, and no direct gain. Raises
-    NoSolutionError if there are several integrators.
+    The integrator has one state with the exact pole z = 1 or s = 0, and no direct gain. It is None
+    if `k` has no integrator. Raises NoSolutionError if `k` has several integrators.
     """
     exact = 1.0 if k.period else 0.0
     poles = np.linalg.eigvals(k.a) if k.order else np.empty(0)
@@ -108,9 +109,9 @@ def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
 
 
 def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
-    """Return `residue` and the system `rest` of k = residue/(s - p) + rest.
+    """Return (residue, rest) with k = residue/(s - p) + rest, or the same in z.
 
-    p is the simple real pole of `k` nearest to `pole`.
+    p is the simple real pole of `k` nearest to `pole`; `rest` is a system.
     """
     _, scaling = scipy.linalg.matrix_balance(k.a, permute=False)
     # after balancing, null vectors are accurate relative to the size of each state
@@ -125,7 +126,10 @@ def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
 
 
 def first_order(pole: float, residue: float, period: float) -> Lti:
-    """Return the system residue/(s - pole) or residue/(z - pole), with b and c of equal size."""
+    """Return the system residue/(s - pole) or residue/(z - pole).
+
+    The entries b and c have equal magnitudes. period: sample period [s], 0 for continuous time.
+    """
     size = np.sqrt(abs(residue))
     return Lti(
         np.array([[pole]]),
@@ -175,7 +179,7 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
 def _integrator_section(
     zeros: ComplexVector, poles: ComplexVector
 ) -> tuple[Matrix, ComplexVector, ComplexVector]:
-    """Return the integrator's section, and the zeros and poles that remain.
+    """Return the section of the integrator, and the zeros and poles of the other sections.
 
     The section takes the real zero nearest to z = 1, or none. If there are as many zeros as poles
     and all zeros are complex, the integrator shares a section with another pole.

@@ -20,9 +20,9 @@ from frictool.verify.loop_wording import plant_words
 def robustness(
     problem: SynthesisProblem, system: Lti, *, varying: bool = False
 ) -> stored.Robustness:
-    """Search the plants between the vertices for the largest norm with the controller `system`.
+    """Return the largest norm found between the vertices with the controller `system`.
 
-    With `varying`, also return a bound for parameters that vary arbitrarily fast. Raises
+    varying: True to return also a bound for parameters that vary arbitrarily fast. Raises
     NoSolutionError if the loop is unstable for a plant of the box, or if the norm is more than 1 %
     above the largest norm at the vertices.
     """
@@ -54,7 +54,7 @@ def robustness(
 def sensitivity_inside(
     problem: SynthesisProblem, loops: Sequence[FeedbackLoop]
 ) -> stored.Robustness:
-    """Return the largest sensitivity between the vertices, for loops without a weighted norm.
+    """Return the largest sensitivity found between the vertices, for loops without weights.
 
     The value is the largest one at scattered plants, not an upper bound. Raises NoSolutionError if
     a loop is unstable for one of these plants, or if the sensitivity is more than 1 % above the

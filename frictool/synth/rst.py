@@ -11,12 +11,12 @@ poles:
 
 The best w, m, f are chosen by these criteria, in this order: the nominal step response with the
 prefilter is within 5 % in the specified time; the modulus margin at the worst vertex is at least
-the specified one; the nominal overshoot is at most the specified one; the margin is large. The
-margin is not guaranteed: the poles are placed at the centre of the intervals, and the loop is then
-verified at every vertex.
+the specified margin; the nominal overshoot is at most the specified overshoot; the margin is as
+large as possible. The margin is not guaranteed: the poles are placed at the centre of the
+intervals, and the loop is then verified at every vertex.
 
 The polynomial T of the reference equals S. The target runs drive = (S/R)(reference - position)
-behind the prefilter of the reference (thesis 5.69), the same code as for every other method.
+behind the prefilter of the reference (thesis 5.69), with the same code as for every other method.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ SETTLED = 0.05  # error at which the response has settled, as a fraction of the 
 class PlacementRule:
     """Closed-loop poles to place: a dominant pair, and auxiliary poles at a higher frequency.
 
-    `frequency` [rad/s] and `damping` describe the dominant pair. `ratio` is the frequency of the
-    auxiliary poles divided by `frequency`.
+    `frequency` [rad/s] and `damping` are those of the dominant pair. `ratio` is the frequency of
+    the auxiliary poles divided by `frequency`.
     """
 
     frequency: float
@@ -60,7 +60,7 @@ class PlacementRule:
 
 @dataclass(frozen=True)
 class PlacementTrial:
-    """Controller with its nominal response time [s], overshoot [%] and modulus margin.
+    """Controller of a pole placement, with its nominal response time [s] and overshoot [%].
 
     `margin` is the smallest modulus margin of all vertices.
     """
@@ -162,7 +162,7 @@ class _PlacementSearch:
         )
 
     def improved(self, here: PlacementTrial, step: float) -> PlacementTrial:
-        """Return the local optimum, reached by moving to the best neighbouring rule repeatedly.
+        """Return the local optimum that repeated moves to the best neighbouring rule reach.
 
         `step` is the relative distance between neighbouring rules.
         """
@@ -190,9 +190,9 @@ class _PlacementSearch:
             here = better
 
     def merit(self, trial: PlacementTrial) -> tuple[float, float, float, float]:
-        """Return the criteria in order of priority.
+        """Return the criteria of a trial in order of priority; larger is better.
 
-        The first three criteria are 0 if met, else minus the violation.
+        The first three criteria are 0 if met, else minus the violation. The last one is the margin.
         """
         required = CLEAR * (self.problem.spec.modulus_margin or 0.0)
         return (
@@ -203,17 +203,17 @@ class _PlacementSearch:
         )
 
     def late(self, trial: PlacementTrial) -> float:
-        """Return the relative excess of the response time over the specified one."""
+        """Return by which fraction the response time exceeds the specified response time."""
         allowed = self.problem.spec.response_time_95_s
         return max(0.0, trial.response_time / allowed - 1.0) if allowed else 0.0
 
     def over(self, trial: PlacementTrial) -> float:
-        """Return the excess of the nominal overshoot over the specified one, in % of the step."""
+        """Return by how much the nominal overshoot exceeds the specified one, in % of the step."""
         allowed = self.problem.spec.overshoot_percent
         return max(0.0, trial.overshoot - allowed) if allowed is not None else 0.0
 
     def missed(self, trial: PlacementTrial) -> tuple[str, ...]:
-        """Return a note on the requirements that no tuning reached."""
+        """Return a note that names the requirements that no tuning meets."""
         late, margin, over, _ = self.merit(trial)
         names = (
             ["response time"] * (late < 0.0)
@@ -227,7 +227,7 @@ class _PlacementSearch:
         )
 
     def trial(self, rule: PlacementRule) -> PlacementTrial | None:
-        """Evaluate one rule; return None if the controller or the loop at a vertex is unstable.
+        """Return the trial of a rule; None if the controller or the loop at a vertex is unstable.
 
         An integrator of the controller does not count as unstable.
         """

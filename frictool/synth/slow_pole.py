@@ -21,15 +21,16 @@ SLOW = 0.1  # share of the bandwidth below which a pole is slow
 def with_integrator(k: Lti, bandwidth: float) -> Lti:
     """Return the controller `k` with its slowest pole moved to s = 0 or z = 1.
 
-    Raises NoSolutionError if no real pole is slower than a tenth of the bandwidth.
+    bandwidth: bandwidth of the loop [rad/s]. Raises NoSolutionError if no real pole is slower than
+    a tenth of the bandwidth.
     """
     return moved(k, bandwidth, 1.0 if k.period else 0.0)
 
 
 def stabilise_slow_pole(k: Lti, bandwidth: float, pole: float) -> Lti:
-    """Return the controller `k`; if its slowest pole is unstable, this pole moves to s = -`pole`.
+    """Return the controller `k`, with its slowest pole moved to s = -`pole` if `k` is unstable.
 
-    Raises NoSolutionError if an unstable pole is not slow.
+    Raises NoSolutionError if the slowest pole is not slow compared with the bandwidth.
     """
     if k.stable:
         return k
@@ -37,7 +38,10 @@ def stabilise_slow_pole(k: Lti, bandwidth: float, pole: float) -> Lti:
 
 
 def moved(k: Lti, bandwidth: float, to: float) -> Lti:
-    """Return the controller `k` with its slowest pole moved to `to` (in s or z)."""
+    """Return the controller `k` with its slowest pole moved to `to` (in s or z).
+
+    Raises NoSolutionError if the slowest pole is not slow compared with the bandwidth.
+    """
     poles = np.linalg.eigvals(k.a).astype(np.complex128)
     rates = np.abs(poles - 1.0) / k.period if k.period else np.abs(poles)
     slowest = int(np.argmin(rates))

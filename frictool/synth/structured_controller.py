@@ -40,7 +40,7 @@ _LOWEST = float(np.log(SLOWEST))
 
 @dataclass(frozen=True)
 class StructuredController:
-    """Structure of a controller; its methods take the array of parameters.
+    """Structure of a controller; the methods take the array of its parameters.
 
     The module docstring defines the symbols. order: at least 1. integrator: True for i = 1.
     rolls_off: True for r = order - 1. bound: largest modulus b of a pole. around: scaling frequency
@@ -57,12 +57,12 @@ class StructuredController:
 
     @property
     def free(self) -> int:
-        """Return the number of poles without the integrator."""
+        """Return the number of poles other than the integrator."""
         return self.order - self.integrator
 
     @property
     def numerator(self) -> int:
-        """Return the number of coefficients n0 ... nr."""
+        """Return the number of numerator coefficients n0 ... nr."""
         return self.order + 1 - self.rolls_off
 
     @property
@@ -71,7 +71,7 @@ class StructuredController:
         return self.free + self.numerator
 
     def limits(self) -> tuple[Vector, Vector]:
-        """Return the bounds of the parameters (size,); the numerator's bounds are infinite."""
+        """Return lower and upper bounds (size,) of the parameters; infinite for the numerator."""
         low = np.full(self.size, -np.inf)
         high = np.zeros(self.size)
         low[: self.free] = _LOWEST
@@ -81,11 +81,11 @@ class StructuredController:
         return low, high
 
     def wider(self) -> StructuredController:
-        """Return the same structure with an order higher by 1."""
+        """Return the same structure with one more pole."""
         return replace(self, order=self.order + 1)
 
     def grown(self, parameters: Vector, pole: float) -> Vector:
-        """Return the parameters of the `wider` structure for which the controller is unchanged.
+        """Return the parameters of the structure `wider` that describe the same controller.
 
         A zero cancels the added pole at `pole` [rad/s].
         """
@@ -101,7 +101,10 @@ class StructuredController:
         return np.concatenate([[middle, min(1.0, y)], parameters[1 : self.free], above])
 
     def points(self, frequencies: Vector) -> ComplexVector:
-        """Return the values of s at angular frequencies [rad/s] in the controller's domain."""
+        """Return the values of s (k,) at angular frequencies (k,) [rad/s].
+
+        For a sampled controller, s is the value of Tustin's map on the unit circle.
+        """
         w = frequencies
         return np.asarray(
             1j * (2.0 / self.period * np.tan(0.5 * w * self.period) if self.period else w),
@@ -113,7 +116,7 @@ class StructuredController:
     ) -> tuple[ComplexVector, ComplexVector]:
         """Return the controller's response K (k,) and its derivatives (k, size) by the parameters.
 
-        points: complex frequencies s (k,).
+        points: complex frequencies s (k,), as `points` returns them.
         """
         x = points / self.around
         factors, slopes = self._denominator(parameters, points)
@@ -135,7 +138,7 @@ class StructuredController:
     ) -> tuple[ComplexVector, ComplexVector]:
         """Return the factors (k, factors) of the denominator at s (k,), and their derivatives.
 
-        The derivatives by the `free` parameters of the poles have the shape (k, free).
+        The derivatives with respect to the `free` parameters of the poles have the shape (k, free).
         """
         factors = []
         slopes = []
@@ -169,9 +172,9 @@ class StructuredController:
         return sections
 
     def system(self, parameters: Vector) -> Lti:
-        """Return the controller as a linear system in its domain.
+        """Return the controller as a linear system in continuous or discrete time.
 
-        The integrator is a separate state with coefficient exactly 0, or exactly 1 if sampled.
+        The integrator is a separate state with the exact coefficient 0, or 1 if sampled.
         """
         continuous = self._continuous(parameters)
         if not self.period:
@@ -184,7 +187,7 @@ class StructuredController:
         )
 
     def _continuous(self, parameters: Vector) -> Lti:
-        """Return the controller in continuous time; the integrator is parallel to the rest."""
+        """Return the controller in continuous time: integrator, if any, plus a stable system."""
         factors = self.factors(parameters)
         above = self.gain * parameters[self.free :][::-1]
         for factor in factors:
@@ -202,9 +205,10 @@ class StructuredController:
 def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
     """Return the system N/(q1 q2 ... qm), polynomials in x = s/w0, as a chain of blocks.
 
-    The blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with separate output coefficients. N = r1 + q1
-    (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d.
-    The diagonal blocks keep the poles even if they nearly coincide; a companion form of the product
+    above: coefficients of N. factors: monic q1 ... qm, highest power first. around: w0 [rad/s]. The
+    blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with separate output coefficients. N = r1 + q1 (r2
+    + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d. The
+    diagonal blocks keep the poles even if poles nearly coincide; a companion form of the product
     would lose that accuracy.
     """
     n = sum(len(factor) - 1 for factor in factors)
@@ -228,9 +232,9 @@ def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
 
 
 def _divided(above: Vector, factor: Vector) -> tuple[Vector, Vector]:
-    """Return quotient and remainder of a division by a monic factor.
+    """Return quotient and remainder of the division of a polynomial by a monic factor.
 
-    The remainder has as many coefficients as the degree of the factor; leading zeros are kept.
+    The remainder has as many coefficients as the degree of the factor, including leading zeros.
     """
     size = len(factor) - 1
     rest = np.concatenate([np.zeros(max(0, size - len(above))), above])

@@ -63,11 +63,11 @@ class SurroundingBlocks:
 
 
 def blocks(model: Model, design: Design, drive_peak: float = math.inf) -> SurroundingBlocks:
-    """Return the blocks that the design requests.
+    """Return the blocks around the linear controller that the design requests.
 
-    drive_peak: largest drive that the specification allows [A | V]. Raises FrictoolError (exit 3)
-    if neither the design nor a rule gives a value, NoSolutionError if a block is impossible with
-    this model.
+    drive_peak: largest drive that the specification allows [A | V]. Raises FrictoolError if neither
+    the design nor a rule determines a value, NoSolutionError if a block is impossible with this
+    model.
     """
     made = _BlockRules(model, design)
     return SurroundingBlocks(

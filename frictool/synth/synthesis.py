@@ -1,4 +1,4 @@
-"""Synthesis from documents in memory: the function of `frictool synth`."""
+"""Synthesis of a controller from documents in memory, as `frictool synth` does from files."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def synthesise(
     provenance : Provenance, optional
         Origin to store; by default this call.
     progress : callable
-        Called with the name of each step.
+        Called with the name of each step of the work.
 
     Returns
     -------
@@ -55,9 +55,9 @@ def synthesise(
     ------
     NoSolutionError
         If the method has no solution, the verification fails, or no parameter of the model was
-        identified (exit 4).
+        identified.
     InputFileError
-        If the documents differ in the kind of axis.
+        If one document describes a rotary axis and another a linear axis.
     """
     require_identified(model)
     same_axis({Path("model"): model, Path("spec"): spec, Path("design"): design})

@@ -1,4 +1,4 @@
-"""Input and output of a synthesis method.
+"""Problem that a synthesis method solves, and the controller candidate that it returns.
 
 A method is a function from `SynthesisProblem` to `ControllerCandidate`, in a separate file.
 """
@@ -35,9 +35,9 @@ from frictool.verify.speed_loop import check_loop, performance
 class SynthesisProblem:
     """Plants, weights and options of one design.
 
-    `period` [s] and `delay` [samples] come from the bench, `lag` [s] from the drive. `box` contains
-    the interval of each parameter; the controller is verified for all constant plants within these
-    intervals. Each method chooses the parameters that it schedules.
+    period: sample period of the bench [s]. delay: delay of the bench [samples]. lag: time constant
+    of the drive [s]. box: interval of each parameter; the controller is verified for all constant
+    plants within these intervals. Each method chooses the parameters that it schedules.
     """
 
     box: Polytope
@@ -59,7 +59,7 @@ class SynthesisProblem:
 
     @property
     def weighs(self) -> bool:
-        """Return True if the norm of the weighted loop is bounded, False if the sensitivity is.
+        """Return True if the design bounds a weighted norm, False if it bounds the sensitivity.
 
         The sensitivity is bounded if the input of the controller is the speed error.
         """
@@ -67,18 +67,21 @@ class SynthesisProblem:
 
     @property
     def method(self) -> SynthesisMethod:
-        """Return the record of the design's method."""
+        """Return the description of the design's synthesis method."""
         return METHODS[self.design.method]
 
     @property
     def sampled(self) -> bool:
-        """Return True for a design at the bench's period, False for continuous time."""
+        """Return True if the design is in discrete time, at the bench's period."""
         return self.design.domain == "discrete"
 
     def plant(
         self, rates: AxisRates, uncertainty: UncertaintyChannel | None = None
     ) -> GeneralisedPlant:
-        """Return the plant in the design's domain; a sampled plant includes the bench's delay."""
+        """Return the weighted plant in continuous or discrete time, as the design requests.
+
+        A plant in discrete time includes the bench's delay.
+        """
         if not self.sampled:
             return generalised_plant(
                 self.controlled, rates, self.lag, self.weights, uncertainty=uncertainty
@@ -88,9 +91,9 @@ class SynthesisProblem:
         )
 
     def running(self, rates: AxisRates) -> GeneralisedPlant:
-        """Return the plant for the verification: sampled with the bench's period and delay.
+        """Return the weighted plant for the verification, sampled with the bench's period.
 
-        The plant has no uncertainty channel.
+        The plant includes the bench's delay, and has no uncertainty channel.
         """
         return generalised_plant(
             self.controlled, rates, self.lag, self.weights, self.period, self.delay
@@ -169,9 +172,9 @@ class SynthesisProblem:
         )
 
     def check(self, k: Lti) -> None:
-        """Raise NoSolutionError if the sampled loop of a vertex has less than the specified margin.
+        """Raise NoSolutionError if a sampled loop has less than the specified modulus margin.
 
-        `k` may be in continuous or discrete time.
+        The loops are those of the controller `k`, in continuous or discrete time, with each vertex.
         """
         running = self.discretised(k)
         required = self.spec.modulus_margin or 0.0
@@ -184,17 +187,17 @@ class SynthesisProblem:
                 )
 
     def discretised(self, k: Lti) -> Lti:
-        """Return `k` discretised at the bench's period, or unchanged if it is discrete already."""
+        """Return `k` discretised by Tustin's method at the bench's period, if it is continuous."""
         return k if k.period else tustin(k, self.period, self.design.prewarp_rad_s or 0.0)
 
 
 @dataclass(frozen=True)
 class ControllerCandidate:
-    """Controller before its verification.
+    """Controller that a synthesis method returns, before its verification.
 
-    controller: sampled at the bench's period. designed: the controller in the design's domain,
-    before it was sampled. gamma: bound of the norm that the method guarantees for its plants, None
-    if it has none. optimum: smallest gamma of the inequalities, or smallest worst norm of method
+    controller: sampled at the bench's period. designed: the controller in the time domain of the
+    design, before it was sampled. gamma: bound of the norm that the method guarantees for its
+    plants, or None. optimum: smallest gamma of the inequalities, or smallest worst norm of method
     `minimax`; else None. scheduled: one controller at the bench's period for each vertex of `over`,
     with common state coordinates (thesis 5.64).
     """
@@ -209,9 +212,10 @@ class ControllerCandidate:
 
 
 def check_claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> float:
-    """Return the computed norm of the loop of the controller `k` and `plant`.
+    """Return the computed norm of the loop of controller `k` and `plant`.
 
-    Raises NoSolutionError if the norm exceeds `gamma` by more than 1 %.
+    Raises NoSolutionError if the norm exceeds `gamma`, the bound of the inequalities, by more than
+    1 %.
     """
     norm = performance(k, plant)
     if not norm <= CLAIM * gamma:

@@ -1,4 +1,4 @@
-"""Text output of `synth`."""
+"""Text output of the command `synth`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ ACTIONS = {
 
 
 def text(result: SynthesisResult, disturbance: LoadDisturbance) -> str:
-    """Return the description of a design as text."""
+    """Return the result of a synthesis as text.
+
+    disturbance: largest load of the model.
+    """
     controller = result.controller
     lines = [
         *_head(controller),
@@ -104,7 +107,7 @@ def _tracking_blocks(controller: Controller) -> list[str]:
 
 
 def _blocks(controller: Controller) -> list[str]:
-    """Describe the blocks around the linear controller, apart from its position law."""
+    """Return text lines on the blocks around the linear controller, except the position law."""
     velocity, limiter, compensation = (
         controller.velocity,
         controller.limiter,

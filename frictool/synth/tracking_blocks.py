@@ -38,7 +38,10 @@ OFF = 0.5  # share of the switching speed at which the Coulomb term switches off
 
 
 def outside_notes(design: Design) -> tuple[str, ...]:
-    """Return a note that profile and feedforward change no verified figure; () without them."""
+    """Return a note that no margin depends on profile and feedforward.
+
+    The result is empty if the design has neither a profile nor a feedforward.
+    """
     blocks = [name for name in ("profile", "feedforward") if getattr(design, name) is not None]
     words = f"{' and '.join(blocks)}: outside the loop, so that no margin depends on it"
     return (f"{words}; simulate includes it",) if blocks else ()
@@ -47,11 +50,11 @@ def outside_notes(design: Design) -> tuple[str, ...]:
 def stored_profile(
     model: Model, requested: ProfileDesign, drive_peak: float, tell: Tell
 ) -> stored.Profile:
-    """Return the profile of a design as it is stored.
+    """Return the profile of a design in its stored form.
 
     `tell` records a derived value by name, value, unit and source, and returns the value. Raises
-    FrictoolError (exit 3) if the speed is missing or the jerk too small, NoSolutionError if no
-    effort is left for the acceleration.
+    FrictoolError if the speed is missing or the jerk too small, NoSolutionError if no effort is
+    left for the acceleration.
     """
     units = {name: si_unit(name, model.axis) for name in ("velocity", "acceleration", "jerk")}
     top = model.bench.mechanics.top_speed
@@ -92,7 +95,7 @@ def _least_acceleration(
 ) -> tuple[float, str, str]:
     """Return the smallest acceleration of all vertices at `speed`, its unit, and an explanation.
 
-    The drive has the fraction `share` of its limit.
+    The drive may use the fraction `share` of its limit.
     """
     actuator = model.bench.actuator
     load = disturbance(model).total
@@ -140,9 +143,10 @@ def _smoothing(model: Model, rise: float) -> tuple[int, str]:
 def stored_feedforward(
     model: Model, requested: FeedforwardDesign, tell: Tell
 ) -> stored.Feedforward:
-    """Return the feedforward of a design as it is stored; `tell`: see `stored_profile`.
+    """Return the feedforward of a design in its stored form.
 
-    Raises FrictoolError (exit 3) if the bandwidth of the filter is at least 2/T.
+    `tell` records a derived value by name, value, unit and source, and returns the value. Raises
+    FrictoolError if the bandwidth of the filter is at least 2/T.
     """
     period = model.bench.sample_period_s
     bandwidth = requested.filter_rad_s or 0.0

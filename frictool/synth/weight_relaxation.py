@@ -2,9 +2,9 @@
 
 The weight on the command changes with W3. The thesis changes W1 and W3 by hand, from (1, 1.26) with
 gamma 20.9 to (0.1, 0.05) with gamma 1.15 (5.4.3.1). gamma does not fall when W1 rises. For each W3,
-the largest W1 with gamma <= 1 can therefore be bracketed, and gives one point of the trade-off
-curve. Within a bracket the search assumes that gamma^2 minus its value at W1 = 0 is proportional to
-a power of W1, which is nearly true; if that fails, the search bisects.
+bisection therefore finds the largest W1 with gamma <= 1, which is one point of the trade-off curve.
+To save evaluations, the search interpolates: it assumes that gamma^2 minus its value at W1 = 0 is
+proportional to a power of W1, which is nearly true; if that fails, the search bisects.
 
 W3 is lowered only as long as W1 rises. The result is the point with the largest W3 among the
 points whose W1 is within 10 % of the largest W1. At still lower W3, W1 falls again, because the
@@ -36,7 +36,7 @@ SLOPE = 0.8  # slope of log gamma over log W1, assumed while only one point is k
 
 @dataclass(frozen=True)
 class TradePoint:
-    """Weights W1 (`disturbance`) and W3 (`drive`); `level`: gamma or the norm that they give."""
+    """Weights W1 (`disturbance`) and W3 (`drive`), and the gamma or norm `level` for them."""
 
     disturbance: float
     drive: float
@@ -45,7 +45,7 @@ class TradePoint:
 
 @dataclass(frozen=True)
 class Trade:
-    """Chosen weights and the reason for them.
+    """Result of a weight relaxation: chosen weights and the reason for the choice.
 
     curve: for each weight W3 of the drive, the point with the largest feasible weight W1 of the
     friction. points: all evaluated points. start: the point before the relaxation. required:
@@ -87,8 +87,8 @@ def relaxed_problem(
 ) -> tuple[SynthesisProblem, Trade]:
     """Return the problem with relaxed weights, and the record of the search.
 
-    `guide` returns gamma for a problem's weights; the relaxation lowers gamma to `required`. The
-    search requires that gamma rises with W1. The gamma of inequalities does so; the norm of a
+    `guide` returns the gamma of a problem; the relaxation lowers gamma to `required`. The search
+    requires that gamma rises with W1. This is true of the gamma of inequalities; the norm of a
     constant controller may fall.
     """
 
@@ -243,7 +243,7 @@ class _TradeSearch:
 
 
 class _Bracket:
-    """Interval [low, high] that contains the largest feasible x = log W1.
+    """Interval [low, high] that contains the largest feasible x = log W1, for one W3.
 
     floor: gamma at W1 = 0.
     """
@@ -260,7 +260,7 @@ class _Bracket:
         self.open = self.kept is not None
 
     def put(self, x: float, point: TradePoint) -> None:
-        """Narrow the bracket by the result at x."""
+        """Narrow the interval by the evaluated point at x."""
         seen = (x, self._excess(point.level))
         if point.level <= self.required:
             self.low, self.kept, self.below = x, point, seen
@@ -270,7 +270,10 @@ class _Bracket:
         self.open = not near and self.low < 0.0 and self.high - self.low > 0.5 * TOLERANCE
 
     def next(self) -> float:
-        """Return the next x: by interpolation of log(gamma^2 - floor^2)/2, else the middle."""
+        """Return the next x to evaluate.
+
+        x is interpolated from log(gamma^2 - floor^2)/2, or the middle of the interval.
+        """
         wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.required)
         known = [
             seen for seen in (self.below, self.above) if seen is not None and math.isfinite(seen[1])

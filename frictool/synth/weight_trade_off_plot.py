@@ -1,4 +1,4 @@
-"""Plot of `relax: auto`: gamma against W1 for each W3, and the trade-off curve with the result."""
+"""Plot of a weight relaxation: gamma against W1 for each W3, and the trade-off curve."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CURVE, CHOSEN, ASKED = "#444444", "#c0392b", "#1f5fa8"
 
 
 def picture(trade: Trade, name: str) -> str:
-    """Return the `<svg>` element; the same trade gives the same bytes."""
+    """Return the plot as an `<svg>` element; the same trade-off gives the same bytes."""
     with drawing("relax"):
         return render(
             figure(trade),
@@ -25,7 +25,7 @@ def picture(trade: Trade, name: str) -> str:
 
 
 def figure(trade: Trade) -> Figure:
-    """Return the figure with two logarithmic axes; lines of a stricter W3 are darker."""
+    """Return the plot with two logarithmic axes; the lines of a larger W3 are darker."""
     drawn = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     upper, lower = drawn.subplots(2, 1)
     _levels(upper, trade)

@@ -13,6 +13,8 @@ inputs of equal size. Quantities for a reference of amplitude A are therefore di
     W4     (encoder's step)/A
     W_u    step/(share limit W4): at gamma 1 and any frequency, a signal with the amplitude
            of one count requests at most the fraction `share` of the drive's limit
+
+W1 to W4 weigh friction, error, drive and encoder noise, W_u the command.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ INNER = 2.0
 
 @dataclass(frozen=True)
 class DerivedValue:
-    """Derived value for a key that the design leaves out, with its source."""
+    """Value that was derived for a key that the design leaves out, with its source."""
 
     name: str
     value: float
@@ -51,9 +53,9 @@ class ChosenWeights:
     """Weights of a design, with data for `relax: auto`, which changes the weights.
 
     noise_moves: True if the noise weight was derived from the amplitude A of the reference; the
-    noise weight then grows as A falls. command_of_noise: W_u W4 if the weight of the command was
-    derived, else None. least_effort: smallest allowed factor of W3; with this factor, the noise of
-    one encoder count alone reaches the limit of W2.
+    noise weight then grows as A falls. command_of_noise: product W_u W4 of the weights of command
+    and noise if the weight of the command was derived, else None. least_effort: smallest allowed
+    factor of W3; with this factor, the noise of one encoder count alone reaches the limit of W2.
     """
 
     weights: PlantWeights
@@ -91,8 +93,8 @@ class ChosenWeights:
 def choose_weights(model: Model, spec: Spec, design: Design) -> ChosenWeights:
     """Return the weights W1 to W5, and those of command and eta (plant/generalised_plant.py).
 
-    Raises FrictoolError (exit 3) if a weight follows neither from the design nor from the
-    specification and the bench.
+    Raises FrictoolError if a weight is not in the design and does not follow from the specification
+    and the bench.
     """
     return _WeightRules(model, spec, design).chosen()
 
@@ -199,9 +201,9 @@ class _WeightRules:
         return template(bandwidth, margin, error)
 
     def _amplitude(self, wanted: str) -> tuple[float, str]:
-        """Return the reference's amplitude A, and the bench's key that states A.
+        """Return the reference's amplitude A, and the key of the bench that states A.
 
-        wanted: key of the missing weight, for the message of an error.
+        wanted: key of the missing weight, for an error message.
         """
         mechanics = self.model.bench.mechanics
         if self.speed and mechanics.top_speed is not None:
@@ -255,9 +257,9 @@ class _WeightRules:
         )
 
     def _command_of_noise(self, noise: float) -> float:
-        """Return the product W_u W4, derived from the encoder's noise.
+        """Return the product W_u W4 of the weights of command and noise, from the encoder's noise.
 
-        Raises FrictoolError if the noise weight is 0, since no value follows from it.
+        Raises FrictoolError if the noise weight is 0, since W_u cannot be derived then.
         """
         if noise <= 0.0:
             raise FrictoolError(

@@ -25,7 +25,7 @@ from frictool.verify.hinf_norm import norm
 
 @dataclass(frozen=True)
 class OpenLoopResponses:
-    """Responses P11 to P22 of one or several plants at k frequencies.
+    """Frequency responses P11 to P22 of one or several plants at k frequencies in total.
 
     p11 (k, z, w), p12 (k, z), p21 (k, w), p22 (k,), for z weighted outputs and w disturbances.
     """
@@ -52,7 +52,7 @@ class OpenLoopResponses:
 
     @staticmethod
     def joined(parts: Sequence[OpenLoopResponses]) -> OpenLoopResponses:
-        """Return the responses of all parts, joined along the frequencies."""
+        """Return the responses of several plants as one record, joined along the frequencies."""
         return OpenLoopResponses(
             *(
                 np.concatenate([getattr(part, name) for part in parts])
@@ -66,14 +66,14 @@ class OpenLoopResponses:
         return OpenLoopResponses(one[:, None, None], self.p22[:, None], one[:, None], self.p22)
 
     def gains(self, k: ComplexVector) -> Vector:
-        """Return the closed loop's largest singular values for the controller's response `k`."""
+        """Return the largest singular values (k,) of the closed loop for the response `k` (k,)."""
         _, gram = self._gram(k)
         return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, -1], 0.0)))
 
     def bounds(self, k: ComplexVector) -> Vector:
         """Return the Frobenius norms (k,) of the closed loop, which are upper bounds of the gains.
 
-        These bounds are much cheaper than the gains, and exceed them by a factor of at most
+        The bounds need much less time than the gains, and exceed the gains by a factor of at most
         sqrt(min(z, w)).
         """
         return np.asarray(np.linalg.norm(self._closed(k), "fro", axis=(1, 2)))
@@ -131,7 +131,7 @@ def all_stable(k: Lti, plants: Sequence[GeneralisedPlant]) -> bool:
 def true_norms(
     k: Lti, plants: Sequence[GeneralisedPlant], looks: Sequence[Sequence[float]] | None = None
 ) -> list[tuple[float, float]]:
-    """Return, for each plant, the norm of the loop with the controller `k` and its peak frequency.
+    """Return the norm of the loop with the controller `k` and its peak frequency, for each plant.
 
     An unstable loop gives (inf, nan). `looks`: earlier peak frequencies of each plant, which reduce
     the computing time.

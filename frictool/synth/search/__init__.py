@@ -2,5 +2,5 @@
 
 model, spec ──design_scales.py──▶ DesignScales
 DesignScales, parameters ──candidate families──▶ Design ──candidate_controller.py──▶ Controller
-Controller ──judges, passed by the caller──▶ reserves ──played_search.py──▶ FamilyOutcome
+Controller ──simulation, passed by the caller──▶ reserves ──played_search.py──▶ FamilyOutcome
 """

@@ -1,4 +1,4 @@
-"""Controller document of a candidate, for simulation; norms and margins are not verified."""
+"""Controller document of a candidate for simulation, with unverified norms and margins."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ UNVERIFIED = Provenance("candidate of a search", "0")
 
 
 class CandidateControllers:
-    """Cached function that returns the controller of a candidate's design.
+    """Function with a cache that returns the controller of a candidate's design.
 
-    The linear part is computed once for equal weights and gains. Raises FrictoolError if the method
-    has no solution, or a block does not suit the model.
+    Designs with equal weights and gains share the computation of the linear controller. Raises
+    FrictoolError if the method has no solution, or if a block does not suit the model.
     """
 
     def __init__(self, model: Model, spec: Spec) -> None:
@@ -28,7 +28,7 @@ class CandidateControllers:
         self._solved: dict[tuple[object, ...], ControllerCandidate | FrictoolError] = {}
 
     def __call__(self, design: Design) -> stored.Controller:
-        """Return the controller of a design without its verification."""
+        """Return the controller document of a design, with unverified norms and margins."""
         posed = problem(self.model, self.spec, design)
         return controller_document(
             posed,

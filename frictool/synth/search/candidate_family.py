@@ -1,4 +1,4 @@
-"""Family of designs with dimensionless parameters that a search may vary."""
+"""Family of designs of one structure and method, with dimensionless parameters for a search."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ DIGITS = 4  # significant digits of every value of a design, so that its file is
 
 @dataclass(frozen=True)
 class SearchedParameter:
-    """Dimensionless parameter whose range is searched on a logarithmic scale.
+    """Dimensionless parameter that is searched between `low` and `high` on a logarithmic scale.
 
-    starts: initial values of the search, one for each start of the family.
+    starts: values at the starting points of the family's search, one for each starting point.
     """
 
     name: str
@@ -58,7 +58,7 @@ class CandidateFamily:
         ]
 
     def values(self, unit: Vector) -> dict[str, float]:
-        """Return name -> value of each parameter at a point (d,) of the unit cube."""
+        """Return a dictionary from parameter name to value at a point (d,) of the unit cube."""
         inside = np.clip(unit, 0.0, 1.0)
         return {
             one.name: float(one.low * (one.high / one.low) ** share)

@@ -1,4 +1,4 @@
-"""PI cascade that adds the model's friction with the sign of the reference's speed.
+"""PI cascade with compensation of the model's friction by the sign of the reference's speed.
 
 The cascade suits axes whose friction is a large part of the drive's limit, and whose dead time
 allows only a slow speed loop.
@@ -25,7 +25,7 @@ COMPENSATION = (
 
 
 def compensated_design(scales: DesignScales, values: Mapping[str, float]) -> Design:
-    """Return the design for `values`, the dimensionless parameters by name."""
+    """Return the design with the dimensionless parameters `values`, scaled by `scales`."""
     unit = si_unit("velocity", scales.bench.axis)
     smoothing = values["smoothing_share"] * scales.step / scales.response
     return structs.replace(

@@ -1,4 +1,4 @@
-"""Scales of an actuator; a candidate's parameters are made dimensionless by these scales.
+"""Scales of a bench and a specification, by which a candidate's parameters are made dimensionless.
 
 dead time     T (1 + delay) + lag     T/2 of the hold, T/2 of the speed difference, delay, lag
 loop gain     K/J, largest and smallest
@@ -26,12 +26,12 @@ STATIC_ERROR = 0.04  # width of the band without static_error, as a share of the
 
 @dataclass(frozen=True)
 class DesignScales:
-    """Scales of one actuator and specification, in SI units.
+    """Scales of one bench and specification, in SI units.
 
     Attributes
     ----------
     bench : Bench
-        The rig.
+        The bench.
     response, step : float
         Specified response time [s], and length of the longest step [rad | m].
     dead_time : float
@@ -43,7 +43,7 @@ class DesignScales:
     friction : float
         Deceleration by Coulomb friction, F/J of the model [rad/s^2 | m/s^2].
     band : float
-        Largest error at rest [rad | m].
+        Largest position error at rest [rad | m].
     """
 
     bench: Bench

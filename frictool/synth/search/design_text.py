@@ -1,4 +1,4 @@
-"""Text of a design with a comment on each value, for engineers who change it by hand."""
+"""Text of a design document with a comment on each value, for engineers who edit the values."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ EFFECTS = {
 
 
 def design_text(design: Design, head: str) -> str:
-    """Return the text of a design document with comments, from which the same design can be read.
+    """Return the text of a design document with comments; reading it gives the same design.
 
     head: comment above the document, of one or more lines.
     """

@@ -50,7 +50,7 @@ LOOP = (
 
 
 def lpv_design(scales: DesignScales, values: Mapping[str, float]) -> Design:
-    """Return the design for `values`, the dimensionless parameters by name."""
+    """Return the design with the dimensionless parameters `values`, scaled by `scales`."""
     bench = scales.bench
     time = scales.response / RESPONSE
     speed = scales.step / scales.response / SPEED

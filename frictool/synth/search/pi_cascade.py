@@ -1,4 +1,4 @@
-"""Cascade of a position law and a PI controller of the speed: the simplest candidate.
+"""Cascade of a position law and a PI controller of the speed: the simplest family of designs.
 
 The controller gain is the same for all plants. omega_h is the crossover frequency of the speed loop
 with the plant that has the largest acceleration per unit of the drive, omega_l with the plant that
@@ -28,7 +28,7 @@ LOOP = (
 
 
 def pi_design(scales: DesignScales, values: Mapping[str, float]) -> Design:
-    """Return the design for `values`, the dimensionless parameters by name."""
+    """Return the design with the dimensionless parameters `values`, scaled by `scales`."""
     bench = scales.bench
     filtered = position_blocks.velocity(scales, values)
     assert filtered.filter_rad_s

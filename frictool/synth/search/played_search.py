@@ -1,14 +1,14 @@
 """Search for the parameters of a family whose controller meets a specification in simulation.
 
-To play a candidate means to simulate its controller. First, the initial values of the family are
+To play a candidate means to simulate its controller. First, the starting points of the family are
 played. Then differential evolution (Storn and Price 1997, scipy) varies the parameters around the
 best of them. Each requirement must be met with a reserve, a distance to the limit; the shortfall is
 the missing part of this distance. The objective is the largest shortfall of all requirements. A
 candidate is played on few plants first, and on all plants if it is promising; the plant with the
 worst result is then added to the few plants. The search ends with the first candidate that passes
-the whole test with the reserve, passes on other plants without the reserve, and is verified. If no
-candidate does so, the search continues without the reserve from the best candidates. The values of
-a candidate are the worst of all tests in which it was played.
+the whole test with the reserve, passes on other plants without the reserve, and is verified. If
+there is no such candidate, the search continues without the reserve from the best candidates. The
+values of a candidate are the worst of all tests in which it was played.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Design, its point (d,) in the unit cube of the family, and its runs in one or more tests."""
+    """Design with its point (d,) in the unit cube of the family, and its simulated tests."""
 
     design: Design
     point: Vector
@@ -60,12 +60,15 @@ class Candidate:
 
     @property
     def metrics(self) -> Sequence[Any]:
-        """Return the requirements of the test that decides the largest number of requirements."""
+        """Return the requirements, taken from the simulated test that has most requirements."""
         return max((runs.metrics for runs in self.runs), key=len)
 
     @cached_property
     def missing(self) -> dict[str, float]:
-        """Return key of a requirement -> largest excess over the limit, relative to the limit."""
+        """Return the largest excess over the limit of each requirement, relative to the limit.
+
+        The keys are those of the requirements.
+        """
         each = [missing(runs) for runs in self.runs]
         keys = [metric.key for metric in self.metrics]
         return {key: max(one[key] for one in each if key in one) for key in keys}
@@ -76,7 +79,7 @@ class Candidate:
         return max(self.missing.values())
 
     def worst(self, metric: Any) -> float:
-        """Return the worst value of a requirement in all tests; NaN if no test decides it."""
+        """Return the worst value of a requirement in all tests; NaN if no test determines it."""
         values = [worst_value(runs, metric.key) for runs in self.runs]
         known = [value for value in values if not np.isnan(value)]
         return (max if metric.relation == "<=" else min)(known, default=np.nan)
@@ -114,7 +117,7 @@ class FamilyOutcome:
 
 
 class _FoundError(Exception):
-    """Signal that a candidate passed all tests and was verified."""
+    """Signal that ends the search: a candidate passed all tests and was verified."""
 
     def __init__(self, candidate: Candidate) -> None:
         super().__init__()
@@ -122,7 +125,7 @@ class _FoundError(Exception):
 
 
 class _ExhaustedError(Exception):
-    """Signal that the largest number of candidates was played."""
+    """Signal that ends the search: the largest number of candidates was played."""
 
 
 @dataclass
@@ -134,9 +137,9 @@ class CandidateSearch:
     family : CandidateFamily
         Designs to search.
     scales : DesignScales
-        Scales of the actuator.
+        Scales of the bench and the specification.
     tests : PlayedTests
-        Tests in the order of their cost.
+        Simulated tests in the order of their cost.
     controller : callable
         `controller(design)` returns the controller to play; raises FrictoolError.
     verify : callable
@@ -162,7 +165,10 @@ class CandidateSearch:
         self.most = self.family.candidates
 
     def run(self, progress: Callable[[str], None]) -> FamilyOutcome:
-        """Search the family and return the outcome; the same inputs give the same outcome."""
+        """Search the family and return the outcome, which the inputs determine uniquely.
+
+        progress: called with a text after every REPORTED candidates.
+        """
         self.hard, self.progress = list(self.tests.hard), progress
         random = np.random.Generator(np.random.PCG64(SEED))
         progress(f"search: {self.family.name}")
@@ -175,7 +181,7 @@ class CandidateSearch:
         return self._outcome(found)
 
     def run_from(self, start: Vector, progress: Callable[[str], None]) -> FamilyOutcome:
-        """Search near a point (d,) of the unit cube, without a reserve to the limits."""
+        """Search near a point (d,) of the unit cube without a reserve, and return the outcome."""
         self.hard, self.progress = list(self.tests.hard), progress
         progress(f"search: {self.family.name}, from the design of an easier specification")
         self.reserve = 0.0
@@ -199,7 +205,7 @@ class CandidateSearch:
     def _found(
         self, search: Callable[[np.random.Generator], None], random: np.random.Generator
     ) -> Candidate | None:
-        """Run `search`; return the candidate that it finds, or None after the last candidate."""
+        """Run `search`; return the candidate that passed, or None if no candidate passed."""
         try:
             search(random)
         except _FoundError as found:
@@ -218,7 +224,7 @@ class CandidateSearch:
         self._evolve([one.point for one in nearest], nearest[0].point, NEAR, random)
 
     def _nearest_miss(self) -> Candidate | None:
-        """Return the candidate with the smallest shortfall, verified or not."""
+        """Return the candidate with the smallest excess over a limit, verified or not."""
         missed = [one for one in self.played if self.refusals or one.largest_missing > 0.0]
         return min(missed or self.played, key=lambda one: one.largest_missing, default=None)
 
@@ -229,7 +235,7 @@ class CandidateSearch:
         spread: float,
         random: np.random.Generator,
     ) -> None:
-        """Vary the points (d,) of a population with `starts` in it; the function never returns."""
+        """Vary a population of points (d,) that contains `starts`, until an exception ends it."""
         while True:  # until a candidate passes or their number is reached
             population = best + random.normal(0.0, spread, (POPULATION, best.size))
             population[: len(starts)] = starts

@@ -1,4 +1,7 @@
-"""Interfaces of the tests that simulate (play) a candidate; the caller implements them."""
+"""Interfaces of the tests in which a search simulates (plays) a candidate.
+
+The caller of the search implements the tests.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ class JudgedRuns(Protocol):
 
     @property
     def values(self) -> Vector:
-        """Return the worst value of each requirement, shape (plants, requirements), in SI."""
+        """Return the worst value of each requirement [SI], shape (plants, requirements)."""
 
     @property
     def reserves(self) -> Vector:
@@ -50,22 +53,22 @@ class JudgedRuns(Protocol):
 
     @property
     def failed(self) -> Mapping[int, str]:
-        """Return plant index -> reason, for each plant that could not be simulated."""
+        """Return the reason for each plant that could not be simulated, by the plant's index."""
 
 
 class CandidateJudge(Protocol):
-    """Simulation of a controller with all plants, or with the plants whose indices `only` lists."""
+    """Function that simulates a controller with all plants, or with the plants `only`."""
 
     def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> JudgedRuns:
-        """Simulate a controller and return the results."""
+        """Simulate a controller and return the results; `only` lists indices of plants."""
 
 
 @dataclass(frozen=True)
 class PlayedTests:
-    """Tests of rising cost; only a candidate that passes a test is played in the next one.
+    """Tests of rising cost; only a candidate that passes a test is played in the next test.
 
     - screen: two short steps with some plants
-    - short: all steps with all plants, without the hold after each step
+    - short: all steps with all plants, without the time at rest after each step
     - whole: the complete test, which decides
     - others: short steps with other plants and from other initial positions
     - places: short steps with the worst plants of `whole`, from many initial positions within one
@@ -117,7 +120,11 @@ def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
 
 
 def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
-    """Return the largest shortfall; it is at most 0 if all requirements are met."""
+    """Return the objective of the search: the largest shortfall, plus EACH times their sum.
+
+    The sum is added only if the largest shortfall is positive. The result is at most 0 if all
+    requirements are met with the reserve, and FAILED if a plant could not be simulated.
+    """
     if runs.failed:
         return FAILED
     worst = shortfalls(runs, reserve).max(axis=0, initial=-1.0)
@@ -126,13 +133,16 @@ def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
 
 
 def missing(runs: JudgedRuns) -> dict[str, float]:
-    """Return key of a requirement -> largest excess over the limit, relative to the limit."""
+    """Return the largest excess over the limit of each requirement, relative to the limit.
+
+    The keys are those of the requirements.
+    """
     worst = shortfalls(runs, 0.0).max(axis=0)
     return {one.key: float(value) for one, value in zip(runs.metrics, worst, strict=True)}
 
 
 def worst_value(runs: JudgedRuns, key: str) -> float:
-    """Return the worst value of a requirement of all plants [SI]; NaN if no run decides it."""
+    """Return the worst value of a requirement over all plants [SI]; NaN if no run determines it."""
     for one, column in zip(runs.metrics, np.transpose(runs.values), strict=True):
         known = column[~np.isnan(column)]
         if one.key == key and known.size:

@@ -2,14 +2,15 @@
 
     law          gain k of the square-root law: k^2 = 2 braking_share braking
     band         band_share times the largest error at rest, at least one encoder step
-    rest         rest_share times the speed of the law at the edge of the band
+    rest         rest_share times the speed of the law at the end of the band
     settled      settled_share times step/response
     prefilter    prefilter_product/response
     velocity     velocity_product/dead time, at most MOST_FILTER/sample period
 
-`braking`, `step`, `response` and the dead time are scales of design_scales.py; F is the Coulomb
-friction, J the inertia. If k^2 < 2F/J, the law is stored with the formula sqrt(F/J), else with
-sqrt(2F/J); the law's `virtual_coulomb_factor` is at least 1.
+`band` is the half-width of the rest band, in which the drive is released at rest. `braking`,
+`step`, `response` and the dead time are scales of design_scales.py; F is the Coulomb friction, J
+the inertia. If k^2 < 2F/J, the law is stored with the formula sqrt(F/J), else with sqrt(2F/J); the
+law's `virtual_coulomb_factor` is at least 1.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ PARAMETERS = (
 
 
 def position_law(scales: DesignScales, values: Mapping[str, float]) -> PositionLawDesign:
-    """Return the position law with its band and brake.
+    """Return the position law with its rest band, in which the axis is braked to rest.
 
     The law is proportional if the model has no Coulomb friction.
     """
@@ -70,7 +71,7 @@ def position_law(scales: DesignScales, values: Mapping[str, float]) -> PositionL
 
 
 def prefilter(scales: DesignScales, values: Mapping[str, float]) -> PrefilterDesign:
-    """Return the prefilter of the reference."""
+    """Return the prefilter of the position reference for the dimensionless parameters `values`."""
     frequency = min(values["prefilter_product"] / scales.response, MOST_PREFILTER / scales.period)
     return PrefilterDesign(
         natural_frequency_rad_s=rounded(frequency), damping=rounded(values["damping"])
@@ -78,7 +79,7 @@ def prefilter(scales: DesignScales, values: Mapping[str, float]) -> PrefilterDes
 
 
 def fastest_filter(scales: DesignScales) -> float:
-    """Return the largest bandwidth of the speed filter [rad/s]."""
+    """Return the largest bandwidth of the speed filter [rad/s] that a search may choose."""
     return _filter(scales, next(one for one in PARAMETERS if one.name == "velocity_product").high)
 
 
@@ -87,6 +88,6 @@ def _filter(scales: DesignScales, product: float) -> float:
 
 
 def velocity(scales: DesignScales, values: Mapping[str, float]) -> VelocityDesign:
-    """Return the speed filter of the encoder's difference."""
+    """Return the low-pass of the speed from encoder differences, for the parameters `values`."""
     bandwidth = _filter(scales, values["velocity_product"])
     return VelocityDesign(order=1, filter_rad_s=rounded(bandwidth))
