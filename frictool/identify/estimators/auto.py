@@ -1,28 +1,29 @@
-"""Choice of the method by the decision scheme (thesis, figure 4.4) on the recorded motion.
+"""Choice of the identification method from the recorded motion (thesis, figure 4.4).
 
-First, loads and disturbing effects that the logs support are searched (`explanation_search`). The
-following steps fit them together with the sliding parameters.
+The sliding parameters are inertia, viscous friction, Coulomb friction and offset. A search first
+determines which loads and disturbing effects the logs support (`explanation_search`). The following
+steps fit the sliding parameters together with these loads and effects.
 
-1. If differentiated velocities are too inaccurate (`assess/identifiability.py`), the method is
-   sines, and steps 2 to 4 are left out. Steps 2 to 4 are used nevertheless if sines have no finite
-   intervals, or if the intervals of least squares overlap those of sines and have at most half the
-   width.
+1. If the differentiated velocity is too inaccurate (`assess/identifiability.py`), the method of
+   sines is used, and steps 2 to 4 are skipped. They are not skipped if sines give no finite
+   intervals, or if least squares are far more precise: their intervals overlap those of sines and
+   have at most half the width.
 2. If the intervals of `least_squares` and `power_balance` do not overlap, friction at low speed is
-   not viscous + Coulomb, and `power_balance` is preferred.
+   not the sum of viscous and Coulomb friction, and `power_balance` is preferred.
 3. Otherwise `least_squares` is preferred.
-4. The methods of steps 2 and 3 and output error are compared by their prediction of strokes
-   outside the fit (`method_comparison`). The preferred method is used if its error is at most a
-   tenth larger than the smallest error.
-5. An inertia that is not identified yet comes from the weak form if `assess` proposes this,
-   otherwise from output error, which differentiates nothing.
+4. The methods of steps 2 and 3 are compared with output error by their prediction of strokes that
+   the fit did not use (`method_comparison`). The preferred method is used if its prediction error
+   is at most a tenth larger than the smallest error.
+5. If the inertia is not identified by now, it is estimated by the weak form if `assess` proposes
+   this method, otherwise by output error, which needs no derivatives.
 
-If more than 70 % of the motion is at constant speed, and the bench declares no loads, the parts at
-constant speed determine the Stribeck curve (`stribeck-curve`). The curve is fitted with the inertia
-of the above steps if they identify one. If friction then does not fall with speed, the fit of the
-above steps is used, because it also has the samples near the reversals.
+If more than 70 % of the motion is at constant speed, and the bench declares no loads, the Stribeck
+curve is fitted to the parts at constant speed (`stribeck_curve`). If the above steps identify the
+inertia, the curve is fitted with this inertia. If friction does not fall with speed, the result of
+the above steps is used instead of the curve, because it also uses the samples near the reversals.
 
-Viscous friction, and an offset that the bench does not declare, are dropped if the prediction of
-strokes outside the fit does not become worse.
+Viscous friction, and an offset that the bench does not declare, are set to 0 if the prediction of
+strokes that the fit did not use does not become worse.
 """
 
 from __future__ import annotations
@@ -62,9 +63,10 @@ DROPPABLE = ("viscous", "offset")
 
 
 def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSettings) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset by the method that suits the records.
+    """Return inertia, viscous friction, Coulomb friction and offset by the most suitable method.
 
-    Raises UnusableLogs if the motion is too small.
+    The module docstring states how the method is chosen. Raises UnusableLogs if the records have
+    too few samples of sliding motion.
     """
     measured = any(record.velocity is not None for record in records)
     undeclared = bench.load in (None, ONLY_OFFSET)
@@ -79,9 +81,10 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
 def _of_strokes(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the fit of strokes (steps 1 to 5 of the module).
+    """Return the fit by steps 1 to 5 of the module docstring.
 
-    The fit includes each load and each effect that improves the prediction of other strokes.
+    The fit includes each load and each effect that improves the prediction of strokes that the fit
+    did not use.
     """
     measured = any(record.velocity is not None for record in records)
     load, explanations = search_explanations(records, bench, settings)
@@ -95,10 +98,10 @@ def _of_strokes(
 def _with_simulated_inertia(
     fit: SlidingFit, records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the fit with the inertia by output error, which needs no differentiation.
+    """Return `fit` with the inertia estimated by output error, which needs no differentiation.
 
-    The effort of disturbing effects, which the simulation lacks, widens the interval. A fit with a
-    load is returned unchanged.
+    The simulation does not include disturbing effects; their effort widens the interval of the
+    inertia. If the bench has a load, `fit` is returned unchanged.
     """
     effects = {effect.term for effect in declared_effects(bench)}
     if bench.load is not None and set(bench.load.terms) - effects - {"offset"}:
@@ -152,9 +155,9 @@ def _at_inertia(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> SlidingFit:
-    """Return `fit` with the inertia fixed at `inertia`, and the other parameters fitted again.
+    """Return the other parameters of `fit`, fitted again with the inertia fixed at `inertia`.
 
-    The encoder's noise makes the inertia of `fit` too small, which shifts the other parameters.
+    The encoder's noise makes the inertia in `fit` too small, which shifts the other parameters.
     """
     try:
         known = refit(records, bench, settings, fit, {"inertia": inertia})
@@ -166,7 +169,11 @@ def _at_inertia(
 def _more_precise(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, means: SlidingFit
 ) -> bool:
-    """Return whether least squares agree with the sines fit `means` and are far more precise."""
+    """Return whether least squares agree with the fit `means` and have at most half its widths.
+
+    `means` is a fit by the method of sines. The widths are those of the intervals of viscous and
+    Coulomb friction.
+    """
     efficient = run(REFERENCE, records, bench, settings)
     narrower = all(
         name in efficient.parameters
@@ -180,11 +187,11 @@ def _more_precise(
 def _of_runs(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the Stribeck curve of the parts at constant speed, or the fit of the strokes.
+    """Return the Stribeck curve of the parts at constant speed, or the fit by steps 1 to 5.
 
-    The fit of the strokes is used if it has all parameters and friction does not fall with speed.
-    If friction falls, the curve is fitted with the inertia of the strokes. Raises UnusableLogs if
-    the parts do not determine a curve.
+    The fit by steps 1 to 5 of the module docstring is returned if it has all sliding parameters and
+    friction does not fall with speed. Otherwise the curve is fitted with the inertia of steps 1 to
+    5, if they identify it. Raises UnusableLogs if the parts do not determine a curve.
     """
     why = "most of the motion consists of runs at constant speed"
     curve = run(STRIBECK_CURVE, records, bench, settings)
@@ -206,10 +213,11 @@ def _of_runs(
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
-    """Return the verdict on a parameter for the default precision.
+    """Return whether a parameter can be identified, with which precision, and by which method.
 
-    If the logs cannot reach that precision, the verdict is for a coarser one: the relative half
-    width of the bench's interval, or 1 (100 %) if the bench has no interval.
+    The default of the required relative half width is WANTED. If it cannot be reached, a coarser
+    one is required instead: the relative half width of the bench's interval of the parameter, or 1
+    (100 %) if the bench has no interval.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))
@@ -219,7 +227,7 @@ def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifia
 def _weak(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit | None:
-    """Return the fit of the weak form if it gives the inertia, else None."""
+    """Return the fit by the weak form if its inertia has a positive, finite interval, else None."""
     try:
         fit = run(WEAK_FORM, records, bench, settings)
     except UnusableLogs:
@@ -231,13 +239,21 @@ def _weak(
 def inertia_over_position(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit | None:
-    """Return the weak-form fit if it includes friction over position and inertia, else None."""
+    """Return the fit by the weak form, if useful, else None.
+
+    The fit is useful if it identifies the inertia and includes friction that depends on the
+    position.
+    """
     fit = _weak(records, bench, settings)
     return fit if fit is not None and fit.details["position_order"] > 0 else None
 
 
 def joined(fit: SlidingFit, other: SlidingFit, method: str, why: str) -> SlidingFit:
-    """Return `fit` with the inertia of `other`, a fit by the weak form or output error."""
+    """Return `fit` with the inertia of `other`, which is a fit by the weak form or by output error.
+
+    `method` and `why` are the method of `other` and the reason for using it; both are added to the
+    text `why` of the result.
+    """
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
     parameters = {"inertia": other.parameters["inertia"], **fit.parameters}
     details = {name: other.details[name] for name in WEAK_DETAILS if name in other.details}
@@ -257,7 +273,7 @@ def _differentiated(
     settings: IdentificationSettings,
     droppable: tuple[str, ...],
 ) -> SlidingFit:
-    """Return the fit by least squares, power balance or output error (module, steps 2 to 4)."""
+    """Return the fit that steps 2 to 4 of the module docstring choose."""
     efficient = weighted_fit(
         records, bench, settings, lambda rows: np.ones(rows.velocity.size), droppable
     )
@@ -286,7 +302,11 @@ def _differentiated(
 
 
 def disagreement(one: SlidingFit, other: SlidingFit) -> str | None:
-    """Return a text on the first friction parameter whose two intervals are disjoint, or None."""
+    """Return name and value of the first friction parameter with disjoint intervals, as text.
+
+    `one` and `other` are fits by two methods. Viscous and Coulomb friction are compared; the value
+    is that of `one`. Return None if the intervals overlap.
+    """
     for name in ("viscous", "coulomb"):
         a, b = one.parameters.get(name), other.parameters.get(name)
         if a is not None and b is not None and (a.low > b.high or b.low > a.high):

@@ -1,9 +1,10 @@
-"""Power balance with the equation scaled by sqrt(2)/V; V is the speed amplitude.
+"""Power balance with the equation of motion multiplied by sqrt(2)/V; V is the speed amplitude.
 
-M_2 is the block of the normal matrix for viscous and Coulomb friction. For V = sqrt(2) in SI units,
-its condition number is 19, the least possible for a sine (thesis 4.29 to 4.33). All fits of
-frictool scale the columns to unit length. The identified values therefore equal those of the power
-balance; this method adds the condition numbers before and after its scaling.
+M_2 is the 2 x 2 block of the normal matrix for viscous and Coulomb friction. For a sine with V =
+sqrt(2) in SI units, the condition number of M_2 is 19, the least possible for a sine (thesis 4.29
+to 4.33). The identified values are equal to those of `power_balance`, because every fit of frictool
+scales its columns to unit length. In addition, this method reports the condition numbers of M_2
+before and after the multiplication.
 """
 
 from __future__ import annotations
@@ -26,9 +27,12 @@ BEST_SPEED = math.sqrt(2.0)  # speed amplitude with the least condition (4.30)
 
 
 def condition_m2(velocity: Vector, sign: Vector) -> float:
-    """Return the condition number of the matrix M_2 (module docstring) from speeds and signs (n,).
+    """Return the condition number of M_2, the normal matrix of viscous and Coulomb friction.
 
-    Singular values are used, because eigenvalues lose half of their digits.
+    - velocity, sign: velocity [rad/s | m/s] and direction of motion (+-1) of each row, (n,)
+
+    The number is computed from singular values of the rows, because eigenvalues of M_2 would lose
+    half of the digits.
     """
     singular = np.linalg.svd(
         np.linalg.qr(np.column_stack((velocity, sign)), mode="r"), compute_uv=False
@@ -39,9 +43,9 @@ def condition_m2(velocity: Vector, sign: Vector) -> float:
 def conditioned(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset of sliding records.
+    """Return inertia, viscous friction, Coulomb friction and offset by the scaled power balance.
 
-    Raises UnusableLogs if the motion is too small.
+    Raises UnusableLogs if the records have too few samples of sliding motion.
     """
     return slipping_fit(
         records, bench, settings, lambda rows, used: _fit(rows, used, settings.confidence)

@@ -1,28 +1,31 @@
-"""Search for loads and disturbing effects that explain the effort of strokes outside the fit.
+"""Search for loads and disturbing effects that improve the prediction of the effort.
 
-A hypothesis is a load or an effect, with one or more columns of the regressor matrix. `auto` adds
-one hypothesis at a time to inertia, viscous, Coulomb and offset:
+A hypothesis is a load or a disturbing effect, with one or more columns of the regressor matrix. The
+search for `auto` adds one hypothesis at a time to inertia, viscous friction, Coulomb friction and
+offset. The hypotheses are:
 
-- loads: a spring; gravity on a rotary axis; harmonics of a ripple, with wave numbers from the
-  spectrum of the residual over the position (`position_spectrum`)
-- effects that only disturb the fit (`rows/effects.py`), such as a drifting offset
-- viscous friction by direction, which is compared with the other hypotheses but not added here,
-  because `structure_selection` decides on it
+- loads: a spring; on a rotary axis, gravity; harmonics of a ripple over the position, with wave
+  numbers from the spectrum of the residual over the position (`position_spectrum`)
+- effects that only disturb the fit (`rows/effects.py`), such as an offset that drifts
+- viscous friction that differs by direction; it is compared with the other hypotheses but not added
+  here, because `structure_selection` decides on it
 
-A fit to one half of the strokes predicts the other half. The best hypothesis is used if the squared
-prediction errors decrease significantly and noticeably, and if the parameters of the hypothesis
-differ significantly from 0 (`joint_test`).
+A fit to one half of the strokes predicts the effort of the other half. The hypothesis with the
+smallest prediction error is used if it passes two tests: the squared prediction errors decrease
+significantly and noticeably, and the parameters of the hypothesis differ significantly from 0
+(`joint_test`).
 
-A load is rejected in two cases: an effect predicts the strokes equally well, or windows of twice
-the length leave no effort that the load explains. Longer windows remove the ringing of a
-compliance, which looks like a load over the position if every stroke begins at the same position. A
-ripple is also rejected if a periodic error of the encoder with the same period predicts the strokes
-better.
+A load is rejected in two cases: an effect predicts the strokes equally well, or the load no longer
+explains effort if the smoothing windows are twice as long. Longer windows remove oscillations of a
+compliant transmission, which look like a load over the position if every stroke begins at the same
+position. A ripple is also rejected if a periodic error of the encoder with the same period predicts
+the strokes better.
 
-Friction that changes along the log is explained by the measured temperature if this hypothesis
-passes the tests. A hypothesis, other than a ripple, is removed again if the errors increase little
-without it. Significant hypotheses that are not used are reported as left in the residual.
-docs/theory/identify_effects.md states the levels and limits of the tests.
+If friction changes along the log, the measured temperature is preferred as its explanation if the
+temperature passes the tests. At the end, a hypothesis other than a ripple is removed again if the
+prediction errors increase little without it. Significant hypotheses that are not used are reported
+as left in the residual. docs/theory/identify_effects.md states the significance levels and the
+limits of the tests.
 """
 
 from __future__ import annotations
@@ -96,9 +99,10 @@ EQUAL = 1.1  # largest ratio of the squared errors of two hypotheses that predic
 
 @dataclass(frozen=True)
 class ExplanationSearch:
-    """Records of one axis, their bench, and the smoothing window of each record.
+    """Data of a search: records of one axis, their bench, and the settings.
 
-    - widens: True if `hypotheses` includes those that only widen intervals
+    - windows: length of the smoothing window of each record, samples
+    - widens: True if `hypotheses` also contains those that only widen intervals (`only_widens`)
     """
 
     records: Sequence[MotionRecord]
@@ -111,9 +115,9 @@ class ExplanationSearch:
     def of(
         cls, records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
     ) -> ExplanationSearch:
-        """Return the search over evenly spaced parts of the records.
+        """Return the search in these records; of long records, only evenly spaced parts are used.
 
-        Raises UnusableLogs if nothing moves.
+        Raises UnusableLogs if the axis never moves by more than one encoder count.
         """
         share = MOST_SAMPLES / sum(record.position.size for record in records)
         parts = [_thinned(record, share) for record in records]
@@ -129,9 +133,9 @@ class ExplanationSearch:
         return cls(used, bench, settings, windows)
 
     def smoother(self, factor: float) -> ExplanationSearch:
-        """Return the search with windows that are `factor` times as long.
+        """Return the search with smoothing windows that are `factor` times as long.
 
-        A window is at most a quarter of a stroke.
+        A window is lengthened to at most a quarter of the record's median stroke.
         """
         longest = (LONGEST_SHARE * stroke_samples(record) for record in self.records)
         windows = tuple(
@@ -152,7 +156,10 @@ class ExplanationSearch:
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """Return the hypotheses that suit the records, except ripples and declared terms."""
+        """Return the hypotheses that the records can test, in the order of `LOADS` and `EFFECTS`.
+
+        Ripples and the load terms that the bench declares are not included.
+        """
         named = () if self.bench.load is None else self.bench.load.terms
         measured = any(record.velocity is not None for record in self.records)
         return tuple(
@@ -168,13 +175,14 @@ class ExplanationSearch:
 
     @cached_property
     def warmed(self) -> bool:
-        """Return whether all records have a temperature and this temperature varies."""
+        """Return whether all records have a temperature that varies enough to fit its effect."""
         return varies(temperatures(self.records))
 
     def samples(self, waves: tuple[float, ...]) -> RegressionSamples:
-        """Return the rows with the columns of all hypotheses.
+        """Return the regression rows with the columns of all hypotheses.
 
-        `waves` are the wave numbers of ripples, 1/rad | 1/m. Raises UnusableLogs if nothing slips.
+        `waves` are the wave numbers [1/rad | 1/m] of the ripples with columns. Raises UnusableLogs
+        if the axis never slips for a whole smoothing window.
         """
         declared = self.bench.load or LoadTerms(("offset",))
         terms = (*(one.term for one in self.hypotheses), *RIPPLES[: len(waves)])
@@ -196,10 +204,11 @@ class ExplanationSearch:
         return samples
 
     def rows(self, waves: tuple[float, ...]) -> ReducedRows:
-        """Return the rows with the columns of all hypotheses, reduced to triangular matrices.
+        """Return the regression rows of `samples`, reduced to triangular matrices by QR.
 
-        `waves` are the wave numbers of ripples. Raises UnusableLogs if nothing slips, or if the
-        motion does not determine Coulomb friction and offset.
+        `waves` are the wave numbers [1/rad | 1/m] of the ripples with columns. Raises UnusableLogs
+        if the axis never slips for a whole smoothing window, or if the motion does not determine
+        Coulomb friction and offset.
         """
         samples = self.samples(waves)
         names, refused = parameters_of(samples)
@@ -210,10 +219,12 @@ class ExplanationSearch:
         return self.reduced_rows(samples, waves)
 
     def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:
-        """Return the rows of `samples`, reduced to triangular matrices.
+        """Return the regression rows `samples`, reduced to triangular matrices by QR.
 
-        Every fit contains the base columns: the columns of the sliding parameters and of the loads
-        that the bench declares. A parameter whose value `samples` fixes has no base column.
+        `waves` are the wave numbers [1/rad | 1/m] of the ripples with columns in `samples`. Every
+        fit to the result includes its base columns, which are the columns of the sliding parameters
+        and of the loads that the bench declares. A parameter with a fixed value (`samples.fixed`)
+        has no base column.
         """
         names = parameters_of(samples)[0]
         plain, _, cluster, stroke = reduced(
@@ -228,7 +239,7 @@ class ExplanationSearch:
 
     @property
     def noise(self) -> float:
-        """Return the rms noise of the acceleration in the first record, rad/s^2 | m/s^2."""
+        """Return the rms noise of the first record's acceleration, rad/s^2 | m/s^2."""
         record = self.records[0]
         response = acceleration_response(record, self.windows[0])
         return measurement_noise(record) * float(np.linalg.norm(response))
@@ -236,8 +247,8 @@ class ExplanationSearch:
     def noisy(self, samples: RegressionSamples) -> bool:
         """Return whether the encoder's noise hides the acceleration in the rows `samples`.
 
-        The noise makes the fitted inertia too small. The effects LIKE_ACCELERATION would then be
-        fitted with the missing effort.
+        The noise makes the fitted inertia too small, so that a part of the inertial effort is left
+        over. The effects LIKE_ACCELERATION would be fitted to this part.
         """
         return self.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
 
@@ -252,7 +263,14 @@ class ExplanationSearch:
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return a ripple at the highest peak of the residual's spectrum, and this peak, if any."""
+        """Return a ripple and its peak, the highest in the spectrum of the residual over position.
+
+        - waves: wave numbers of the ripples that the fit includes already, 1/rad | 1/m
+        - used: hypotheses of the fit that leaves the residual
+
+        Return None if the rows have no column of the position, if the fit has MOST_HARMONICS
+        ripples, or if the spectrum has no peak.
+        """
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if position is None or len(waves) == MOST_HARMONICS:
             return None
@@ -279,7 +297,7 @@ class ExplanationSearch:
 
 
 def _thinned(record: MotionRecord, share: float) -> MotionRecord:
-    """Return PARTS evenly spaced pieces of a record, with the fraction `share` of its samples."""
+    """Return PARTS evenly spaced pieces of a record; together they have `share` of its samples."""
     if share >= 1.0:
         return record
     size = record.position.size
@@ -294,11 +312,12 @@ def _thinned(record: MotionRecord, share: float) -> MotionRecord:
 
 @dataclass(frozen=True)
 class Trial:
-    """Hypothesis, and the prediction errors of a fit that includes the hypothesis.
+    """Hypothesis under test, with the prediction errors of a fit that includes it.
 
+    - rows: regression rows of the fit
     - squares: squared prediction error of each stroke, (s,)
     - level: significance level of the test of the hypothesis
-    - wave: wave number of a ripple, 1/rad | 1/m; else None
+    - wave: wave number of a ripple, 1/rad | 1/m; None for another hypothesis
     """
 
     hypothesis: Hypothesis
@@ -309,7 +328,7 @@ class Trial:
 
     @property
     def sum(self) -> float:
-        """Return the sum of the squares."""
+        """Return the sum of the squared prediction errors over all strokes."""
         return float(np.sum(self.squares))
 
 
@@ -319,9 +338,9 @@ def _trials(
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
 ) -> list[Trial]:
-    """Return one trial for each further hypothesis that the rows determine.
+    """Return a trial of each hypothesis that is not used yet and that the rows determine.
 
-    The fit of a trial includes the hypotheses `used`.
+    The fit of a trial includes the hypotheses `used` and the hypothesis of the trial.
     """
     hidden = LIKE_ACCELERATION if search.noisy(rows.samples) else ()
     free = [one for one in search.hypotheses if one not in used and one.term not in hidden]
@@ -347,8 +366,8 @@ def search_explanations(
 ) -> tuple[LoadTerms | None, tuple[Explanation, ...]]:
     """Return the load terms that the logs support, and all explanations of the effort.
 
-    The terms are None if the bench declares its loads, if the logs support no hypothesis, or if
-    nothing slips.
+    The load terms are None if the bench declares its loads, if the logs support no hypothesis, or
+    if the axis never slips. The explanations include significant hypotheses that are not used.
     """
     try:
         search = ExplanationSearch.of(records, bench, settings)
@@ -406,12 +425,12 @@ def search_explanations(
 def _lasting(
     search: ExplanationSearch, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
 ) -> bool:
-    """Return whether a load explains the effort with longer smoothing windows, too.
+    """Return whether a load explains the effort also with longer smoothing windows.
 
-    The prediction error must decrease by the factor that is also required with the shorter windows,
-    and the parameters must differ from 0. The result is True without this test in three cases: the
-    hypothesis is an effect and no load; longer windows would remove the ripple; the windows cannot
-    be longer.
+    With longer windows, the rms prediction error must fall below WORTH times the error without the
+    load, and the parameters of the load must differ significantly from 0. The result is True
+    without this test in three cases: the hypothesis is an effect and no load; longer windows would
+    remove the ripple; the windows cannot be longer.
     """
     one = trial.hypothesis
     smoother = search.smoother(SMOOTHER)
@@ -433,10 +452,10 @@ def _lasting(
 def _of_encoder(
     search: ExplanationSearch, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
 ) -> bool:
-    """Return whether a periodic error of the encoder predicts better than a ripple.
+    """Return whether a periodic encoder error predicts the strokes better than the ripple `trial`.
 
-    The encoder's error e sin(n x) at the position x adds its second time derivative to the
-    acceleration. The result is False for a hypothesis that is not a ripple.
+    An encoder error e sin(n x) at the position x adds its second time derivative to the
+    acceleration. The result is False if the hypothesis of `trial` is not a ripple.
     """
     n = trial.wave
     if n is None:
@@ -455,7 +474,7 @@ def _of_encoder(
 
 
 def _named_after_encoder(trial: Trial) -> Trial:
-    """Return the trial of a ripple, named as a periodic error of the encoder."""
+    """Return `trial` with texts that name a periodic encoder error instead of a ripple."""
     one = trial.hypothesis
     what = one.what.replace("a ripple over the position", "a periodic error of the encoder")
     named = replace(one, what=what, settle="compare the encoder with another one")
@@ -463,7 +482,7 @@ def _named_after_encoder(trial: Trial) -> Trial:
 
 
 def _spans_a_turn(trial: Trial) -> bool:
-    """Return False for an eccentric encoder on less than a turn, else True."""
+    """Return False if the hypothesis is an eccentric encoder and the travel is less than a turn."""
     position = trial.rows.samples.loads.get(TERMS[SPRING][0])
     return (
         trial.hypothesis.term != ECCENTRICITY
@@ -473,9 +492,10 @@ def _spans_a_turn(trial: Trial) -> bool:
 
 
 def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Trial]:
-    """Return the other trials that predict strokes outside the fit as well as the best one.
+    """Return the other trials that predict the strokes nearly as well as `best`.
 
-    Their prediction errors are at most EQUAL times as large, and not significantly larger.
+    The sums of their squared prediction errors are at most EQUAL times the sum of `best`, and not
+    significantly larger.
     """
     return [
         one
@@ -498,11 +518,13 @@ def _supported(
 def _better(
     one: Hypothesis, richer: Vector | None, simpler: Vector | None, confidence: float
 ) -> bool:
-    """Return whether the strokes are predicted better with a hypothesis than without it.
+    """Return whether the strokes are predicted better with the hypothesis `one` than without it.
 
-    A load has to predict clearly better, because it becomes part of the model. An effect has to
-    reduce the error noticeably and in most strokes. The measured temperature may reduce it in few
-    strokes, because only strokes at extreme temperatures show its influence.
+    `richer` and `simpler` are the squared prediction errors (s,) of the strokes with and without
+    the hypothesis. A load has to predict clearly better, because it becomes part of the model. An
+    effect has to reduce the error noticeably and in most strokes. The measured temperature may
+    reduce the error in few strokes, because only strokes at extreme temperatures show its
+    influence.
     """
     if one.is_load or richer is None or simpler is None:
         return clearly_better(richer, simpler, confidence)
@@ -517,7 +539,10 @@ def _left(
     used: Sequence[Hypothesis],
     settings: IdentificationSettings,
 ) -> list[Explanation]:
-    """Return the significant hypotheses that are not used, the largest effort first."""
+    """Return explanations by significant hypotheses that are not used, at most MOST_LEFT.
+
+    Each next hypothesis is the one that reduces the squared prediction errors most.
+    """
     out: list[Explanation] = []
     seen = list(used)
     while len(out) < MOST_LEFT:

@@ -1,18 +1,20 @@
-"""Friction force, computed with a known inertia, and its curve over speed (after K. Mnich).
+"""Friction force, computed with a known inertia, and a curve of it over speed (after K. Mnich).
 
     filter     same causal low-pass for velocity and effort, so that their delays are equal
     force      effort - inertia (v[k] - v[k-1])/T, with the bench's inertia
     curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)
                for each direction of motion, and an offset
 
-T is the sample period. The breakaway is the largest friction of the curve, at the speed v_p and not
-at rest as in thesis (2.34). v_p is therefore not a Stribeck velocity, and is reported in the
-details. Only v_p is searched, since the other parameters are linear.
+v is the filtered velocity, k the number of the sample, and T the sample period. The breakaway is
+the largest friction of the curve, at the speed v_p; in thesis (2.34), the friction is largest at
+rest. v_p is therefore no Stribeck velocity, and is reported in the details. Only v_p is searched,
+because the force is linear in the other parameters.
 
-Every sample of a stroke is used, even at rest. Samples at rest shift Coulomb friction towards the
-effort at rest; select the moving part of the log with `ingest --from --to`. The intervals allow for
-residuals that are correlated by the filter (`newey_west`). The intervals do not include errors of
-the inertia, of samples at rest, or of the instruments' clocks.
+All samples of a stroke are used, also samples at rest within the stroke. Samples at rest shift
+Coulomb friction towards the effort at rest; select the moving part of the log with `ingest --from
+--to`. The intervals allow for the correlation of the residuals that the filter causes
+(`newey_west`). The intervals do not include errors of the inertia, errors due to samples at rest,
+or errors of the instruments' clocks.
 """
 
 from __future__ import annotations
@@ -42,10 +44,10 @@ SLOWEST, FASTEST = 1e-3, 0.5  # bounds of that speed, relative to the top speed
 def friction_force(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return viscous, Coulomb, breakaway and offset; the inertia is the bench's.
+    """Return viscous friction, Coulomb friction, breakaway and offset, using the bench's inertia.
 
-    Raises UnusableLogs if the records do not determine the curve, or if the motion has one
-    direction only and the bench has no offset.
+    Raises UnusableLogs if the records do not determine the curve, or if the axis moves in one
+    direction only and the bench has no `mechanics.offset`.
     """
     pipeline = settings.pipeline or PublishedFilters()
     rows = joined(
@@ -102,7 +104,7 @@ def friction_force(
 
 
 def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> RegressionSamples:
-    """Return the filtered samples of the strokes; derivatives are backward differences."""
+    """Return the filtered samples of all strokes; derivatives are backward differences."""
     if record.piece[-1] > 0:
         raise UnusableLogs(
             f"{record.name} has gaps, over which the filter cannot run; use least-squares"
@@ -144,7 +146,10 @@ def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> R
 
 
 def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:
-    """Return the regressors (n, 3 or 4): Coulomb, viscous, excess over Coulomb, and offset."""
+    """Return regressors (n, 4): Coulomb, viscous, breakaway minus Coulomb, offset.
+
+    If `both` directions of motion do not occur, the column of the offset is missing.
+    """
     ratio = np.abs(rows.velocity) / peak
     columns = (
         rows.sign,
@@ -156,15 +161,12 @@ def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:
 
 
 def _sums(columns: Matrix) -> Matrix:
-    """Return the regressors of Coulomb friction, viscous friction and breakaway.
-
-    The breakaway is the sum of the Coulomb friction and the excess.
-    """
+    """Return the regressors with breakaway itself in place of breakaway minus Coulomb friction."""
     return np.column_stack((columns[:, 0] - columns[:, 2], columns[:, 1:]))
 
 
 def _peak(rows: RegressionSamples, force: Vector, both: bool, top: float) -> float:
-    """Return the speed v_p, rad/s | m/s, of the curve with the least sum of squares."""
+    """Return the speed v_p [rad/s | m/s] with which the curve has the least squared residuals."""
 
     def left(logarithm: float) -> float:
         columns = _design(rows, float(np.exp(logarithm)), both)

@@ -1,4 +1,4 @@
-"""Regression rows with the columns of all hypotheses of `explanation_search`, and fits to them.
+"""Regression rows with the columns of all hypotheses of `explanation_search`, and fits of them.
 
 Groups of rows are reduced to triangular matrices, so that each of the many fits takes little time.
 """
@@ -27,11 +27,12 @@ ABOVE_NOISE = 3.0
 
 @dataclass(frozen=True)
 class ReducedRows:
-    """Rows in g groups of successive rows, each group reduced to a triangular matrix by QR.
+    """Regression rows in g groups of successive rows; each group is reduced to a triangular matrix.
 
-    - plain: triangular matrix of each group, (g, q, q), from q - 1 regressor columns and the effort
-    - names: names of the regressor columns, (q - 1,)
-    - base: names of the columns that are in every fit
+    - samples: rows before the reduction
+    - plain: triangular matrix of each group by QR, (g, q, q), of q - 1 regressors and the effort
+    - names: names of the regressors, (q - 1,)
+    - base: names of the regressors that every fit includes
     - cluster, stroke: number of the cluster and of the stroke of each group, (g,)
     - noise: rms noise of the acceleration due to the encoder, rad/s^2 | m/s^2
     """
@@ -45,28 +46,28 @@ class ReducedRows:
     noise: float
 
     def columns(self, hypotheses: Sequence[Hypothesis]) -> list[int]:
-        """Return the indices of the columns of the base and of `hypotheses`."""
+        """Return the indices of the base columns and of the columns of `hypotheses`."""
         chosen = {*self.base, *(name for one in hypotheses for name in one.names)}
         return [k for k, name in enumerate(self.names) if name in chosen]
 
     @cached_property
     def half(self) -> IntVector:
-        """Return the half of the data, 0 or 1, to which each group of rows belongs, (g,)."""
+        """Return the half of the strokes, 0 or 1, to which each group of rows belongs, (g,)."""
         return halved(self.stroke)
 
     @cached_property
     def sides(self) -> Tensor:
-        """Return the triangular matrix of each half of the data, (2, q, q)."""
+        """Return the triangular matrix of each half of the strokes, (2, q, q)."""
         return np.array([_triangle(self.plain[self.half == side]) for side in (0, 1)])
 
     def fitted(self, columns: Sequence[int]) -> Vector:
-        """Return the parameters (p,) of `columns`, fitted to all rows."""
+        """Return the parameters (p,) of the columns with indices `columns`, fitted to all rows."""
         return least(self.sides[:, :, [*columns, -1]])[0]
 
     def squares(self, hypotheses: Sequence[Hypothesis]) -> Vector | None:
-        """Return the squared prediction error of each stroke, (s,).
+        """Return the squared prediction error of each stroke in fits with `hypotheses`, (s,).
 
-        Each half of the data is predicted by a fit to the other half. Return None if a half does
+        Each half of the strokes is predicted by a fit to the other half. Return None if a half does
         not determine the parameters.
         """
         chosen = [*self.columns(hypotheses), -1]
@@ -83,7 +84,10 @@ class ReducedRows:
         return by_stroke(out, self.stroke)
 
     def probability(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the p-value of the hypothesis that the parameters of `tested` are 0."""
+        """Return the p-value of the null hypothesis that all parameters of `tested` are 0.
+
+        The fit includes the hypotheses `others` and `tested`.
+        """
         columns = self.columns([*others, tested])
         indices = [k for k, column in enumerate(columns) if self.names[column] in tested.names]
         return joint_probability(self.plain[:, :, [*columns, -1]], self.cluster, indices)
@@ -99,10 +103,11 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return True if the rows determine `tested`, and noise does not explain its effort.
+        """Return whether the rows determine `tested`, and its effort exceeds the effect of noise.
 
-        The encoder's noise makes the fitted inertia too small. A column of `tested` that resembles
-        the acceleration, or the derivative of the acceleration, would fit the missing effort.
+        The encoder's noise makes the fitted inertia too small, so that a part of the inertial
+        effort is left over. A column of `tested` that resembles the acceleration, or the derivative
+        of the acceleration, would be fitted to this part.
         """
         columns = self.columns([*others, tested])
         names = [self.names[k] for k in columns]
@@ -120,12 +125,13 @@ class ReducedRows:
             return False
 
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
-        """Return the decrease of the mean square residual by more columns that is due to noise.
+        """Return by how much noise alone lowers the mean square residual if columns are added.
 
-        n is the rms noise of the acceleration, and s^2 the mean square of the acceleration that the
-        other columns do not explain. The noise adds J^2 n^2 (s^2 - n^2)/s^2 to the mean square
-        residual, with the inertia J. Additional columns reduce s^2 and thus this term. The unit is
-        (N m)^2 | N^2. For a fixed inertia the result is 0.
+        `fewer` and `more` are the indices of the columns without and with the added ones. Let J be
+        the inertia, n the rms noise of the acceleration, and s^2 the mean square of the
+        acceleration that the other columns do not explain. The noise contributes J^2 n^2 (s^2 -
+        n^2)/s^2 to the mean square residual [(N m)^2 | N^2]. Added columns reduce s^2 and thus this
+        contribution. For a fixed inertia the result is 0.
         """
         if "inertia" in self.samples.fixed:
             return 0.0
@@ -137,16 +143,20 @@ class ReducedRows:
         return inertia**2 * noise**2 * (1.0 / after - 1.0 / before)
 
     def left_by_others(self, hypotheses: Sequence[Hypothesis]) -> float:
-        """Return the mean square of the acceleration's part orthogonal to the other columns."""
+        """Return the mean square of the acceleration that the other columns do not explain.
+
+        The other columns are the base columns and the columns of `hypotheses`. The unit is
+        (rad/s^2)^2 | (m/s^2)^2.
+        """
         return self._left([k for k in self.columns(hypotheses) if k != 0], 0)
 
     def _left(self, columns: Sequence[int], target: int) -> float:
-        """Return the mean square of the part of the column `target` orthogonal to `columns`."""
+        """Return the mean square of the column `target` after a least-squares fit by `columns`."""
         triangle = merged(self.sides[:, :, [*columns, target]])
         return float(triangle[-1, -1] ** 2) / self.samples.velocity.size
 
     def table(self, hypotheses: Sequence[Hypothesis]) -> Matrix:
-        """Return the columns (n, p) of the base and of `hypotheses`."""
+        """Return the regressors (n, p) of a fit: base columns and columns of `hypotheses`."""
         named = dict(zip(SLIDING, self.samples.columns, strict=True)) | self.samples.loads
         return np.column_stack([named[self.names[k]] for k in self.columns(hypotheses)])
 
@@ -157,7 +167,6 @@ class ReducedRows:
 
 
 def _triangle(parts: Tensor) -> Matrix:
-    """Return the triangular matrix (q, q) of all rows, filled up with rows of 0."""
     q = parts.shape[2]
     out = np.zeros((q, q))
     if parts.shape[0]:

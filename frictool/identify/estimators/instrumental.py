@@ -1,11 +1,11 @@
-"""Instrumental variables from the reference.
+"""Instrumental variables computed from the reference of the position.
 
     0 = sum z (u - inertia a - viscous v - coulomb s - offset)
 
 u is the measured effort, a the measured acceleration, v the measured velocity and s its sign. The
-instruments z are the acceleration, velocity and sign of the reference of the position, and 1. The
-reference is smoothed by the same filter as the position. The instruments correlate with the motion
-but not with the encoder's noise, so that noisy regressors cause no bias.
+instruments z are the acceleration, velocity and sign of the velocity of the reference, and the
+constant 1. The reference is smoothed by the same filter as the position. The instruments correlate
+with the motion but not with the encoder's noise, so that the noise of a and v causes no bias.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ WEAKEST = 0.1  # least correlation of the velocity with the reference's velocity
 def instrumental(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset of records with a reference.
+    """Return inertia, viscous friction, Coulomb friction and offset by instrumental variables.
 
     Raises UnusableLogs if a record has no reference, or if the axis does not follow the reference.
     """
@@ -78,7 +78,7 @@ def instrumental(
 def _instruments(
     record: MotionRecord, bench: Bench, window: int, velocity: Vector
 ) -> tuple[Vector, Vector, Vector]:
-    """Return acceleration, velocity and sign (m,) of the reference at the slipping samples."""
+    """Return the reference's acceleration, velocity and direction (m,) at the slipping samples."""
     assert record.reference is not None
     mask = slip_mask(record, find_strokes(record), velocity, window, full_backlash(bench))
     a, v, _ = smoothed(replace(record, position=record.reference), window)
@@ -93,7 +93,7 @@ def by_instruments(
 ) -> dict[str, Interval]:
     """Return the interval of each parameter by instrumental variables.
 
-    `z`: instruments of acceleration, velocity and sign, each (n,).
+    `z` contains the acceleration, the velocity and the direction of the reference, each (n,).
     """
     names, columns = free_columns(samples)
     p, every = len(names), (*z, np.ones(z[0].size))

@@ -1,9 +1,9 @@
 """Least squares (thesis 4.11 to 4.15) on smoothed signals of samples that certainly slip.
 
-The samples are selected by thesis (4.18) with a threshold derived from encoder and motion, which
-excludes stick and the Stribeck effect. All samples have equal weights, because the noise of the
-effort does not depend on speed. If friction still falls with speed in the selected samples,
-`power_balance` is better; `auto` detects this.
+The samples are selected by thesis (4.18) with a speed threshold that follows from the encoder and
+the motion. The selection excludes stick and the Stribeck effect. All samples have equal weights,
+because the noise of the effort does not depend on speed. If friction still falls with speed in the
+selected samples, `power_balance` is better; `auto` detects this.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from frictool.identify.rows.slip_fit import weighted_fit
 def least_squares(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset of sliding records.
+    """Return inertia, viscous friction, Coulomb friction and offset by least squares.
 
-    Raises UnusableLogs if the motion is too small.
+    Raises UnusableLogs if the records have too few samples of sliding motion.
     """
     return weighted_fit(records, bench, settings, lambda rows: np.ones(rows.velocity.size))

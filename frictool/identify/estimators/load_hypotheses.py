@@ -1,4 +1,4 @@
-"""Loads that `explanation_search` may add to a fit, and the load terms of those that it accepts."""
+"""Load hypotheses of `explanation_search`, and the load terms of the accepted hypotheses."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ LOADS = (
 
 
 def declared_term(one: Hypothesis) -> Term:
-    """Return the name in `load.terms` that belongs to a hypothesis."""
+    """Return the name by which the bench declares a hypothesis in `load.terms`."""
     return cast(Term, DECLARED.get(one.term, one.term))
 
 
 def wave_numbers(load: LoadTerms | None) -> tuple[float, ...]:
-    """Return the wave numbers of a load's ripple, 1/rad | 1/m."""
+    """Return the wave numbers of a load's ripple, 1/rad | 1/m; empty without a ripple."""
     if load is None or load.ripple is None:
         return ()
     return tuple(2.0 * np.pi * one / load.ripple.per.value for one in load.ripple.numbers)
@@ -60,7 +60,7 @@ def harmonic(term: str, what: str = "a ripple over the position", settle: str = 
 
 @dataclass(frozen=True)
 class Structure:
-    """Load terms of a fit, and the wave numbers (1/rad | 1/m) of their ripple.
+    """Load terms of a fit, and the wave numbers [1/rad | 1/m] of its ripples.
 
     `terms` contains one entry of RIPPLES for each wave number.
     """

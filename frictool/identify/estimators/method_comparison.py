@@ -1,18 +1,18 @@
-"""Choice of the method whose model predicts strokes outside the fit best.
+"""Choice of the method whose model best predicts strokes that the fit did not use.
 
 The candidates are output error with the load terms that predict best (`structure_selection`), and
 the regressions of `auto`, without and with these load terms. Each candidate is fitted to one half
 of the logs and predicts the other half. The predictions are compared by the rms error of the
 simulated position and by the force error.
 
-A candidate is allowed if its force error is at most twice the smallest, since a model with a wrong
-effort may still simulate the position well. The first allowed candidate with a position error
-within a tenth of the smallest is chosen. The order of preference is: method of the decision scheme
-(`auto`), other regressions, output error. Output error is rejected if a parameter of the regression
-with the same load terms lies outside its interval.
+A candidate is allowed if its force error is at most twice the smallest one, because a model with a
+wrong effort may still simulate the position well. The first allowed candidate with a position error
+within a tenth of the smallest is chosen. The order of preference is: the method that the decision
+scheme of `auto` prefers, other regressions, output error. Output error is rejected if a parameter
+of the regression with the same load terms lies outside the interval by output error.
 
-If an effect was removed from the effort (`rows/effects.py`), the method of the decision scheme is
-used, because the effect cannot be simulated. If the logs are too short to be halved, the
+If the bench declares a disturbing effect (`rows/effects.py`), the preferred method is used without
+a comparison, because the effect cannot be simulated. If the logs are too short to be halved, the
 regressions are compared on the logs of the fit. Output error is then no candidate, because it
 minimises the compared error.
 """
@@ -63,11 +63,11 @@ MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
 
 @dataclass(frozen=True)
 class PredictionScore:
-    """Errors of a candidate method on strokes outside the fit.
+    """Errors of a candidate method on strokes that the fit did not use.
 
     - name, terms: name of the method, and load terms of its fit
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
-    - force: force error (`force_error.py`)
+    - force: relative force error (`force_error.py`)
     - fit: function that fits the candidate to all logs
     """
 
@@ -83,7 +83,7 @@ class PredictionScore:
         return float(np.sqrt(np.mean(self.squares)))
 
     def shown(self, unit: str) -> str:
-        """Return the score as text."""
+        """Return name, position error in `unit`, and force error as text."""
         return f"{self.name} {self.position:.3g} {unit}, {100.0 * self.force:.3g} %"
 
 
@@ -91,7 +91,7 @@ class PredictionScore:
 class ComparedData:
     """Logs of an axis, and the regressions that are compared on them.
 
-    `fits`: regressions fitted to all logs, in the order of preference.
+    `fits`: regressions that are fitted to all logs, in the order of preference.
     """
 
     records: list[MotionRecord]
@@ -105,7 +105,7 @@ class ComparedData:
 
 
 def best_by_prediction(data: ComparedData) -> SlidingFit:
-    """Return the fit of the method whose model predicts strokes outside the fit best."""
+    """Return the fit of the method that best predicts strokes that the fit did not use."""
     records = data.records
     bench = data.bench
     first = data.fits[0]
@@ -143,12 +143,13 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
 def _winner(
     allowed: Sequence[PredictionScore], scores: Sequence[PredictionScore], declared: bool
 ) -> tuple[PredictionScore, SlidingFit, str]:
-    """Return the chosen candidate, its fit, and why the first one was rejected (empty if chosen).
+    """Return the chosen candidate, its fit, and a text that says why the first choice was rejected.
 
-    Output error is rejected if a parameter of an allowed regression with the same load terms lies
-    outside its intervals. Both models then lack an effect, for example a breakaway at the
-    reversals, and output error compensates the missing effect by wrong parameters. A candidate is
-    also rejected if a load that the bench does not declare may be 0 according to the regression.
+    The text is empty if the first choice was not rejected. Output error is rejected if a parameter
+    of an allowed regression with the same load terms lies outside the interval by output error.
+    Both models then lack an effect, for example a breakaway at the reversals, and output error
+    compensates the missing effect by wrong parameters. A candidate is also rejected if a load that
+    the bench does not declare may be 0 according to the regression.
     """
     best = min(score.position for score in allowed)
     winner = next(score for score in allowed if REFINED * score.position <= best)
@@ -195,7 +196,7 @@ def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:
     """Return the fit by output error, with intervals that also contain those of the regression.
 
     Both fits have the same load terms and logs. An effect that the model lacks has a different
-    influence on each method, so that their difference is a part of the uncertainty.
+    influence on each method, so that the difference between the fits is a part of the uncertainty.
     """
     extended = {
         name: replace(
@@ -210,7 +211,11 @@ def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:
 
 
 def contradicted(regression: SlidingFit, simulated: SlidingFit) -> str | None:
-    """Return the first parameter of `regression` outside the interval of output error."""
+    """Return name and interval of the first parameter on which the two fits disagree, as text.
+
+    The estimate of such a parameter in `regression` lies outside its interval in `simulated`.
+    Return None if there is no such parameter.
+    """
     for name in SLIDING:
         regressed, interval = regression.parameters.get(name), simulated.parameters.get(name)
         if (
@@ -251,10 +256,13 @@ def _why(
 def regression_scores(
     sides: Sides, rows: Rows, data: ComparedData, terms: tuple[str, ...] = ()
 ) -> list[PredictionScore]:
-    """Return the scores of the regressions with the load terms `terms`.
+    """Return the scores of the regressions `data.fits`, fitted with the load terms `terms`.
 
-    A method has no score if it refuses one half of the data (`sides`), or if the friction fitted to
-    a half is negative.
+    - sides: records of each half of the data
+    - rows: slipping samples of each half
+
+    A method has no score if it cannot fit one half of the data, or if the friction fitted to a half
+    is negative.
     """
     scores = []
     declared = bench_with_terms(data.bench, terms) if terms else data.bench
@@ -284,7 +292,7 @@ def regression_scores(
 
 
 def _simulations(sides: Sides, rows: Rows, data: ComparedData) -> list[PredictionScore]:
-    """Return the scores of output error, and of regressions with the same load terms."""
+    """Return the scores of output error, and of the regressions with its load terms."""
     known = start_values(data.fits[0], data.bench)
     try:
         structure = choose_structure(sides, data.bench, known, data.settings.confidence)
@@ -326,7 +334,7 @@ def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> Segmen
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the rms force error of both halves of the rows, each with the fit to the other."""
+    """Return the rms force error over both halves, each predicted by the fit to the other half."""
     errors = [
         force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
     ]

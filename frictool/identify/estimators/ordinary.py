@@ -1,7 +1,7 @@
 """Plain least squares on position differences, as for thesis tables 4.2 and 4.3.
 
-Errors in the regressors make the fitted inertia too small, and samples at rest within a stroke have
-full weight.
+Noise of the differentiated position makes the fitted inertia too small. Samples at rest within a
+stroke have full weight.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from frictool.identify.rows.difference_fit import differenced_fit
 def ordinary(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset from all samples of all strokes.
+    """Return inertia, viscous friction, Coulomb friction and offset from all samples of strokes.
 
-    Raises UnusableLogs if nothing moves.
+    Raises UnusableLogs if the axis never moves by more than one encoder count.
     """
     return differenced_fit(records, bench, settings, lambda rows: np.ones(rows.velocity.size))

@@ -1,17 +1,20 @@
 """Output error: fit of the simulated to the measured motion ("simulation error", thesis 4).
 
-Nothing is differentiated or filtered. The search starts from the power balance.
+No signal is differentiated or filtered. The search starts from the parameters by the power balance.
 
-In open loop, an error of the effort shifts the position for a long time, so that the residuals do
-not show the uncertainty of a parameter. The interval is computed from errors of the effort instead:
-an observer follows the measured position, and the effort that it adds to the model is the effort
-error. This error is added to the simulation one cluster of strokes (`clusters`) at a time; the
-variance is the sum of the squared changes of the parameters. The effort errors are computed with
-the parameters of the regression, since the parameters of the simulation would make the errors too
-small. In closed loop, the residuals themselves are errors of the effort.
+In open loop, the measured effort drives the simulated axis. An error of the effort shifts the
+simulated position for a long time, so that the position residuals do not show the uncertainty of a
+parameter. The interval is computed from errors of the effort instead: an observer makes the
+simulation follow the measured position, and the effort that it adds for this purpose is the effort
+error. The effort errors of one cluster of strokes (`clusters`) at a time are added to the
+simulation; the variance of a parameter is the sum of its squared changes. The effort errors are
+computed with the parameters of the power balance, because the parameters of the simulation would
+make the errors too small. In closed loop, the simulated controller drives the axis, and the
+residuals themselves are errors of the effort.
 
-If the regression has a much narrower interval of the inertia, the inertia is fixed at the
-regression's value, and the simulation gives the other parameters.
+If the interval of the inertia by the power balance is less than half as wide as the interval by the
+simulation, the inertia is fixed at the value by the power balance, and the simulation gives the
+other parameters.
 """
 
 from __future__ import annotations
@@ -63,9 +66,10 @@ MOST_CLUSTERS = 60
 def influences(
     simulated: SegmentSimulation, fitted: SimulationFit, regressed: Mapping[str, float]
 ) -> Matrix:
-    """Return the shift (c, p) of p parameters due to the effort errors of each cluster of strokes.
+    """Return the shift (c, p) of p parameters due to the effort errors of each of c clusters.
 
-    `regressed`: parameters of the regression, with which the effort errors are computed.
+    A cluster consists of one or several strokes (`cluster_numbers`). `regressed` are the parameters
+    by the power balance, with which the effort errors are computed.
     """
     errors = simulated.missing_effort({**fitted.values, **regressed})
     numbers = cluster_numbers(simulated.segments)
@@ -86,7 +90,10 @@ def influences(
 
 
 def cluster_numbers(segments: Sequence[RecordSegment]) -> list[NDArray[np.int64]]:
-    """Return for each segment the cluster numbers (m,) of its samples, at most MOST_CLUSTERS."""
+    """Return the numbers (m,) of the clusters to which the samples of each segment belong.
+
+    Successive clusters are joined if there would be more than MOST_CLUSTERS.
+    """
     numbers = []
     above = 0
     known = of_each_record(segments, lambda record: (find_strokes(record), observer_rate(record)))
@@ -104,10 +111,11 @@ def cluster_numbers(segments: Sequence[RecordSegment]) -> list[NDArray[np.int64]
 def _open_loop_deviation(
     simulated: SegmentSimulation, fitted: SimulationFit, regressed: Mapping[str, float]
 ) -> tuple[Vector, Vector]:
-    """Return standard deviations (p,) and degrees of freedom (p,) in open loop.
+    """Return standard deviations (p,) and degrees of freedom (p,) for the open loop.
 
-    The deviations combine the influences and the encoder's noise. Early strokes influence the
-    simulation for longer than late ones; Satterthwaite's degrees of freedom account for that.
+    The deviations include the effort errors (`influences`) and the encoder's noise. Early strokes
+    influence the simulation for longer than late ones; Satterthwaite's degrees of freedom account
+    for that.
     """
     squares = influences(simulated, fitted, regressed) ** 2
     spread = np.sum(squares, axis=0)
@@ -120,7 +128,7 @@ def _open_loop_deviation(
 def _closed_loop_deviation(
     simulated: SegmentSimulation, fitted: SimulationFit
 ) -> tuple[Vector, Vector]:
-    """Return standard deviations and degrees of freedom (p,) in closed loop, by the jackknife."""
+    """Return standard deviations and degrees of freedom (p,) for the closed loop (jackknife)."""
     numbers = np.concatenate(cluster_numbers(simulated.segments))
     values = np.array(list(fitted.values.values()))
     columns = -fitted.jacobian
@@ -144,9 +152,10 @@ def simulation_error(
 ) -> SlidingFit:
     """Return the fit of an axis with the load terms `terms` by output error.
 
-    The simulation runs in open loop, or in closed loop with `servo` along the logged reference.
-    Raises UnusableLogs if nothing moves, if the motion has one direction only, or if a closed loop
-    has no reference.
+    The measured effort drives the simulated axis (open loop). With `servo`, the simulated
+    controller drives it along the logged reference (closed loop). Raises UnusableLogs if the axis
+    does not move, if it moves in one direction only, or if the reference of a closed loop was not
+    logged.
     """
     start = power_balance(records, bench_with_terms(bench, terms), settings)
     if "coulomb" in start.refused:
@@ -214,7 +223,7 @@ def _widened(
     half: dict[str, float],
     fixed: Mapping[str, Interval],
 ) -> dict[str, float]:
-    """Return the half widths `half`, widened by the uncertainty of the fixed parameters."""
+    """Return the half widths `half`, widened for the uncertainty of the fixed parameters."""
     squares = np.array(list(half.values())) ** 2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)
@@ -234,7 +243,7 @@ def _with_inertia(
     inertia: Interval,
     settings: IdentificationSettings,
 ) -> tuple[SegmentSimulation, SimulationFit, dict[str, Interval]]:
-    """Return simulation, fit and intervals with the inertia fixed at the regression's value.
+    """Return simulation, fit and intervals with the inertia fixed at the estimate `inertia`.
 
     The intervals include the uncertainty of this inertia.
     """
@@ -257,7 +266,11 @@ def _with_inertia(
 
 
 def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
-    """Return the first values of the search: the regression's if plausible, else the bench's."""
+    """Return the start values of the search by parameter name, SI.
+
+    They are the estimates of the regression `start` if these are plausible, else the bench's
+    values.
+    """
     known = load_values(start.laws)
     for name in SLIDING:
         prior = getattr(bench.mechanics, name)
@@ -305,7 +318,7 @@ def _fit(
 def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:
     """Return the position-dependent load terms whose intervals all contain 0.
 
-    These loads only compensate a drift of the simulation.
+    Such loads only compensate a drift of the simulated position.
     """
     load = None if fit.laws is None else fit.laws.load
     gravity = (
@@ -324,7 +337,7 @@ def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, 
 def output_error(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the fit by open-loop output error, with the load terms that predict best.
+    """Return the fit by output error in open loop, with the load terms that predict best.
 
     Raises UnusableLogs if the records do not determine the parameters, or if the bench declares
     Coulomb friction by direction or an effect that cannot be simulated.
@@ -349,7 +362,12 @@ def simulated_fit(
     terms: tuple[str, ...],
     errors: Mapping[str, float],
 ) -> SlidingFit:
-    """Return the fit of `terms` without those position-dependent loads that are insignificant."""
+    """Return the fit by output error without insignificant loads.
+
+    The first fit has the load terms `terms`. As long as the intervals of a position-dependent load
+    contain 0, the fit is repeated without this load, unless the bench declares its loads. `errors`
+    are the prediction errors by name that the details of the fit report.
+    """
     fit = simulation_error(records, bench, settings, terms)
     while bench.load is None and (needless := _insignificant_loads(fit, terms)):
         terms = tuple(term for term in terms if term not in needless)

@@ -7,16 +7,18 @@ A knee is a speed at which the slope changes. Each row of the regression is a me
 stroke. The formula is averaged over all speeds in this part; its value at the mean speed would blur
 a knee. For fixed knees the model is linear in the parameters. Knees are added one at a time; after
 each addition, all knees are optimised in turn. Schwarz's criterion (BIC) for n strokes and p
-parameters decides when to stop; a knee adds two parameters, its speed and its slope. The penalty
-p log n is multiplied by n/(n - p - 2) for few strokes (McQuarrie, 1999).
+parameters decides when to stop; a knee adds two parameters, its speed and its slope. The penalty p
+log n is multiplied by n/(n - p - 2) for few strokes (McQuarrie, 1999).
 
 The criterion assumes equal independent errors of all strokes. One stroke with a large error (a
-transient of a soft belt, for example) can therefore justify a knee. The jackknife does not need
-this assumption; the change of slope at each knee must differ from 0 in the jackknife, too.
+transient of a soft belt, for example) can therefore justify a knee. For this reason, the change of
+slope at each knee must also differ significantly from 0 in a jackknife, which does not need this
+assumption.
 
 The search for knees has an additional regressor, the mean acceleration, because an error of the
-bench's inertia can also look like a knee. The intervals of all parameters come from a jackknife;
-for a knee, the derivative with respect to its speed is one more regressor.
+bench's inertia can also look like a knee. The intervals of all parameters come from a jackknife, in
+which the derivative of the friction with respect to the speed of each knee is an additional
+regressor.
 """
 
 from __future__ import annotations
@@ -46,14 +48,14 @@ EVIDENCE = 6.0
 
 @dataclass(frozen=True)
 class StrokeMeans:
-    """Rows (m,), each a mean over a part of a stroke.
+    """Regression rows (m,), each a mean over a part of a stroke.
 
-    - columns: regressors other than the straight pieces, (m, p)
+    - columns: regressors other than viscous friction, such as Coulomb friction and offset, (m, p)
     - effort, sign: mean effort [N m | N] and direction (+-1) of each part, (m,)
     - weight, cluster: weight of each row, and number of its cluster, (m,)
     - speed: |v| of the samples of all parts, (n,), rad/s | m/s
     - starts: index in `speed` of the first sample of each part, (m,)
-    - nuisance: regressors that are used only in the search for knees, (m, q); None without any
+    - nuisance: additional regressors for the search for knees only, (m, q); None if there are none
     """
 
     columns: Matrix
@@ -66,7 +68,7 @@ class StrokeMeans:
     nuisance: Matrix | None = None
 
     def mean(self, values: Vector) -> Vector:
-        """Return the mean (m,) of values (n,) over each part."""
+        """Return the mean over each part, (m,), of the values of all samples, (n,)."""
         return np.asarray(np.add.reduceat(values, self.starts) / self._lengths)
 
     @cached_property
@@ -74,12 +76,16 @@ class StrokeMeans:
         return np.diff(np.append(self.starts, self.speed.size))
 
     def piece(self, low: float, high: float) -> Vector:
-        """Return the regressor (m,) of viscous friction between the speeds `low` and `high`."""
+        """Return the regressor (m,) of viscous friction between the speeds `low` and `high`.
+
+        A sample has the value 0 below `low`, |v| - low in between, and high - low above `high`,
+        with the sign of the direction. The speeds are in rad/s | m/s.
+        """
         within = np.minimum(np.maximum(self.speed, low), high)
         return self.sign * self.mean(within - low)
 
     def share_beyond(self, knee: float) -> Vector:
-        """Return the share (m,) of samples faster than `knee`, with the sign of the direction."""
+        """Return the share of samples faster than `knee` in each part, times its sign, (m,)."""
         return self.sign * self.mean((self.speed > knee).astype(np.float64))
 
 
@@ -87,9 +93,10 @@ class StrokeMeans:
 class PiecewiseFriction:
     """Least-squares fit of friction that is piecewise linear in the speed.
 
-    - solution: coefficients in this order: viscous friction of each piece, one coefficient for each
-      of `StrokeMeans.columns`, one for the derivative with respect to each knee
-    - knees: speeds in ascending order, rad/s | m/s
+    - solution: coefficients of viscous friction in each speed range between knees, then of
+      `StrokeMeans.columns`, then of the derivative of the friction with respect to the speed of
+      each knee; a half width of the last group is the half width of a knee
+    - knees: speeds at which the viscous friction changes, in ascending order, rad/s | m/s
     - residual: residual of each row, (m,)
     """
 
@@ -101,10 +108,10 @@ class PiecewiseFriction:
 def fit_pieces(
     means: StrokeMeans, most: int = MOST_KNEES, confidence: float = 0.95
 ) -> PiecewiseFriction:
-    """Return the piecewise friction with the knees that the rows support, at most `most`.
+    """Return the piecewise linear friction with at most `most` knees.
 
-    A knee is used only if the interval of its change of slope, with the confidence `confidence`,
-    does not contain 0.
+    A knee is used only if it lowers Schwarz's criterion sufficiently, and if the interval of its
+    change of slope, with the confidence `confidence`, does not contain 0.
 
     Raises SingularRegressors if the rows do not determine friction without knees.
     """
@@ -124,7 +131,11 @@ def fit_pieces(
 
 
 def design(means: StrokeMeans, knees: tuple[float, ...]) -> Matrix:
-    """Return the regressors (m, 1 + number of knees + p): straight pieces, then `means.columns`."""
+    """Return the regressors (m, 1 + k + p) for k knees.
+
+    The first 1 + k columns are viscous friction in each speed range between knees; the others are
+    the p columns of `means.columns`.
+    """
     edges = (0.0, *knees, np.inf)
     return np.column_stack(
         [*(means.piece(low, high) for low, high in itertools.pairwise(edges)), means.columns]
@@ -141,7 +152,7 @@ def _squares(means: StrokeMeans, knees: tuple[float, ...]) -> float:
 
 
 def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
-    """Return Schwarz's criterion, corrected for few data; smaller is better."""
+    """Return Schwarz's criterion, corrected for few strokes; smaller is better."""
     count = int(np.unique(means.cluster).size)
     parameters = means.columns.shape[1] + 1 + 2 * len(knees)
     free = max(count - parameters - 2, 1)
@@ -155,8 +166,8 @@ def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
 def _bends(means: StrokeMeans, knees: tuple[float, ...], confidence: float) -> bool:
     """Return whether the change of slope at every knee differs significantly from 0.
 
-    `confidence`: confidence of the interval of the change, by a jackknife over the clusters. The
-    result is False if the regressors are singular.
+    The intervals of the changes, with the confidence `confidence`, come from a jackknife over
+    clusters. The result is False if the regressors are singular.
     """
     if not knees:
         return True
@@ -174,7 +185,7 @@ def _bends(means: StrokeMeans, knees: tuple[float, ...], confidence: float) -> b
 
 
 def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float, ...] | None:
-    """Return the knees with one more, all at their best speeds; None if no further knee fits."""
+    """Return the knees and one more, all at their best speeds; None if no further knee fits."""
     slow = np.sort(means.mean(means.speed))
     fast = np.sort(np.maximum.reduceat(means.speed, means.starts))
     if slow.size < 2 * FEWEST_ROWS or slow[FEWEST_ROWS - 1] >= fast[-FEWEST_ROWS]:

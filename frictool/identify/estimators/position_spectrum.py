@@ -1,8 +1,9 @@
 """Periodogram of a residual over the position, on a grid of wave numbers.
 
 The residuals r at the positions x are summed in bins of the position. An FFT of the bins gives the
-amplitude 2 |sum r exp(-i n x)|/m for each wave number n; m is the number of samples. Each half of
-the strokes gives an amplitude. The smaller one is used, so that a peak must occur in both halves.
+amplitude 2 |sum r exp(-i n x)|/m for each wave number n; m is the number of samples. The amplitude
+is computed for each half of the strokes. The smaller of the two amplitudes is used, so that a peak
+must occur in both halves.
 """
 
 from __future__ import annotations
@@ -52,11 +53,11 @@ def highest_peak(
     position, residual
         Position (n,) [rad | m] and residual effort (n,) [N m | N].
     half
-        Half of the data to which each sample belongs, 0 or 1, (n,).
+        Half of the strokes to which each sample belongs, 0 or 1, (n,).
     shortest
         Shortest period that is searched [rad | m].
     excluded
-        Wave numbers [1/rad | 1/m]; they and their neighbours are not searched.
+        Wave numbers [1/rad | 1/m] at and near which a peak is ignored.
 
     Returns
     -------
@@ -95,7 +96,10 @@ def highest_peak(
 
 
 def snapped(peak: SpectrumPeak) -> float:
-    """Return the peak's wave number on a rotary axis, rounded if it is near a whole number."""
+    """Return the wave number [1/rad] of a peak on a rotary axis, rounded if it is nearly whole.
+
+    A whole wave number is a whole number of cycles per turn.
+    """
     nearest = float(round(peak.number))
     near = abs(nearest - peak.number) <= min(SNAP * peak.resolution, FARTHEST)
     return nearest if near and nearest >= 1.0 else peak.number

@@ -2,9 +2,10 @@
 
     v u = inertia v a + viscous v^2 + coulomb |v| + offset v
 
-The weight reduces the influence of stick and the Stribeck effect. If a time constant is set, the
-method uses differences of all samples through a first-order filter, as in the thesis. Otherwise the
-method uses smoothed signals of the samples that certainly slip.
+u is the effort, v the velocity and a the acceleration. The weight reduces the influence of stick
+and the Stribeck effect. If the settings contain a time constant, all samples are used, and their
+signals are differences behind a first-order filter, as in the thesis. Otherwise the samples that
+certainly slip are used, and their signals are smoothed.
 """
 
 from __future__ import annotations
@@ -24,16 +25,16 @@ POWER_BALANCE = "power-balance"
 
 
 def by_speed(samples: RegressionSamples) -> Vector:
-    """Return the weights of the rows (n,): the speed of each row."""
+    """Return the weight of each row in the power balance, (n,): its speed |v|."""
     return np.abs(samples.velocity)
 
 
 def power_balance(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset of sliding records.
+    """Return inertia, viscous friction, Coulomb friction and offset by the power balance.
 
-    Raises UnusableLogs if the motion is too small.
+    Raises UnusableLogs if the records have too few samples of sliding motion.
     """
     if settings.time_constant is None:
         return weighted_fit(records, bench, settings, by_speed)

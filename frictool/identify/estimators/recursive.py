@@ -1,11 +1,11 @@
 """Recursive least squares in square-root form, by Givens rotations of the QR triangle.
 
-Thesis (4.16) updates a gain matrix instead, which rounding errors make indefinite on long logs. The
-weight of a squared residual decreases by the factor `forgetting` in the duration of a median
-stroke, so that the end of the log has the largest weight.
+The thesis (4.16) updates a gain matrix instead; on long logs, rounding errors make this matrix
+indefinite. The end of the log has the largest weight: the weight of a squared residual decreases by
+the factor `forgetting` in the duration of a median stroke.
 
-The result is the value at the end of the log, with its interval, from least squares with these
-weights. `path` returns the values along the log, so that a drift is visible.
+The result is the estimate at the end of the log, with an interval by least squares with these
+weights. `path` returns the estimates along the log, which show a drift.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ STROKE_FORGETTING = 0.99  # default of `forgetting`: a memory of about a hundred
 def recursive(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset at the end of the last record.
+    """Return inertia, viscous friction, Coulomb friction and offset at the end of the last record.
 
-    Raises UnusableLogs if the motion is too small.
+    Raises UnusableLogs if the records have too few samples of sliding motion.
     """
     forgetting = STROKE_FORGETTING if settings.forgetting is None else settings.forgetting
     return slipping_fit(
@@ -43,7 +43,7 @@ def recursive(
 
 
 def row_forgetting(samples: RegressionSamples, of_stroke: float) -> float:
-    """Return the forgetting factor per row from the factor `of_stroke` per median stroke."""
+    """Return the forgetting factor of one row from the factor `of_stroke` of a median stroke."""
     lengths = np.bincount(samples.stroke)
     return float(of_stroke ** (1.0 / np.median(lengths[lengths > 0])))
 
@@ -57,10 +57,10 @@ def _fit(
 
 
 def path(samples: RegressionSamples, of_stroke: float) -> Matrix:
-    """Return inertia, viscous, Coulomb and offset (n, 4) after each row.
+    """Return the estimates of inertia, viscous, Coulomb and offset after each row, (n, 4).
 
-    Estimates are NaN until the rows determine them. The test for this uses columns of unit length,
-    so that it does not depend on the units.
+    Estimates are NaN as long as the rows do not determine all parameters. The test for this uses
+    columns of unit length, so that the result does not depend on the units.
     """
     rows = np.column_stack((*samples.columns, samples.effort))
     scale = np.linalg.norm(rows[:, :-1], axis=0)

@@ -4,7 +4,8 @@
 - closed loop: the bench's controller (`PositionServo`) drives the model along the measured
   reference; the residual is the error of the effort
 
-The search is a Gauss-Newton method in a trust region. The Jacobian is computed by differences.
+The parameters are searched by a Gauss-Newton method in a trust region, with a Jacobian by finite
+differences.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ class SegmentSimulation:
 
     - terms: load terms of the model
     - servo: the bench's controller; None for the open loop
-    - fixed: parameters with fixed values, SI
+    - fixed: values of the parameters that are not fitted, SI
     """
 
     segments: Sequence[RecordSegment]
@@ -61,7 +62,7 @@ class SegmentSimulation:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the free parameters."""
+        """Return the names of the fitted parameters."""
         return tuple(name for name in names_of(self.terms) if name not in self.fixed)
 
     def residual(self, values: Mapping[str, float]) -> Vector:
@@ -74,7 +75,11 @@ class SegmentSimulation:
     def of_segment(
         self, segment: RecordSegment, values: Mapping[str, float], error: Vector | None = None
     ) -> Vector:
-        """Return the residual (m,) of one segment, with `error` (m,) added to its effort."""
+        """Return the residual (m,) of one segment.
+
+        In open loop, `error` (m,) [N m | N] is added to the measured effort. If the simulation
+        fails, all residuals are a large constant.
+        """
         p, load = axis_and_load(values, self.bench, segment.record)
         state = _state(segment, p)
         n = segment.last - segment.first
@@ -107,7 +112,11 @@ class SegmentSimulation:
         return np.asarray(out)
 
     def missing_effort(self, values: Mapping[str, float]) -> list[Vector]:
-        """Return the effort (m,) [N m | N] that an observer adds to the model in each segment."""
+        """Return the effort error (m,) [N m | N] of each segment.
+
+        An observer makes the model follow the measured position. The effort error is the effort
+        that the observer adds to the model.
+        """
         gains = of_each_record(self.segments, observer_gains)
         return [
             self._observe(segment, values, gain)
@@ -134,7 +143,7 @@ class SegmentSimulation:
 
 
 def _state(segment: RecordSegment, p: Vector) -> Vector:
-    """Return the state (7,) at the start; the backlash of a moving axis is closed."""
+    """Return the initial state (7,); the backlash of a moving axis is closed in its direction."""
     state = segment.start()
     if state[VELOCITY] != 0.0:
         state[GAP] = np.sign(state[VELOCITY]) * 0.5 * p[BACKLASH]
@@ -142,20 +151,31 @@ def _state(segment: RecordSegment, p: Vector) -> Vector:
 
 
 def observer_rate(record: MotionRecord) -> float:
-    """Return the observer's rate, 1/s: fast relative to a stroke, slow relative to the samples."""
+    """Return the rate [1/s] at which the observer's error decays.
+
+    The rate is fast relative to a stroke, and slow relative to the sample period.
+    """
     lengths = np.bincount(find_strokes(record).number)
     return min(OBSERVER / (float(np.median(lengths)) * record.period), 0.1 / record.period)
 
 
 def observer_gains(record: MotionRecord) -> Vector:
-    """Return the observer's gains (2,) with which its error decays at `observer_rate`."""
+    """Return the observer's gains (2,) for position [-] and velocity [1/s].
+
+    With these gains, the observer's error decays at `observer_rate`.
+    """
     rate = observer_rate(record)
     return np.array([2.0 * rate * record.period, rate**2 * record.period])
 
 
 @dataclass(frozen=True)
 class SimulationFit:
-    """Values of all parameters, residual (n,), and Jacobian (n, p) for the free parameters."""
+    """Result of a fit by simulation.
+
+    - values: fitted and fixed parameters, SI
+    - residual: measured minus simulated signal, (n,)
+    - jacobian: derivatives of the residual with respect to the fitted parameters, (n, p)
+    """
 
     values: dict[str, float]
     residual: Vector
@@ -163,9 +183,9 @@ class SimulationFit:
 
 
 def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> SimulationFit:
-    """Return the values that minimise the squared residual; the search starts at `known` [SI].
+    """Return the parameters that minimise the squared residual of a simulation.
 
-    Raises UnusableLogs if the search does not converge.
+    The search starts at the parameters `known` [SI]. Raises UnusableLogs if it does not converge.
     """
     names = simulated.names
     travel = max(float(np.ptp(segment.position)) for segment in simulated.segments)

@@ -1,10 +1,10 @@
-"""Simulation of servo logs along their goals, and fit of the axis and the servo's constants.
+"""Simulation of a position servo along its logged goal positions, and fit of axis and servo.
 
-The firmware (engine/firmware_servo.py) drives the axis from goal and simulated position, from the
-first sample to the last without a restart. The residual is the position error. The fit determines
-the axis, the zero angle of a known pendulum, and the constants of the servo for which the bench
-gives a range. A known pendulum determines the drive constant. Without a pendulum, the drive
-constant is the bench's, and gravity is fitted.
+The model of the firmware (engine/firmware_servo.py) drives the axis from the goal and the simulated
+position, from the first sample to the last without a restart. The residual is the position error.
+The fitted parameters are those of the axis, the angle of a known pendulum at position 0, and the
+constants of the servo for which the bench gives a range. A known pendulum determines the drive
+constant. Without a pendulum, the drive constant is the bench's, and gravity is fitted.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ FAILED = 10.0  # rad, residual of a failed simulation; it makes the search turn 
 
 
 def servo_quantities(bench: Bench) -> dict[str, Quantity]:
-    """Return the constants of the bench's servo, by name."""
+    """Return the constants of the bench's servo with their ranges, by name."""
     servo = bench.actuator.servo
     assert servo is not None
     return {
@@ -60,7 +60,7 @@ def servo_quantities(bench: Bench) -> dict[str, Quantity]:
 
 
 def driven_viscous(values: Mapping[str, float]) -> float:
-    """Return the viscous friction with the torque enabled, which includes the back-EMF."""
+    """Return the viscous friction [N m s/rad] with the torque enabled, including the back-EMF."""
     if LOOSE not in values:
         return values["viscous"]
     return values[LOOSE] + values["constant"] * values["back_emf"]
@@ -70,7 +70,7 @@ def driven_viscous(values: Mapping[str, float]) -> float:
 class ServoSimulation:
     """Simulation of segments of servo logs.
 
-    - names: free parameters
+    - names: names of the fitted parameters
     - fixed: values of the other parameters, SI
     """
 
@@ -97,10 +97,13 @@ class ServoSimulation:
 def simulated_position(
     segment: RecordSegment, bench: Bench, values: Mapping[str, float], law: FirmwareLaw
 ) -> tuple[int, Vector]:
-    """Return the status and the position (n,) [rad] of the axis along the goal of a segment.
+    """Simulate an axis along the goal of a segment; return the status and its position (n,) [rad].
 
-    `values`: parameters of `axis_and_load` and, for a known pendulum, its zero angle. The pendulum
-    of the segment's record replaces that of the bench.
+    - values: parameters of `axis_and_load`, SI; for a known pendulum, also its angle ZERO, rad
+    - law: control law of the servo's firmware
+
+    A pendulum that the record states replaces that of the bench. The position is NaN if the
+    simulation fails.
     """
     servo = segment.record.servo
     assert servo is not None
@@ -125,12 +128,13 @@ def simulated_position(
 
 
 def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> SimulationFit:
-    """Return the values that minimise the squared residual; the search starts at `start` [SI].
+    """Return the parameters that minimise the squared residual of a simulation.
 
-    A free swing without torque amplifies errors of the friction with each stroke. The first
-    searches therefore include only the first strokes of a swing. If the axis comes to rest, the
-    squared residual has local minima, so that the search is repeated from other Coulomb frictions.
-    Raises UnusableLogs if a search does not converge.
+    The search starts at the parameters `start` [SI]. In a free swing with the torque disabled, an
+    error of the friction has a larger effect in each further stroke. The first searches therefore
+    use only the first strokes of a swing. If the axis comes to rest, the squared residual has local
+    minima; the search is therefore repeated from other values of Coulomb friction. Raises
+    UnusableLogs if a search does not converge.
     """
     strokes = np.concatenate([free_strokes(segment) for segment in simulated.segments])
     start = _best_delay(simulated, start, (strokes == 0).astype(np.float64))
@@ -149,9 +153,10 @@ def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> Simulation
 def _best_delay(
     simulated: ServoSimulation, start: Mapping[str, float], weight: Vector
 ) -> Mapping[str, float]:
-    """Return the values of the best of several short searches, each with a fixed delay.
+    """Return the parameters of the best of several short searches, each with another fixed delay.
 
-    A shorter delay with a larger inertia is a local minimum of the full search.
+    Without these searches, the full search may end in a local minimum, with a shorter delay and a
+    larger inertia.
     """
     if "delay" not in simulated.names:
         return start
@@ -166,7 +171,10 @@ def _best_delay(
 
 
 def free_strokes(segment: RecordSegment) -> IntVector:
-    """Return the number (n,) of strokes since the torque was disabled; 0 with torque."""
+    """Return the number of strokes since the torque was disabled, for each sample (n,).
+
+    The number is 0 in the first stroke without torque, and while the torque is enabled.
+    """
     servo = segment.record.servo
     assert servo is not None
     part = slice(segment.first, segment.last)
@@ -179,7 +187,7 @@ def free_strokes(segment: RecordSegment) -> IntVector:
 def _search(
     simulated: ServoSimulation, start: Mapping[str, float], weight: Vector, runs: int = MOST_RUNS
 ) -> SimulationFit:
-    """Return the fit of the samples with weights (n,) above 0 after at most `runs` evaluations."""
+    """Return the fit with residuals weighted by `weight` (n,), after at most `runs` evaluations."""
     names = simulated.names
     known = servo_quantities(simulated.bench)
     scale = np.array([_scale(name, simulated.bench, start) for name in names])
@@ -219,7 +227,7 @@ def _scale(name: str, bench: Bench, start: Mapping[str, float]) -> float:
 
 
 def _end(name: str, known: Mapping[str, Quantity], start: Mapping[str, float], side: int) -> float:
-    """Return the lower (side -1) or upper (side 1) end of a parameter in the search, SI."""
+    """Return the lower (`side` -1) or upper (`side` 1) bound of a parameter in the search, SI."""
     if name in known:
         return known[name].interval[(side + 1) // 2]
     if name == LOOSE:

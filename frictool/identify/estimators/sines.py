@@ -6,13 +6,14 @@ stroke, where the speed is above half of the stroke's largest speed (|sin| > 1/2
     <u> = inertia <a> + viscous <v> + coulomb s + offset
     <a> = (v at the end - v at the beginning)/duration, nearly 0
 
-<..> is the mean over this middle part, and s the direction of the stroke. Averages over whole
-periods, as in the thesis, include stick at the reversals. <v> is a distance divided by a duration,
-so that even a coarse encoder is sufficient if a stroke has many counts.
+<..> is the mean over this middle part, and s the direction of the stroke. The thesis averages over
+whole periods, which include stick at the reversals. <v> is a distance divided by a duration, so
+that even a coarse encoder is sufficient if a stroke has many counts.
 
 The inertia is not estimated. The effort of the bench's inertia is subtracted, and the range of this
-inertia widens the intervals slightly. Knees between speed regimes are estimated
-(`piecewise_friction`). The strokes must have different speeds, but need not be sines.
+inertia widens the intervals slightly. Knees, which are speeds at which the viscous friction
+changes, are estimated (`piecewise_friction`). The strokes must have different speeds, but need not
+be sines.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ class StrokeRows:
     """Means over the middle of each stroke, one row (m,) per stroke.
 
     - acceleration: mean acceleration, (m,), rad/s^2 | m/s^2
-    - position: positions of all samples, (n,), rad | m
+    - position: position of each sample in the middle of a stroke, (n,), rad | m
     - means: rows for `piecewise_friction`
     """
 
@@ -74,9 +75,10 @@ class StrokeRows:
 def sines(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return viscous, Coulomb, offset and the knees of friction over speed, but no inertia.
+    """Return viscous friction, Coulomb friction, offset and knees, but no inertia.
 
-    Raises UnusableLogs if there are too few strokes, or if all have the same speed or direction.
+    A knee is a speed at which the viscous friction changes. Raises UnusableLogs if there are too
+    few strokes, or if all strokes have the same speed or direction.
     """
     rows = gated_rows(records, bench)
     effort = rows.means.effort
@@ -119,7 +121,7 @@ def _column(name: str, means: StrokeMeans) -> Vector:
 
 
 def without(rows: StrokeRows, fixed: Mapping[str, Interval]) -> StrokeRows:
-    """Return the rows after the effort of the fixed parameters has been subtracted."""
+    """Return the rows without the effort and the columns of the fixed parameters."""
     if not fixed:
         return rows
     means = rows.means
@@ -152,9 +154,9 @@ def _of_fixed(
 def _coulomb_and_offset(
     rows: StrokeRows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit of Coulomb friction, offset or both, whichever is not fixed.
+    """Return the fit of Coulomb friction and offset with a fixed viscous friction.
 
-    Viscous friction is fixed.
+    One of the two may be fixed, too.
     """
     means = rows.means
     free = [name for name in COLUMNS[1:] if name not in fixed]
@@ -178,14 +180,17 @@ def _coulomb_and_offset(
 
 
 def gated_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """Return the rows of `stroke_rows`; raise UnusableLogs if they do not determine friction."""
+    """Return the means over the middles of all strokes (`stroke_rows`).
+
+    Raises UnusableLogs if a direction has too few strokes, or if all strokes have the same speed.
+    """
     rows = stroke_rows(records, bench)
     _check(rows.means)
     return rows
 
 
 def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """Return the means over the middles of all strokes, with columns for Coulomb and offset.
+    """Return the means over the middles of all strokes, with regressors of Coulomb and offset.
 
     Raises UnusableLogs if no stroke is long enough.
     """
@@ -214,7 +219,7 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
 
 
 def _gated(record: MotionRecord, backlash: float) -> tuple[RegressionSamples, Vector]:
-    """Return the samples of each stroke's middle, and their positions."""
+    """Return the samples in the middles of all strokes of a record, and their positions."""
     strokes = find_strokes(record)
     moving = strokes.number[strokes.sign != 0.0]
     lengths = np.bincount(moving) if moving.size else np.zeros(1)
@@ -255,7 +260,7 @@ def _check(means: StrokeMeans) -> None:
 
 
 def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[PiecewiseFriction, Vector]:
-    """Return the piecewise friction, and the half widths (p,) of its coefficients.
+    """Return the piecewise linear friction, and the half widths (p,) of its coefficients.
 
     The half widths include the range of the bench's inertia.
     """
@@ -276,10 +281,10 @@ def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[Piecewi
 def _of_inertia(
     rows: StrokeRows, pieces: PiecewiseFriction, ends: tuple[float, float], confidence: float
 ) -> Vector:
-    """Return the half widths (p,) that the bench's range of inertia adds.
+    """Return the half widths (p,) that the range `ends` of the bench's inertia adds.
 
-    The speeds of the knees are fixed. The inertia is assumed to be uniformly distributed within
-    its range.
+    The inertia is assumed to be uniformly distributed within its range. The speeds of the knees do
+    not change.
     """
     means = rows.means
     rows_of = design(means, pieces.knees) * means.weight[:, None]
@@ -292,12 +297,18 @@ def _of_inertia(
 
 
 def not_negative(interval: Interval) -> Interval:
-    """Return the interval with its value set to 0 if the value is negative and 0 is inside."""
+    """Return [0, high] with the value 0 if the value is negative and `high` positive.
+
+    Another interval is returned unchanged.
+    """
     return Interval(0.0, 0.0, interval.high) if interval.value < 0.0 < interval.high else interval
 
 
 def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[Regime, ...]:
-    """Return the speed regimes of a model document: viscous friction above each knee."""
+    """Return the speed regimes of a model document: the viscous friction above each knee.
+
+    `half` are the half widths (p,) of the coefficients of `pieces`.
+    """
     first = pieces.solution.value.size - len(pieces.knees)
     out = []
     for index, knee in enumerate(pieces.knees, start=1):
@@ -307,9 +318,9 @@ def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[R
 
 
 def regime(knee: float, reach: float, viscous: Interval, bench: Bench) -> Regime:
-    """Return the speed regime of a model document.
+    """Return the speed regime of a model document above one knee.
 
-    - knee, reach: speed of the knee and its half width, rad/s | m/s
+    - knee, reach: speed of the knee and half width of its interval, rad/s | m/s
     - viscous: viscous friction above the knee
     """
     above = Quantity(knee, max(knee - reach, 0.0), knee + reach, si_unit("velocity", bench.axis))

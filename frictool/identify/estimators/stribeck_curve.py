@@ -4,20 +4,19 @@
 
 s is the direction of motion, +1 or -1. A run is a part of a stroke in which the position stays
 within two counts of a straight line in time. If there are too few runs, whole strokes are used
-whose position deviates from a line by at most 2.7 % of the stroke's distance, and whose speed
-drifts by at most a twentieth.
+instead. The position of such a stroke deviates from a line by at most 2.7 % of the stroke's
+distance, and its speed drifts by at most a twentieth.
 
 Speed, acceleration and effort of a run are means with the weights (1 - w^2)^2, where w is the time
 from -1 at the start of the run to +1 at its end. These means satisfy the equation of motion without
-a derivative of the position. In short runs the speed still settles. The effort that accelerates
-the inertia is therefore subtracted. The inertia is the value in bench.yaml; the intervals include
-the effect of every inertia in its range.
-If all runs have the same direction, the bench's offset is used, and its range widens the interval
-of Coulomb friction.
+a derivative of the position. In short runs the speed still settles. The effort that accelerates the
+inertia is therefore subtracted. The inertia is the value in bench.yaml; the intervals include the
+effect of every inertia in its range. If all runs have the same direction, the bench's offset is
+used, and its range widens the interval of Coulomb friction.
 
 For fixed (v_s, delta) the other parameters are linear. v_s is searched; delta is 2 or, if the data
 support it, 1 or 1/2. Schwarz's criterion (BIC) decides between the curve and a straight line. For
-the interval of v_s, the derivative with respect to v_s is one more regressor.
+the interval of v_s, the derivative of the effort with respect to v_s is an additional regressor.
 """
 
 from __future__ import annotations
@@ -86,7 +85,8 @@ class ConstantSpeedRuns:
     def design(self, velocity: float, exponent: float) -> Matrix:
         """Return the regressors (m, 4): Coulomb, Stribeck effect, viscous, offset.
 
-        The column of the Stribeck effect is missing if `velocity` is 0. The column of the offset is
+        `velocity` is the Stribeck velocity v_s [rad/s | m/s] and `exponent` the exponent delta. The
+        column of the Stribeck effect is missing if `velocity` is 0. The column of the offset is
         missing if all runs have the same direction.
         """
         offset = () if self.one_way else (np.ones(self.sign.size),)
@@ -98,7 +98,7 @@ class ConstantSpeedRuns:
         )
 
     def squares(self, velocity: float, exponent: float) -> float:
-        """Return the weighted sum of squared residuals for a Stribeck velocity and an exponent."""
+        """Return the weighted sum of squared residuals for this v_s and this exponent."""
         weight = np.sqrt(self.samples)
         rows = self.design(velocity, exponent) * weight[:, None]
         right = self.effort * weight
@@ -118,8 +118,9 @@ def stribeck_curve(
     Raises
     ------
     UnusableLogs
-        If a direction has one to five runs at constant speed, if all runs have the same speed, or
-        if all runs have the same direction and the bench has no `mechanics.offset`.
+        If there are no runs at constant speed, if a direction has only one to five, if all runs
+        have the same speed, or if all runs have the same direction and the bench has no
+        `mechanics.offset`.
     """
     inertia = known_inertia(bench)
     runs = find_runs(records)
@@ -170,9 +171,9 @@ def _known_offset(bench: Bench) -> Interval:
 
 
 def _with_offset(fit: SlidingFit, offset: Interval | None) -> SlidingFit:
-    """Return a fit of runs in one direction, with Coulomb friction widened by the offset's range.
+    """Return `fit` with Coulomb friction and breakaway widened by the range of a known offset.
 
-    The fit is returned unchanged if its offset was fitted.
+    If `offset` is None, the offset was fitted, and `fit` is returned unchanged.
     """
     if offset is None:
         return fit
@@ -192,9 +193,10 @@ def _with_offset(fit: SlidingFit, offset: Interval | None) -> SlidingFit:
 def _fitted(
     runs: ConstantSpeedRuns, velocity: float, exponent: float, reach: float, confidence: float
 ) -> SlidingFit:
-    """Return the fit of a curve with this exponent, or of a line if the velocity is 0.
+    """Return the fit of a curve with this v_s and exponent or, if `velocity` is 0, of a line.
 
-    The intervals include the effect of an error of up to `reach` in the bench's inertia.
+    The intervals include the effect of an error of up to `reach` [kg m^2 | kg] in the bench's
+    inertia.
     """
     design = runs.design(velocity, exponent)
     names = [name for name in NAMES if velocity > 0.0 or name != "fall"][: design.shape[1]]
@@ -243,7 +245,10 @@ def _sum(one: Interval, other: Interval) -> Interval:
 
 
 def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
-    """Return every run at constant speed; raise UnusableLogs if there are too few."""
+    """Return all runs at constant speed.
+
+    Raises UnusableLogs if there are too few runs, or if all runs have the same speed.
+    """
     rows = _rows(records)
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)
     counts = _directions(rows)
@@ -265,10 +270,9 @@ def runs_prevail(records: list[MotionRecord]) -> bool:
 
 
 def _rows(records: list[MotionRecord]) -> list[RunRow]:
-    """Return a row for each run, or for each whole stroke.
+    """Return a row for each run or, if there are too few runs, for each whole stroke.
 
-    Whole strokes are used if there are too few runs, for example because a ripple of the servo's
-    position exceeds two counts.
+    There may be too few runs, for example, if a ripple of the servo's position exceeds two counts.
     """
     rows = [row for record in records for row in _runs(record)]
     if _enough(*_directions(rows)):
@@ -282,7 +286,7 @@ def _directions(rows: list[RunRow]) -> tuple[int, int]:
 
 
 def _enough(forward: int, backward: int) -> bool:
-    """Return whether each direction that occurs has at least FEWEST_SPEEDS runs."""
+    """Return whether each direction of motion that occurs has at least FEWEST_SPEEDS runs."""
     most = max(forward, backward)
     return most >= FEWEST_SPEEDS and not 0 < min(forward, backward) < FEWEST_SPEEDS
 
@@ -315,10 +319,10 @@ def _runs(record: MotionRecord) -> list[RunRow]:
 
 
 def _whole_stroke(record: MotionRecord, start: int, end: int) -> list[RunRow]:
-    """Return one row for a stroke without its ends, in a list; empty if its speed varies.
+    """Return a list with one row for a stroke without its ends.
 
-    The speed is treated as constant if the position deviates from a line in time by at most
-    WHOLE_SHARE of the distance.
+    The list is empty if the speed varies: the position deviates from a line in time by more than
+    WHOLE_SHARE of the distance, or the speed drifts by more than MOST_DRIFT.
     """
     ends = max(BLOCK, int(ENDS_SHARE * (end - start)))
     position = record.position[start + ends : end - ends]
@@ -341,7 +345,7 @@ def _straight(record: MotionRecord, first: int, last: int) -> bool:
 
 
 def _row(record: MotionRecord, first: int, last: int) -> list[RunRow]:
-    """Return one row for a run without its first and last block, in a list.
+    """Return a list with one row for a run without its first and last block.
 
     The speed settles in these blocks. The list is empty if too few samples or counts are left.
     """
@@ -359,7 +363,7 @@ def _row(record: MotionRecord, first: int, last: int) -> list[RunRow]:
 
 
 def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
-    """Return (v_s, delta) of the best curve, or (0, 2) if a straight line is as good."""
+    """Return (v_s, delta) of the best curve, or (0, 2) if a straight line fits as well."""
     count = runs.speed.size
     low = np.log(0.3 * runs.speed.min())
     high = np.log(runs.speed.max())

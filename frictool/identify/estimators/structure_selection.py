@@ -1,13 +1,13 @@
-"""Choice of the load terms of a simulated axis by the prediction of strokes outside the fit.
+"""Choice of the load terms of a simulated axis by the prediction of strokes that a fit did not use.
 
 Each record is cut into halves at the reversal nearest to its middle, where a simulation can begin
 at rest. A model that is fitted to one half by output error simulates the other half. Load terms
-(`load_terms`) are added to the four sliding parameters one at a time. A term is kept if the squared
-errors of the predicted strokes decrease significantly (Student's test of paired strokes), and if
-their rms error falls by a fifth.
+(`load_terms`) are added to inertia, viscous friction, Coulomb friction and offset one at a time. A
+term is kept if the squared errors of the predicted strokes decrease significantly (Student's test
+of paired strokes), and if their rms error falls by a fifth.
 
-If the bench declares its loads, these terms are kept and no others are tried. If the logs are too
-short for halves, no term is added. Of long records, evenly spaced parts are simulated.
+If the bench declares its load terms, exactly these terms are used. If the logs are too short for
+halves, no term is added. Of long records, only evenly spaced parts are simulated.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ MOST_COMPARED = 300_000  # largest number of simulated samples in a half
 
 
 def halves(records: Sequence[MotionRecord]) -> Sides | None:
-    """Return two halves of the records, cut at the reversal nearest to the middle of each record.
+    """Return the halves of the records, cut at the reversal nearest to the middle of each record.
 
-    Return None if a record has too few strokes.
+    Return None if a record has too few strokes or samples.
     """
     before, after = [], []
     for record in records:
@@ -63,8 +63,9 @@ class HeldOutPrediction:
 
     - terms: load terms of the model
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
-    - values: parameters fitted to each half
-    - errors: rms prediction error [rad | m] of each compared set of terms, by name
+    - values: parameters fitted to each half, SI
+    - errors: rms prediction error [rad | m] of each set of terms that was compared; the key joins
+      the terms with "_"
     """
 
     terms: tuple[str, ...]
@@ -76,7 +77,10 @@ class HeldOutPrediction:
 def predict_halves(
     sides: Sides, bench: Bench, terms: tuple[str, ...], known: Mapping[str, float]
 ) -> HeldOutPrediction:
-    """Return the prediction of each half by a simulation fitted to the other half."""
+    """Return the prediction of each half by a simulation fitted to the other half.
+
+    `known` are the start values of the parameters, SI.
+    """
     squares, values = [], []
     for seen, unseen in (sides, (sides[1], sides[0])):
         estimated = estimate(
@@ -96,12 +100,12 @@ def predict_halves(
 
 
 def comparison_segments(side: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return the segments of one half of the data for the simulation."""
+    """Return segments of the records `side` with at most MOST_COMPARED samples in total."""
     return thinned(whole(side), MOST_COMPARED)
 
 
 def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) -> Vector:
-    """Return the mean square (s,) of the residual in each stroke."""
+    """Return the mean square of the simulation's residual in each stroke, (s,)."""
     out = []
     for segment, strokes in zip(
         simulated.segments, of_each_record(simulated.segments, find_strokes), strict=True
@@ -116,7 +120,10 @@ def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) ->
 def choose_terms(
     records: Sequence[MotionRecord], bench: Bench, known: Mapping[str, float], confidence: float
 ) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Return the best load terms, and the rms prediction error [rad | m] of each tried set."""
+    """Return the best load terms, and the rms prediction error [rad | m] of each tried set.
+
+    `known` are the start values of the parameters, SI.
+    """
     sides = halves(records)
     if sides is None:
         return declared_terms(bench), {}
@@ -127,9 +134,10 @@ def choose_terms(
 def choose_structure(
     sides: Sides, bench: Bench, known: Mapping[str, float], confidence: float
 ) -> HeldOutPrediction:
-    """Return the prediction with the declared terms or, if there are none, with the best terms.
+    """Return the prediction with the best load terms, or with those that the bench declares.
 
-    Terms are added one at a time.
+    To find the best terms, terms are added one at a time. `known` are the start values of the
+    parameters, SI.
     """
     best = predict_halves(sides, bench, declared_terms(bench), known)
     errors = dict(best.errors)

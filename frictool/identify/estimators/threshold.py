@@ -1,7 +1,7 @@
-"""Least squares on differences of the samples faster than a threshold (thesis 4.18).
+"""Least squares on position differences of samples faster than a threshold (thesis 4.18).
 
-The default of the threshold is a tenth of the top speed. `least_squares` derives a threshold from
-encoder and motion.
+The default of the threshold is a tenth of the top speed. `least_squares` derives the threshold from
+encoder and motion instead.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ SHARE_OF_TOP_SPEED = 0.1
 def threshold(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset of the samples with |v| above the threshold.
+    """Return inertia, viscous friction, Coulomb friction and offset from fast samples.
 
-    Raises UnusableLogs if too few samples are above the threshold.
+    A sample is used if |v| is above the threshold. Raises UnusableLogs if too few samples are.
     """
     return differenced_fit(records, bench, settings, lambda rows: faster(rows, settings.threshold))
 
 
 def faster(samples: RegressionSamples, slowest: float | None) -> Vector:
-    """Return the weight of each row (n,): 1 above the speed `slowest`, else 0.
+    """Return the weight of each row (n,): 1 if it is faster than `slowest` [rad/s | m/s], else 0.
 
     The default of `slowest` is a tenth of the top speed.
     """

@@ -1,10 +1,10 @@
 """Total least squares, for an encoder with much noise in acceleration and velocity.
 
-In ordinary least squares, the parameters of noisy regressors become too small. Here the noise of
-the rows is known: acceleration and velocity have the filtered noise of the position
+In ordinary least squares, the parameter of a noisy regressor becomes too small. Here the noise of
+each column is known: acceleration and velocity have the filtered noise of the position
 (`position_noise`), sign and constant have none, and the noise of the effort is computed from the
-residuals. M is the mean of row^T row over the rows [regressors, effort], and S is the same mean for
-their noise. The estimate theta solves (Golub and Van Loan 1980, generalised)
+residuals. M is the mean of row^T row over the rows [regressors, effort], and S is the part of M
+that the noise causes. The estimate theta solves (Golub and Van Loan 1980, generalised)
 
     (M - lambda S) [theta; -1] = 0
 
@@ -44,9 +44,9 @@ NEGLIGIBLE = 1e-12
 def total_least_squares(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset of sliding records.
+    """Return inertia, viscous friction, Coulomb friction and offset by total least squares.
 
-    Raises UnusableLogs if the motion is too small.
+    Raises UnusableLogs if the records have too few samples of sliding motion.
     """
     return slipping_fit(
         records,
@@ -83,7 +83,7 @@ def _fit(
 
 
 def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Matrix:
-    """Return S (5, 5): the noise variances of acceleration, velocity, sign, constant, effort."""
+    """Return S (5, 5): noise variances of acceleration, velocity, sign, constant and effort."""
     position = position_noise(record) ** 2
     g = bump(window, record.period)
     velocity = np.convolve(g, [1.0, 0.0, -1.0]) / (2.0 * record.period)
@@ -102,10 +102,12 @@ def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Mat
 
 
 def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
-    """Return the parameters (p,) from the matrices M (`mean`) and S (`noise`), (p + 1, p + 1).
+    """Return the parameters (p,) by total least squares.
 
-    The module docstring defines M and S. The last row and column belong to the effort, whose noise
-    must be positive.
+    - mean: matrix M of the module docstring, mean of row^T row over the rows [regressors, effort],
+      (p + 1, p + 1)
+    - noise: matrix S, noise variances of the columns of a row, (p + 1, p + 1); the last one, of the
+      effort, must be positive
     """
     scale = np.sqrt(np.diag(mean))
     m, s = mean / np.outer(scale, scale), noise / np.outer(scale, scale)

@@ -7,15 +7,16 @@ x is the position, v the velocity, u the effort, phi the test function, and s th
 scaled to [-1, 1]. Only phi is differentiated, by its exact second difference. Successive windows
 start a sixth of their length apart.
 
-Friction over position, and knees over speed, have additional columns if these improve the
-prediction of strokes outside the fit (`weak_structure`). Coulomb friction and offset are then means
-over the range of positions, and viscous friction is that below the first knee.
+Columns for friction that depends on the position, and for knees (speeds at which the viscous
+friction changes), are added if they improve the prediction of strokes that the fit did not use
+(`weak_structure`). Coulomb friction and offset are then means over the range of positions, and
+viscous friction is that below the first knee.
 
 The expected precision (assess/weak_form_precision.py) determines the length of the window, and
-whether the inertia is identifiable. The encoder's noise decreases the fitted inertia; white noise
-causes the largest decrease. Half of this decrease is added to the inertia, and the interval is
-widened by the same amount to either side. If strokes repeat each other, nothing is added, and the
-interval is widened by the whole decrease to either side.
+whether the inertia is identifiable. The encoder's noise makes the fitted inertia too small, and
+most so if the noise is white. Half of this largest error is added to the inertia, and the interval
+is widened by half of it on either side. If strokes repeat each other, nothing is added, and the
+interval is widened by the whole error on either side.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ REPEATED = 0.5  # least ratio of clusters to strokes; below it most strokes repe
 
 
 def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSettings) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset by the weak form.
+    """Return inertia, viscous friction, Coulomb friction and offset by the weak form.
 
     Raises UnusableLogs if the axis does not slip during any whole window.
     """
@@ -148,9 +149,9 @@ def _widened(
 def _windows(
     records: list[MotionRecord], bench: Bench, window: int
 ) -> tuple[RegressionSamples, list[FrictionRows]]:
-    """Return a row for each window, and the data of the rows of each record.
+    """Return the regression rows of all windows, and the data of the rows of each record.
 
-    The rows have the columns of all position polynomials.
+    The regression rows have the columns of all position polynomials.
     """
     every = max(1, window // OVERLAP)
     low, high = (
@@ -180,9 +181,9 @@ def _windows(
 def _chosen(
     samples: RegressionSamples, parts: list[FrictionRows], structure: FrictionStructure
 ) -> RegressionSamples:
-    """Return the samples with the columns of the structure.
+    """Return the samples with the columns of the friction structure.
 
-    `bend_j` is the column of viscous friction between knee j and the next knee, `knee_j` the
+    `bend_j` is the column of viscous friction between knee j and the next knee; `knee_j` is the
     derivative of the friction with respect to the speed of knee j.
     """
     chosen = with_structure(samples, parts, structure)
@@ -200,7 +201,7 @@ def _chosen(
 def _identified(
     fitted: SlidingFit, structure: FrictionStructure, bench: Bench, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the sliding parameters only; each knee becomes a speed regime."""
+    """Return the fit with the sliding parameters only; its laws contain the knees as regimes."""
     every = fitted.parameters
     regimes = []
     slope = {**fixed, **every}["viscous"].value
@@ -235,7 +236,7 @@ def _why(structure: FrictionStructure) -> str | None:
 
 
 def _unexplained_power(samples: RegressionSamples) -> float:
-    """Return the mean square of the acceleration not explained by other columns.
+    """Return the mean square of the acceleration that the other columns do not explain.
 
     The unit is (rad/s^2)^2 | (m/s^2)^2.
     """

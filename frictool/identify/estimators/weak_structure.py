@@ -1,12 +1,12 @@
 """Choice of position polynomials and speed knees for the weak form by their predictions.
 
-Friction is a polynomial of the position. Its order is the smallest order that predicts strokes
-outside the fit as well as the best order does. The order is 0 unless the best order reduces the
-prediction error significantly and by at least a fifth.
+Friction is a polynomial of the position. Its order is the smallest order that predicts strokes that
+the fit did not use as well as the best order does. The order is 0 unless the best order reduces the
+rms prediction error significantly and by at least a fifth.
 
 Viscous friction changes at knees of the speed. Each new knee is placed at the speed at which it
-reduces the residual most. The knee is kept if it reduces the prediction error significantly and by
-at least a fifth. The order is chosen again after each knee, because a missing knee looks like a
+reduces the residual most. The knee is kept if it reduces the rms prediction error significantly and
+by at least a fifth. The order is chosen again after each knee, because a missing knee looks like a
 dependence on position.
 """
 
@@ -51,9 +51,10 @@ class FrictionStructure:
 def choose_structure(
     samples: RegressionSamples, parts: Sequence[FrictionRows], overlap: int, confidence: float
 ) -> FrictionStructure:
-    """Return the friction structure that the strokes support.
+    """Return the dependence of friction on position and speed that the strokes support.
 
-    - samples: rows with all position columns, computed from the records in `parts`
+    - samples: regression rows with all position columns
+    - parts: data of the rows of each record, from which the columns of knees are computed
     - overlap: number of successive rows whose errors are correlated
     """
     best = _Comparison(samples, parts, (), overlap, confidence).of_best_order()
@@ -71,7 +72,7 @@ def choose_structure(
 def with_structure(
     samples: RegressionSamples, parts: Sequence[FrictionRows], structure: FrictionStructure
 ) -> RegressionSamples:
-    """Return the samples with only the four sliding columns and the columns of `structure`."""
+    """Return the samples with only the sliding columns and the columns of `structure`."""
     loads = {name: samples.loads[name] for name in names_to(structure.order)}
     bends = {
         f"bend_{j}": bend_column(parts, knee) for j, knee in enumerate(structure.knees, start=1)
@@ -80,7 +81,7 @@ def with_structure(
 
 
 class _Comparison:
-    """Comparison of polynomial orders on strokes outside the fit, with fixed knees."""
+    """Comparison of polynomial orders on strokes that the fit did not use, with fixed knees."""
 
     def __init__(
         self,
@@ -99,7 +100,7 @@ class _Comparison:
         )
 
     def squares(self, order: int) -> Vector | None:
-        """Return the squared prediction errors (s,) of the strokes; None if a half is too small."""
+        """Return the squared prediction error of each stroke, (s,); None if a half is too small."""
         needless = set(names_to(HIGHEST)) - set(names_to(order))
         columns = [k for k, name in enumerate(self.names) if name not in needless]
         squares = held_out_squares(self.plain, self.plain, halved(self.stroke), columns)

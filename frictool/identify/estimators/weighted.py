@@ -25,17 +25,18 @@ LARGEST_RATIO = 10.0
 def weighted(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset of sliding records.
+    """Return inertia, viscous friction, Coulomb friction and offset by weighted least squares.
 
-    Raises UnusableLogs if the motion is too small.
+    Raises UnusableLogs if the records have too few samples of sliding motion.
     """
     return weighted_fit(records, bench, settings, inverse_deviation)
 
 
 def inverse_deviation(samples: RegressionSamples) -> Vector:
-    """Return 1/(standard deviation of the residuals in the row's speed class) for each row, (n,).
+    """Return the weight of each row (n,): 1/(standard deviation of the residuals at its speed).
 
-    Raises UnusableLogs if the regressors are dependent.
+    The standard deviation is that of the row's speed class. Raises UnusableLogs if the regressors
+    are dependent.
     """
     residual = residuals(samples, np.ones(samples.velocity.size))
     speed = np.abs(samples.velocity)

@@ -1,1 +1,1 @@
-"""Estimation of backlash, delay between channels, current-loop lag and winding of the bench."""
+"""Measurement of backlash, delay between channels, current-loop lag and motor winding."""

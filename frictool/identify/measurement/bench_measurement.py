@@ -1,4 +1,4 @@
-"""Measured bench properties of a model document: a value or the reason why it is missing."""
+"""Measured bench properties of a model document: each has a value or a reason for having none."""
 
 from __future__ import annotations
 
@@ -39,7 +39,9 @@ def measurement(
     bench: Bench,
     confidence: float,
 ) -> Measurement:
-    """Return the measured bench properties.
+    """Return backlash, delay, time constant of the current loop and constants of the winding.
+
+    A property that the logs do not determine is in `refused`, with the reason.
 
     - records: records of sliding motion
     - currents: commanded and measured current (n,), A, and the period, s, of each log with both

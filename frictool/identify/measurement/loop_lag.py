@@ -26,7 +26,8 @@ SURE = 3.0  # least distance of the lag from 0, in standard deviations
 def loop_lag(command: Vector, measured: Vector, period: float, confidence: float) -> Interval:
     """Return the time constant [s] of a current loop from commanded and measured current (n,), A.
 
-    Raises UnusableLogs if the currents do not determine the time constant.
+    `period` is the sample period [s]. Raises UnusableLogs if the currents do not determine the time
+    constant.
     """
     if command.size < 10 * PARTS or float(np.ptp(command)) == 0.0:
         raise UnusableLogs(
@@ -82,7 +83,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
 
 
 def _current(lag: float, command: Vector, period: float) -> Vector:
-    """Return the current (n,) from the command (n,); at first, both are equal."""
+    """Return the simulated current (n,) for the command (n,); it starts at the first command."""
     a = float(np.exp(-period / lag))
     return np.asarray(
         command[0] + scipy.signal.lfilter([0.0, 1.0 - a], [1.0, -a], command - command[0])
@@ -90,6 +91,6 @@ def _current(lag: float, command: Vector, period: float) -> Vector:
 
 
 def _left(lag: float, command: Vector, measured: Vector, period: float) -> tuple[Vector, Vector]:
-    """Return the unexplained current (n,), and the regressors (n, 2): simulated current and 1."""
+    """Return the residual current (n,), and its regressors (n, 2): simulated current and 1."""
     columns = np.column_stack((_current(lag, command, period), np.ones(command.size)))
     return measured - columns @ np.linalg.lstsq(columns, measured, rcond=None)[0], columns

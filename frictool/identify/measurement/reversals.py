@@ -5,12 +5,13 @@
 
 s is the sign of the velocity v, and a the acceleration. `advance` is the distance since the last
 reversal, and [...] is 1 if the condition holds, else 0. The equation is used in the weak form
-(`weak`). Inside the backlash of width `width`, only the friction of the motor (brush) acts. The
-width is searched, with [advance < width] smoothed over a count.
+(`weak`). Inside the backlash, whose full width is `width`, only the friction of the motor (`brush`)
+acts. The width is searched, with [advance < width] smoothed over a count.
 
 The delay is a linear parameter. Its estimation is repeated, with the effort shifted by the previous
-delay, until the remaining delay is nearly 0. Rows inside the backlash (the bench's or the estimated
-one, whichever is wider) are not used for the delay, because brush friction looks like a delay.
+delay, until the remaining delay is nearly 0. Rows inside the backlash are not used for the delay,
+because the motor's friction looks like a delay. For this purpose, the wider of the bench's and the
+estimated backlash counts.
 
 Schwarz's criterion (BIC) decides whether there is a backlash. The intervals come from a jackknife
 over strokes; the position of a reversal is known to within a count.
@@ -80,7 +81,11 @@ class ReversalRows:
     period: float
 
     def inside(self, width: float) -> Matrix:
-        """Return weighted means (n, 2): direction and velocity inside the backlash, 0 outside."""
+        """Return the weighted means (n, 2) of direction and velocity inside the backlash.
+
+        `width` is the full width of the backlash [rad | m]. Samples outside the backlash count as
+        0.
+        """
         share = np.clip(
             (width - self.advance) / np.maximum(np.abs(self.moving) * self.period, self.count)
             + 0.5,
@@ -98,10 +103,10 @@ class ReversalRows:
 def reversals(
     records: list[MotionRecord], bench: Bench, confidence: float
 ) -> tuple[Interval | UnusableLogs, Interval | UnusableLogs]:
-    """Return the full width of the backlash [rad | m] and the delay [s].
+    """Return the full width of the backlash [rad | m], and the delay of the position [s].
 
-    A value that the records do not determine is replaced by an UnusableLogs with the reason. Raises
-    UnusableLogs if nothing moves.
+    The delay is relative to the effort. A value that the records do not determine is replaced by an
+    UnusableLogs with the reason. Raises UnusableLogs if nothing moves.
     """
     facts = recorded_facts(records, bench)
     window = weak_deviation(list(facts.strokes), facts.axis, facts.sensing)[1]
@@ -130,7 +135,7 @@ def reversals(
 def _over_windows(
     estimate: Callable[[int], Interval], windows: list[int]
 ) -> Interval | UnusableLogs:
-    """Return the estimate with the first window, and an interval that covers those of all windows.
+    """Return the estimate with the first window, in an interval that covers those of all windows.
 
     `windows` are lengths in samples. The effect of the encoder's noise differs between windows.
     """
@@ -144,9 +149,10 @@ def _over_windows(
 
 
 def _delay(records: list[MotionRecord], gap: float, confidence: float, window: int) -> Interval:
-    """Return the delay [s] of the position, from rows outside the backlash `gap`.
+    """Return the delay [s] of the position relative to the effort.
 
-    `gap` is in rad | m. Raises UnusableLogs if these rows do not determine the delay.
+    Only rows beyond the backlash of width `gap` [rad | m] are used. Raises UnusableLogs if these
+    rows do not determine the delay.
     """
     delay = 0.0
     for _ in range(ROUNDS):
@@ -184,10 +190,10 @@ def _between(record: MotionRecord) -> float:
 def _backlash(
     records: list[MotionRecord], widest: float, ranges: list[float], confidence: float, window: int
 ) -> Interval:
-    """Return the width of the backlash from all rows.
+    """Return the full width of the backlash [rad | m] from all rows.
 
-    `ranges` are the errors [rad | m] of the position of a reversal, and of the distance moved in
-    the unknown part of the delay. Raises UnusableLogs if the rows show no backlash.
+    `ranges` are the error of the position of a reversal, and the distance moved within the
+    uncertainty of the delay, rad | m. Raises UnusableLogs if the rows show no backlash.
     """
     rows = [_rows(record, window, 0.0) for record in records]
     width = _width(rows, widest)
@@ -205,7 +211,7 @@ def _backlash(
 
 
 def _moved(record: MotionRecord, delay: float) -> MotionRecord:
-    """Return the first LONGEST samples, with the effort that was logged `delay` [s] later."""
+    """Return the first LONGEST samples; each has the effort that was logged `delay` [s] later."""
     part = record.part(slice(0, LONGEST))
     return replace(part, effort=np.interp(part.time + delay, record.time, record.effort))
 
@@ -288,10 +294,10 @@ def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:
 
 
 def _solved(rows: list[ReversalRows], width: float) -> LeastSquaresSolution:
-    """Return the regression with the delay or, if `width` is above 0, with the backlash.
+    """Return the regression with the delay or, if `width` [rad | m] is above 0, with the backlash.
 
-    With a width, the regressors include the derivative with respect to the width. Raises
-    UnusableLogs if the rows do not determine the parameters.
+    The regression with a backlash includes the derivative of the effort with respect to its width.
+    Raises UnusableLogs if the rows do not determine the parameters.
     """
     plain, effort, stroke = _together(rows)
     if width > 0.0:

@@ -59,8 +59,8 @@ class WindingLog:
 
     - piece: number of the gap-free part of the log that contains the sample, (n,)
     - period: sample period, s
-    - window: length of the test function in samples
-    - noise: noise of the position, rad | m
+    - window: length of the test function, samples
+    - noise: rms noise of the position, rad | m
     """
 
     voltage: Vector
@@ -73,7 +73,7 @@ class WindingLog:
 
 
 def winding_log(log: Log, record: MotionRecord) -> WindingLog | None:
-    """Return the signals of a log's winding, or None if a signal is missing.
+    """Return voltage, current and position of a log, or None if one of them is missing.
 
     `record` is the motion record of the log.
     """
@@ -96,8 +96,9 @@ def winding(
 ) -> dict[str, Interval | UnusableLogs]:
     """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H].
 
-    A value that is not determined is replaced by an UnusableLogs with the reason. A logged
-    voltage is taken as constant until the next sample if it drives the axis and has no lag.
+    A value that is not determined is replaced by an UnusableLogs with the reason. If the voltage
+    drives the axis without a lag, it is taken as constant between samples; otherwise all timings of
+    the module docstring are tried.
     """
     holds = bench.actuator.drive == "voltage" and bench.actuator.loop_time_constant_s == 0.0
     try:
@@ -114,7 +115,7 @@ def winding(
 
 @dataclass(frozen=True)
 class _WindingFit:
-    """Intervals of a fit, and the sum of its squared residuals, V^2."""
+    """Intervals of the parameters, and the sum of the squared residuals, V^2."""
 
     intervals: dict[str, Interval]
     squares: float
@@ -175,9 +176,10 @@ def _fit(
 def _linearised(
     columns: Matrix, target: Vector, noise: Matrix, value: Vector, change: int, period: float
 ) -> tuple[Matrix, Vector, Matrix]:
-    """Return columns (m, p), target (m,), noise (3, 3) of the equation linear in the inductance.
+    """Return columns (m, p), target (m,) and noise (3, 3), linearised in the inductance.
 
-    The equation of the module docstring depends on the inductance through c.
+    The equation of the module docstring depends on the inductance through c. In the result, the
+    inductance itself is the parameter.
     """
     resistance, c = float(value[0]), float(value[change])
     exponent = -np.log1p(-resistance / c)  # R T/L
@@ -196,10 +198,10 @@ def _linearised(
 
 
 def _rows(log: WindingLog, timing: tuple[float, float, float]) -> list[tuple[Matrix, Matrix]]:
-    """Return rows (m, 4) of each piece, and the noise power (3, 3) of a row's first three columns.
+    """Return for each gap-free part its rows (m, 4), and the noise power (3, 3) of its columns.
 
     The columns belong to the resistance R, the back-EMF constant K, c (module docstring), and the
-    voltage.
+    voltage. The noise power is that of the first three columns.
     """
     phi = bell(log.window)
     step = np.convolve(phi, (1.0, -1.0))
@@ -229,7 +231,7 @@ def _rows(log: WindingLog, timing: tuple[float, float, float]) -> list[tuple[Mat
 
 
 def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
-    """Return the hull of `intervals`, or why they determine no interval."""
+    """Return the hull of `intervals`, or an UnusableLogs if they determine no positive value."""
     known = [one for one in intervals if one is not None]
     if len(known) < len(intervals):
         return UnusableLogs(

@@ -1,4 +1,4 @@
-"""Stiffness and elastic limit of the elasto-plastic law from slow loops.
+"""Stiffness and elastic limit of the elasto-plastic law from slow effort loops below breakaway.
 
     dz/dx = 1 - alpha(z) stiffness |z|/F_s if z has the sign of the motion, else 1
     F = stiffness z
@@ -34,9 +34,13 @@ def elasto_plastic_path(
     share: float,
     out: Vector,
 ) -> None:
-    """Fill out (n,) with the force along `position` (n,); the force is 0 where `starts` is True.
+    """Compute the friction of the elasto-plastic law along a path.
 
-    `share`: z_ba/z_max, the relative elastic limit.
+    - position: positions of the path, (n,), rad | m
+    - starts: True for the first row of a record, at which friction is 0, (n,)
+    - stiffness, breakaway: stiffness [N m/rad | N/m] and breakaway [N m | N] of the law
+    - share: z_ba/z_max, the relative elastic limit
+    - out: result, friction at each position, (n,), N m | N
     """
     limit = breakaway / stiffness
     z = 0.0
@@ -59,7 +63,11 @@ def elasto_plastic_path(
 
 @kernel
 def slope(z: float, direction: float, limit: float, share: float) -> float:
-    """Return dz/dx, deflection per displacement, at a deflection z for a motion in `direction`."""
+    """Return dz/dx, the change of the deflection z per displacement.
+
+    - direction: any number with the sign of the motion
+    - limit, share: largest deflection z_max, and relative elastic limit z_ba/z_max
+    """
     size = abs(z) / limit
     if z * direction <= 0.0 or size < share:
         return 1.0
@@ -85,7 +93,7 @@ def _path(loops: PreslidingLoops, value: Vector) -> Vector:
 
 
 def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
-    """Return the fit of the stiffness sigma_0, N m/rad | N/m, and the elastic limit z_ba, rad | m.
+    """Return the fit of the stiffness sigma_0 [N m/rad | N/m] and the elastic limit z_ba [rad | m].
 
     Raises UnusableLogs if the loops do not determine both.
     """
@@ -106,5 +114,5 @@ def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
 
 
 def share_of(odds: float) -> float:
-    """Return z_ba/z_max from `odds` = z_ba/(z_max - z_ba)."""
+    """Return the relative elastic limit z_ba/z_max from `odds` = z_ba/(z_max - z_ba)."""
     return odds / (1.0 + odds)

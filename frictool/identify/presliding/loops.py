@@ -1,4 +1,4 @@
-"""Positions and friction along slow loops below the breakaway.
+"""Positions and friction along slow effort loops below the breakaway.
 
 The axis hardly accelerates, so that friction is the effort minus its offset. Each row stands for
 the time during which the encoder shows one count. The row has the mean effort of this time, and the
@@ -49,19 +49,20 @@ class PreslidingLoops:
 
     @property
     def branches(self) -> int:
-        """Return the number of branches."""
+        """Return the number of branches, the paths between two reversals of the effort."""
         return int(self.branch[-1]) + 1
 
     @property
     def reach(self) -> float:
-        """Return half the range of the positions, rad | m."""
+        """Return half of the range of the positions, rad | m."""
         return 0.5 * float(np.ptp(self.position))
 
 
 def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLoops:
-    """Return the loops of records that never slip.
+    """Return the rows of presliding loops in records of an axis that never slips.
 
-    Raises UnusableLogs if there are too few loops, or if the encoder is too coarse for them.
+    `breakaway` is the interval of the breakaway, N m | N. Raises UnusableLogs if there are too few
+    loops, or if the encoder is too coarse for them.
     """
     parts = []
     above = 0
@@ -97,7 +98,10 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
 
 
 def branches_of(record: MotionRecord) -> NDArray[np.int64]:
-    """Return the branch number (n,) of each sample, from 0."""
+    """Return the number, from 0, of the branch to which each sample belongs, (n,).
+
+    A branch is the path between two reversals of the effort.
+    """
     points = np.empty(record.effort.size, dtype=np.int64)
     turning = turning_points(record.effort, TURN * float(np.ptp(record.effort)), points)
     turns = np.zeros(record.effort.size, dtype=np.int64)
@@ -110,8 +114,8 @@ def _counts(
 ) -> tuple[NDArray[Any], ...]:
     """Return six columns (m,), with one row for each time during which the encoder shows one count.
 
-    The columns are: middle of the count, speed, mean effort, number of the branch, True if the row
-    lies in one branch, True for the record's first row.
+    The columns are: middle of the count, speed, mean effort, number of the branch, True if all
+    samples of the row lie in one branch, True for the record's first row.
     """
     starts = np.flatnonzero(np.diff(record.position, prepend=np.inf) != 0.0)
     lengths = np.diff(np.append(starts, record.position.size))

@@ -1,10 +1,10 @@
-"""Stiffness of the LuGre law from slow loops.
+"""Stiffness of the LuGre law from slow effort loops below the breakaway.
 
     F -> s F_s + (F - s F_s) e^(-stiffness |dx|/F_s)          s = sign(dx)
 
 F is the friction force, and F_s the breakaway. The arrow replaces F by its value after a
-displacement dx between two counts. This is the solution of thesis (2.40) at zero speed,
-dF/dx = stiffness (1 - sign(dx) F/F_s).
+displacement dx between two counts. This is the solution of thesis (2.40) at zero speed, dF/dx =
+stiffness (1 - sign(dx) F/F_s).
 """
 
 from __future__ import annotations
@@ -24,7 +24,13 @@ from frictool.typing import Vector
 def lugre_path(
     position: Vector, starts: NDArray[np.bool_], stiffness: float, breakaway: float, out: Vector
 ) -> None:
-    """Fill out (n,) with the force along `position` (n,); the force is 0 where `starts` is True."""
+    """Compute the friction of the LuGre law along a path.
+
+    - position: positions of the path, (n,), rad | m
+    - starts: True for the first row of a record, at which friction is 0, (n,)
+    - stiffness, breakaway: stiffness [N m/rad | N/m] and breakaway [N m | N] of the law
+    - out: result, friction at each position, (n,), N m | N
+    """
     for k in range(position.shape[0]):
         if starts[k]:
             out[k] = 0.0
@@ -41,5 +47,8 @@ def _path(loops: PreslidingLoops, value: Vector) -> Vector:
 
 
 def lugre(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
-    """Return the fit of sigma_0, N m/rad | N/m; raise UnusableLogs if it is undetermined."""
+    """Return the fit of the stiffness sigma_0 [N m/rad | N/m] of the LuGre law.
+
+    Raises UnusableLogs if the loops do not determine the stiffness.
+    """
     return fit_path(loops, _path, np.array([loops.breakaway.value / loops.reach]), confidence)

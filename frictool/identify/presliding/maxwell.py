@@ -1,12 +1,13 @@
-"""Maxwell-slip elements from slow loops; their virgin curve is concave and piecewise linear.
+"""Fit of Maxwell-slip elements to slow effort loops below the breakaway.
 
     F = sum_i k_i delta_i + offset + damping speed
 
 The deflection delta_i of element i follows the path and is limited to +-d_i; the last element never
 slips. For fixed yield displacements d_i the model is linear in the non-negative stiffnesses k_i.
-The virgin curve f(z) = sum_i k_i min(z, d_i) reaches the breakaway at z_max. The parabola of
-friction/virgin_curve.py continues the curve beyond its last point. The intervals come from a
-jackknife over branches, the paths between two reversals of the effort.
+The virgin curve is the friction during the first loading of a relaxed contact, f(z) = sum_i k_i
+min(z, d_i). The curve is concave and piecewise linear, and reaches the breakaway at z_max. The
+parabola of friction/virgin_curve.py continues the curve beyond its last point. The intervals come
+from a jackknife over branches, the paths between two reversals of the effort.
 """
 
 from __future__ import annotations
@@ -29,14 +30,14 @@ ENOUGH = 0.5  # least force of the loops relative to the breakaway
 
 @dataclass(frozen=True)
 class MaxwellFit:
-    """Virgin curve of Maxwell-slip elements.
+    """Virgin curve of Maxwell-slip elements: friction during the first loading.
 
     - displacement: yield displacements d_i, (ELEMENTS,), rad | m
     - force: friction at each displacement, N m | N
     - stiffness: slope of the curve at 0, N m/rad | N/m
     - limit: displacement z_max at which the curve reaches the breakaway, rad | m
     - force_error: rms residual on the branches of the fit, relative to the breakaway
-    - held_out: rms residual on branches outside the fit, relative to the breakaway
+    - held_out: rms residual on branches that the fit did not use, relative to the breakaway
     """
 
     displacement: Vector
@@ -51,9 +52,12 @@ class MaxwellFit:
 def element_paths(
     position: Vector, starts: NDArray[np.bool_], displacement: Vector, out: Matrix
 ) -> None:
-    """Fill out (n, m) with the deflections of m elements along `position` (n,).
+    """Compute the deflections of m Maxwell-slip elements along a path.
 
-    Element i yields at `displacement[i]`.
+    - position: positions of the path, (n,), rad | m
+    - starts: True for the first row of a record, before which all deflections are 0, (n,)
+    - displacement: yield displacement of each element, (m,), rad | m
+    - out: result, deflections, (n, m), rad | m
     """
     for k in range(position.shape[0]):
         for i in range(displacement.shape[0]):
@@ -62,7 +66,10 @@ def element_paths(
 
 
 def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
-    """Return the virgin curve; raise UnusableLogs if the loops end far below the breakaway."""
+    """Return the virgin curve of Maxwell-slip elements that are fitted to the loops.
+
+    Raises UnusableLogs if the forces of the loops are far below the breakaway.
+    """
     displacement = loops.reach * np.arange(1, ELEMENTS + 1) / ELEMENTS
     columns = np.empty((loops.position.size, ELEMENTS))
     element_paths(loops.position, loops.starts, displacement, columns)
@@ -126,7 +133,10 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
 
 
 def _stiffnesses(gram: Matrix, right: Vector) -> Vector:
-    """Return stiffnesses >= 0 of the elements, then offset and damping, by normal equations."""
+    """Return the stiffnesses (>= 0) of the elements, then offset and damping.
+
+    `gram` and `right` are the matrix and the right-hand side of the normal equations.
+    """
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     value, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     kept = value > 1e-12 * value[-1]
@@ -141,7 +151,7 @@ def _stiffnesses(gram: Matrix, right: Vector) -> Vector:
 
 
 def reached(displacement: Vector, force: Vector, breakaway: float) -> float:
-    """Return the displacement at which a virgin curve reaches the breakaway force.
+    """Return the displacement [rad | m] at which a virgin curve reaches the breakaway force.
 
     Beyond its last point, the curve is continued by the parabola of friction/virgin_curve.py.
     """

@@ -39,7 +39,7 @@ class PreslidingFit:
 
     - parameters: intervals of the parameters, in the order of the law
     - force_error: rms residual on the branches of the fit, relative to the breakaway
-    - held_out: rms residual on branches outside the fit, relative to the breakaway
+    - held_out: rms residual on branches that the fit did not use, relative to the breakaway
     - limit: None, because the largest deflection z_max follows from the breakaway
     """
 
@@ -55,7 +55,7 @@ class PreslidingFit:
 
 
 def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: float) -> PreslidingFit:
-    """Return the fit of a law.
+    """Return the fit of a presliding law to the force along loops.
 
     - path: function that returns the force of the law along the path of the loops, (n,)
     - start: start values of the parameters, (p,), SI; the first parameter is the stiffness
@@ -101,7 +101,7 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
 
 
 def with_breakaway(loops: PreslidingLoops, value: float) -> PreslidingLoops:
-    """Return the loops with the exact breakaway `value`, N m | N."""
+    """Return the loops with a breakaway of exactly `value`, N m | N."""
     return replace(loops, breakaway=Interval(value, value, value))
 
 
@@ -110,7 +110,7 @@ def _minimum(
 ) -> tuple[Vector, Vector]:
     """Return the parameters (p,) fitted to `rows`, and the force (n,) of offset and damping.
 
-    The force is linear in offset and damping; the search eliminates them.
+    The force is linear in offset and damping, which are therefore eliminated from the search.
     """
     columns = np.column_stack((np.ones(loops.speed.size), loops.speed))
     q, r = np.linalg.qr(columns[rows])
@@ -145,9 +145,9 @@ def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
 
 
 def _held_out(loops: PreslidingLoops, path: Path, start: Vector) -> Vector:
-    """Return the force error (n,) of the rows, each half predicted by a fit to the other half.
+    """Return the force error (n,) of the rows; each half is predicted by a fit to the other half.
 
-    The branches are assigned to the halves in pairs, in turn.
+    Pairs of branches are assigned to the two halves in turn.
     """
     half = (loops.branch // 2) % 2
     errors = []

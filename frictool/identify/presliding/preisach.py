@@ -1,4 +1,4 @@
-"""Preisach distribution from cycles that are centred at 0 (thesis 7.2): Everett's table.
+"""Preisach distribution, as Everett's table, from cycles that are centred at 0 (thesis 7.2).
 
 The cycles have K amplitudes a = k z/K, k = 1 to K, with the largest amplitude z. Of each cycle, the
 falling branch from +a to -a is used (friction/preisach_cycles.py). The r-th branches of all
@@ -47,9 +47,10 @@ class EverettTable:
 
 
 def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
-    """Return Everett's table with the most amplitudes K that each occur at least twice.
+    """Return Everett's table for the largest number K of amplitudes that the loops support.
 
-    Raises UnusableLogs if K is less than two.
+    The loops must have centred cycles with K equally spaced amplitudes, each at least twice. Raises
+    UnusableLogs if K is less than two.
     """
     centre = 0.5 * float(loops.position.max() + loops.position.min())
     falling = [(x - centre, f) for x, f in _branches(loops) if x[-1] < x[0]]
@@ -71,7 +72,7 @@ def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
 def _branches(loops: PreslidingLoops) -> list[Branch]:
     """Return each branch between two reversals of the position.
 
-    The effort does not determine the reversals: near the largest deflection, noise reverses the
+    The effort does not determine these reversals: near the largest deflection, noise reverses the
     effort before the axis reverses.
     """
     points = np.empty(loops.position.size, dtype=np.int64)
@@ -86,7 +87,7 @@ def _branches(loops: PreslidingLoops) -> list[Branch]:
 
 
 def _near(falling: list[Branch], amplitude: float, step: float) -> list[Branch]:
-    """Return the branches from +amplitude to -amplitude, resampled."""
+    """Return the branches from +`amplitude` to -`amplitude`, resampled."""
     chosen = [
         b
         for b in falling
@@ -96,7 +97,7 @@ def _near(falling: list[Branch], amplitude: float, step: float) -> list[Branch]:
 
 
 def _resampled(branch: Branch, amplitude: float) -> Branch:
-    """Return the branch on positions falling from +amplitude to -amplitude.
+    """Return the branch at GRID_POINTS positions that fall from +`amplitude` to -`amplitude`.
 
     Forces at a repeated position are averaged.
     """

@@ -32,7 +32,7 @@ def presliding(
     bench: Bench,
     confidence: float,
 ) -> Presliding:
-    """Return the presliding laws, fitted to loops that never slip.
+    """Return the presliding laws, fitted to effort loops in which the axis never slips.
 
     - breakaway: interval of the breakaway, N m | N
     - inertia: inertia of the axis, kg m^2 | kg
@@ -132,10 +132,13 @@ def _preisach(fit: EverettTable, inertia: float, bench: Bench) -> Preisach:
 
 
 class PreslidingLaw(NamedTuple):
-    """Presliding law: functions that fit it and write it into the document.
+    """Functions for a presliding law.
 
-    `predicts`: True if the fit has an error on branches outside the fit, by which the best law is
-    chosen.
+    - fit: function of loops and confidence that returns the fitted law
+    - document: function of fitted law, inertia and bench that returns the law for the model
+      document
+    - predicts: True if the fit has an error on branches that it did not use; the law with the least
+      error is chosen
     """
 
     fit: Callable[[PreslidingLoops, float], Any]

@@ -1,7 +1,8 @@
-"""Clusters of rows, the independent units of the intervals; usually a cluster is a stroke.
+"""Clusters of regression rows; residuals of different clusters are taken as independent.
 
-Strokes with identical counts have identical encoder errors and form one cluster. A servo on a sine
-of constant amplitude produces such strokes. If there are few strokes, each is cut into equal parts.
+Usually a cluster is a stroke (the motion between two reversals). Strokes with identical counts have
+identical encoder errors and form one cluster. A servo on a sine of constant amplitude produces such
+strokes. If there are few strokes, each is cut into equal parts, which are the clusters.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> 
 
 
 def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
-    """Return the group number (m,) of each of m strokes; repetitions are in one group."""
+    """Return the group number (m,) of m strokes; strokes with equal counts form one group."""
     order = np.lexsort((counts, rows, sign))
     group = np.full(sign.size, -1, dtype=np.int64)
     repetitions = 0

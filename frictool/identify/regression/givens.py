@@ -12,12 +12,11 @@ from frictool.typing import Matrix
 
 @kernel
 def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
-    """Fill path (n, p) with the least-squares solution after each row.
-
-    The solution is NaN until the rows determine all parameters.
+    """Compute the recursive least-squares solution after each row.
 
     - rows: [regressors, target], (n, p + 1)
     - root: square root of the forgetting factor of one row
+    - path: result, solution after each row, (n, p); NaN until the rows determine all parameters
     """
     n, q = rows.shape
     p = q - 1

@@ -2,9 +2,9 @@
 
     F = (v - k + 1)/(v k) b^T V^-1 b  ~  F(k, v - k + 1)
 
-b (k,) are the tested parameters, V is their delete-one-cluster covariance (CR3 of Bell and
-McCaffrey, 2002), and v is the number of clusters minus one. Residuals may be correlated within a
-cluster.
+b (k,) are the tested parameters, V is their covariance by a jackknife that leaves out one cluster
+at a time (CR3 of Bell and McCaffrey, 2002), and v is the number of clusters minus one. Residuals
+may be correlated within a cluster.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from frictool.typing import IntVector
 
 
 def joint_probability(parts: Tensor, cluster: IntVector, tested: Sequence[int]) -> float:
-    """Return the p-value of the hypothesis that the tested parameters are 0.
+    """Return the p-value of the null hypothesis that all tested parameters are 0.
 
     Parameters
     ----------

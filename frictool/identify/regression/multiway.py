@@ -6,8 +6,8 @@ time (Cameron, Gelbach and Miller, 2011):
 
     V = V_strokes + (V_bins - V_both),    V_groups = sum over groups (sum over rows psi)^2
 
-V_strokes has one group for each stroke, V_bins for each bin, and V_both for each stroke and bin.
-psi = (X^T X)^-1 x r is the influence of a row x with the residual r. If the model is complete,
+V_strokes has one group for each stroke, V_bins for each bin, and V_both for each pair of stroke and
+bin. psi = (X^T X)^-1 x r is the influence of a row x with the residual r. If the model is complete,
 V_bins and V_both are equal on average. V_bins then has a relative standard deviation of
 sqrt(2/bins); only a difference beyond this deviation is added.
 """
@@ -64,6 +64,6 @@ def _squares(influence: Matrix, group: IntVector) -> Vector:
 
 
 def equal_bins(values: Vector, count: int) -> IntVector:
-    """Return the number (n,) of the bin of each value; all bins have equally many values."""
+    """Return the bin number (n,) of each value; `count` bins have equally many values."""
     edges = np.quantile(values, np.arange(1, count) / count)
     return np.searchsorted(edges, values).astype(np.int64)

@@ -1,8 +1,8 @@
 """Standard deviations for correlated residuals of one short record (Newey and West 1987).
 
-In a single stroke, a few rows may determine a parameter, so that a jackknife, which leaves rows
-out, is impossible. Here the products of residuals up to `reach` rows apart are summed with linearly
-decreasing weights.
+A jackknife leaves out rows. In a single stroke, this may be impossible, because a few rows may
+determine a parameter. Here the products of residuals up to `reach` rows apart are summed with
+linearly decreasing weights.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from frictool.typing import Matrix, Vector
 
 
 def newey_west(columns: Matrix, residual: Vector, reach: int) -> Vector:
-    """Return the standard deviations (p,) of the parameters.
+    """Return the standard deviations (p,) of the parameters of a least-squares fit.
 
     - columns: regressors, (n, p)
     - residual: residuals of the fit, (n,)

@@ -30,7 +30,7 @@ class LeastSquaresSolution:
     """Solution of a least-squares problem with p parameters.
 
     - value, deviation, freedom: estimates, standard deviations and degrees of freedom, (p,)
-    - condition: condition number of the weighted regressors with columns of unit length
+    - condition: condition number of the weighted regressors, with columns scaled to unit length
     """
 
     value: Vector
@@ -48,7 +48,9 @@ class LeastSquaresSolution:
 def solve(
     regressors: Matrix, target: Vector, weight: Vector, cluster: IntVector
 ) -> LeastSquaresSolution:
-    """Return the `value` that minimises sum (weight (target - regressors @ value))^2 over n rows.
+    """Return the weighted least-squares solution, with standard deviations by a jackknife.
+
+    Its `value` minimises sum (weight (target - regressors @ value))^2 over n rows.
 
     - regressors: (n, p)
     - target, weight, cluster: target, weight and cluster number of each row, (n,)
@@ -75,10 +77,10 @@ def solve_triangles(parts: Tensor, cluster: IntVector) -> LeastSquaresSolution:
 
 
 def least(parts: Tensor) -> tuple[Vector, Vector, float]:
-    """Return the least-squares value (p,), the norms (p,) of the columns, and the condition number.
+    """Return the least-squares solution (p,), column norms (p,), and condition number.
 
-    `parts` are the matrices of `solve_triangles`. Raises SingularRegressors if the regressors do
-    not determine the parameters.
+    `parts` are triangular matrices of the weighted rows [regressors, target], (g, p + 1, p + 1).
+    Raises SingularRegressors if the regressors do not determine the parameters.
     """
     whole = merged(parts)
     p = whole.shape[1] - 1
@@ -102,14 +104,17 @@ def least(parts: Tensor) -> tuple[Vector, Vector, float]:
 
 
 def residual_norm(parts: Tensor, value: Vector) -> float:
-    """Return the norm of target - regressors @ value; `parts` as in `solve_triangles`."""
+    """Return the Euclidean norm of the weighted residuals target - regressors @ value.
+
+    `parts` are triangular matrices of the weighted rows [regressors, target], (g, p + 1, p + 1).
+    """
     return float(np.linalg.norm(parts[:, :, -1] - parts[:, :, :-1] @ value))
 
 
 def _jackknife(
     parts: Tensor, value: Vector, scale: Vector, cluster: IntVector
 ) -> tuple[Vector, Vector]:
-    """Return standard deviations (p,) times `scale`, and degrees of freedom (p,), by jackknife."""
+    """Return standard deviations (p,) times `scale`, and degrees of freedom (p,)."""
     rows = parts[:, :, :-1] / scale
     residual = parts[:, :, -1] - parts[:, :, :-1] @ value
     index = np.unique(cluster, return_inverse=True)[1]

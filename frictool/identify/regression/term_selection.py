@@ -1,10 +1,10 @@
-"""Selection of parameters by the prediction of strokes outside the fit.
+"""Selection of parameters by the prediction of strokes that the fit did not use.
 
 Each half of the strokes is predicted by a fit to the other half. A sliding parameter is dropped if
 its interval contains 0 and the prediction error is not larger without it. The dropped parameter has
 the value 0 but keeps its interval, since the data do not show that it is exactly 0. The other
-parameters are fitted again without it. Load terms are never dropped: the bench declares them, or a
-search has shown that they improve the prediction (`explanation_search`, `structure_selection`).
+parameters are then fitted again. Load terms are never dropped: the bench declares them, or a search
+has shown that they improve the prediction (`explanation_search`, `structure_selection`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def held_out_squares(
 
     - plain, weighted: triangular matrices (g, q, q) of g groups of successive rows, without and
       with weights
-    - half: half to which each group belongs, 0 or 1, (g,)
+    - half: half of the data to which each group belongs, 0 or 1, (g,)
     - columns: indices of the regressors; the last column is the target
 
     Return None if a half does not determine the fit.
@@ -47,15 +47,16 @@ def held_out_squares(
 def held_out_norm(
     plain: Tensor, weighted: Tensor, half: IntVector, columns: list[int]
 ) -> float | None:
-    """Return the root of the sum of `held_out_squares`; None if a fit is not determined."""
+    """Return the root of the sum of `held_out_squares`, or None if it returns None."""
     squares = held_out_squares(plain, weighted, half, columns)
     return None if squares is None else float(np.sqrt(np.sum(squares)))
 
 
 def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
-    """Return True if the squares `richer` (s,) are significantly smaller than `simpler` (s,).
+    """Return True if a richer model predicts the strokes significantly better than a simpler one.
 
-    The test is Student's test of s pairs.
+    `richer` and `simpler` are the squared prediction errors of s strokes, (s,), by the two models.
+    The test is Student's test of s pairs at the level `confidence`.
     """
     gain = simpler - richer
     if gain.size < 2:
@@ -65,10 +66,11 @@ def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
 
 
 def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:
-    """Return True if the squared errors `richer` (s,) are clearly smaller than `simpler` (s,).
+    """Return True if a richer model predicts the strokes clearly better than a simpler one.
 
-    The squares `richer` must be significantly smaller, and their sum must be below WORTH^2 times
-    the sum of `simpler`. Return False if one of them is None.
+    `richer` and `simpler` are the squared prediction errors of s strokes, (s,), by the two models.
+    The errors must be significantly smaller, and their sum must be below WORTH^2 times the sum of
+    `simpler`. Return False if one of the models has no errors (None).
     """
     if richer is None or simpler is None:
         return False
@@ -77,7 +79,7 @@ def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: fl
 
 
 def by_stroke(squares: Vector, stroke: IntVector) -> Vector:
-    """Return the sums (s,) of the squares (g,) over the groups of rows of each stroke."""
+    """Return the sum of `squares` (g,) over the groups of rows in each of s strokes, (s,)."""
     return np.asarray(np.bincount(stroke, squares), dtype=np.float64)
 
 
@@ -115,8 +117,8 @@ def needless(
 
 
 def halved(stroke: IntVector) -> IntVector:
-    """Return the half of the data, 0 or 1, to which each group of rows belongs, (g,).
+    """Return the half of the strokes, 0 or 1, to which each group of rows belongs, (g,).
 
-    Pairs of strokes stay together, so that each half has both directions.
+    Pairs of successive strokes stay together, so that each half has both directions.
     """
     return (stroke // 2) % 2

@@ -2,7 +2,7 @@
 
 Each group of successive rows is reduced to a triangular matrix R with R^T R = rows^T rows. R
 contains all information for least squares with full precision. Stacked matrices R are reduced again
-by QR, as if they were rows. To leave out a group, its R is left out.
+by QR, as if they were rows. To leave out a group of rows, its R is left out.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ def reduce_rows(
 ) -> None:
     """Reduce q weighted columns (q, n) to the triangular matrices `out` (g, q, q) of g groups.
 
-    Group i has the rows starts[i] to starts[i+1] - 1; starts (g + 1,). Householder reflections act
-    on a triangular matrix and the block of rows below it.
+    Group i consists of the rows starts[i] to starts[i+1] - 1; starts (g + 1,). Householder
+    reflections act on a triangular matrix and the block of rows below it.
     """
     q = columns.shape[0]
     block = np.empty((q, BLOCK))
@@ -80,7 +80,7 @@ def triangles(columns: tuple[Vector, ...], weight: Vector, starts: IntVector) ->
 
 
 def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
-    """Yield each piece of at most PIECE rows: index of its first group, bounds of its groups."""
+    """Yield pieces of at most PIECE rows: index of its first group, row bounds of its groups."""
     run = 0
     row = int(starts[0])
     while run < starts.size - 1:

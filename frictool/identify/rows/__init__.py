@@ -1,1 +1,1 @@
-"""Conversion of records to regression rows: strokes, slip, filters and differences."""
+"""Conversion of records to regression rows: strokes, slipping samples, filters, load columns."""

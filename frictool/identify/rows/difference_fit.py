@@ -2,8 +2,8 @@
 
 The acceleration is the second difference, the velocity is the central difference, and the effort is
 averaged with the triangular weights of the second difference, so that all signals of a row refer to
-the same time. The backward difference of thesis (4.2) would be late by half a sample; a held effort
-would be early by half a sample without the average.
+the same time. The backward difference of thesis (4.2) would be late by half a sample. Without the
+average, an effort that is held between samples would be early by half a sample.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ def differenced_fit(
 ) -> SlidingFit:
     """Return the least-squares fit of all samples of all strokes, weighted by `weigh(samples)`.
 
-    A weight of 0 removes the row. The inertia is refused if quantisation hides it, as with most
-    encoders. Raises UnusableLogs if nothing moves.
+    A weight of 0 removes the row. The inertia is reported as not identified if quantisation hides
+    it, as with most encoders. Raises UnusableLogs if the axis never moves by more than one encoder
+    count.
     """
     time_constant = settings.time_constant or 0.0
     samples, memory = differenced(records, time_constant)
@@ -60,7 +61,9 @@ def differenced_fit(
 def differenced(records: list[MotionRecord], time_constant: float) -> tuple[RegressionSamples, int]:
     """Return the filtered samples of all strokes, and the memory of the filter in rows.
 
-    `time_constant` is in s; 0 applies no filter. Raises UnusableLogs if nothing moves.
+    The memory is the number of rows over which the filter correlates the noise. `time_constant` is
+    in s; 0 applies no filter. Raises UnusableLogs if the axis never moves by more than one encoder
+    count.
     """
     parts = [_rows(record, time_constant) for record in records]
     if sum(part.velocity.size for part in parts) == 0:
@@ -69,7 +72,7 @@ def differenced(records: list[MotionRecord], time_constant: float) -> tuple[Regr
 
 
 def memory_of(time_constant: float, period: float) -> int:
-    """Return the memory of the filter in samples: three time constants."""
+    """Return three time constants of the filter, in samples, as the length of its memory."""
     return math.ceil(3.0 * time_constant / period)
 
 

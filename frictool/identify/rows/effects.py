@@ -3,11 +3,12 @@
     effort = inertia a + viscous v + coulomb s + offset + load(x) + effect
 
 The columns of a declared effect (`load.terms`) are added to the regression, so that other
-parameters do not absorb the effect. Of all effects, the model document contains only those of the
-measured temperature. In the table, x is the position, v the velocity, a the acceleration, s the
-direction of the motion, u the effort, t the time, and h the temperature minus the reference
-temperature. P_k are Legendre polynomials over the log's time or the record's travel. Their means
-over the samples used are subtracted, so that the sliding parameters are means over these samples.
+parameters do not absorb the effect. The model document contains the fitted effect of the measured
+temperature, but no other effect. In the table, x is the position, v the velocity, a the
+acceleration, s the direction of the motion, u the effort, t the time, and h the temperature minus
+the reference temperature. P_k are Legendre polynomials over the log's time or the record's travel.
+Their means over the samples used are subtracted, so that the sliding parameters are means over
+these samples.
 
     drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
     warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
@@ -73,8 +74,8 @@ SLOW_SHARES, WIDE_SHARES = ((0.05, 0.1, 0.2), (0.2, 0.4))
 class SmoothedMotion:
     """Smoothed signals (n,) of a record in SI units; they are NaN at the ends of the record.
 
-    - window: length of the smoothing window in samples
-    - sign: direction of the stroke
+    - window: length of the smoothing window, samples
+    - sign: direction of the stroke, +1, -1, or 0 without motion
     - used: True for the samples in the regression
     """
 
@@ -102,19 +103,19 @@ class SmoothedMotion:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Effect that may act in addition to inertia, viscous friction, Coulomb friction and offset.
+    """Load or effect that may act in addition to inertia, viscous and Coulomb friction, and offset.
 
     - term: load term, as in `load_terms.TERMS`, or name in `load.terms` of the bench
     - names: parameters, one for each column of the regression
     - what: physical name, as text
-    - settle: text on a change of the bench or a test that shows whether the effect acts
+    - settle: text that names a test, or a change of the bench, which shows whether the effect acts
     - is_load: True if the effect is a load in the model document
     - needs_position: True if the columns depend on the absolute position
     - differentiates: True if the columns are derivatives of the smoothed position
     - needs_temperature: True if the columns depend on the temperature; the model document then has
       a law of the effect
-    - only_widens: True if the hypothesis widens intervals, but is not an explanation of the effort,
-      because more specific hypotheses explain the same effort
+    - only_widens: True if the hypothesis widens intervals, but is not reported as an explanation of
+      the effort, because more specific hypotheses explain the same effort
     """
 
     term: str
@@ -151,8 +152,8 @@ def _warming(motion: SmoothedMotion) -> tuple[Vector, ...]:
 def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
     """Return columns whose coefficients are changes of friction per kelvin at the reference.
 
-    A friction F exp(p) with p = r h + k h^2 is F + F r h I + F k h^2 I, where I = (exp(p) - 1)/p.
-    The column of k is left out if the curvature k of the records is 0.
+    With I = (exp(p) - 1)/p, a friction F exp(p) with p = r h + k h^2 equals F + F r h I + F k h^2
+    I. The column of k is left out if the curvature k of the record is 0.
     """
     warm = motion.record.temperature
     if warm is None:
@@ -167,13 +168,13 @@ def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
 
 def _mean_exponential(exponent: Vector) -> Vector:
-    """Return (exp(p) - 1)/p for the exponents p (n,), 1 for p = 0."""
+    """Return (exp(p) - 1)/p for the exponents p (n,); the value is 1 for p = 0."""
     safe = np.where(exponent == 0.0, 1.0, exponent)
     return np.where(exponent == 0.0, 1.0, np.expm1(safe) / safe)
 
 
 def missing_temperature(record: MotionRecord) -> str:
-    """Return the reason why a record without a temperature cannot have the declared effect."""
+    """Return the reason why a record without temperature does not suit the effect `temperature`."""
     return (
         f"{Path(record.name).name} has no temperature, on which temperature of load.terms "
         "depends; name its column under columns.temperature of the bench"
@@ -338,11 +339,11 @@ EFFECTS = (
 
 
 def declared_effects(bench: Bench) -> tuple[Effect, ...]:
-    """Return the effects that the bench declares."""
+    """Return the disturbing effects that the bench declares in `load.terms`."""
     named = () if bench.load is None else bench.load.terms
     return tuple(effect for effect in EFFECTS if effect.term in named)
 
 
 def effect_names() -> frozenset[str]:
-    """Return the parameters of all effects."""
+    """Return the names of the parameters of all effects."""
     return frozenset(name for effect in EFFECTS for name in effect.names)

@@ -4,12 +4,13 @@
                            position in each direction
     bend_j                 sign(v) max(|v| - knee_j, 0), viscous friction added above a knee
                            (thesis, figure 4.10)
-    knee_j                 derivative with respect to the knee's speed, so that the intervals
-                           include the knee's uncertainty
+    knee_j                 derivative of the friction with respect to the knee's speed, so that
+                           the intervals include the knee's uncertainty
 
-xi is the position scaled to [-1, 1] over the records, and P_k a Legendre polynomial, so that
-Coulomb friction and offset are means over the range of positions. Each column is averaged with the
-test function of the weak form. The speed in `bend_j` is the slope of a Savitzky-Golay cubic.
+A knee is a speed at which the viscous friction changes. xi is the position scaled to [-1, 1] over
+the records, and P_k a Legendre polynomial, so that Coulomb friction and offset are means over the
+range of positions. Each column is averaged with the test function of the weak form. The speed in
+`bend_j` is the slope of a Savitzky-Golay cubic.
 """
 
 from __future__ import annotations
@@ -35,11 +36,11 @@ SPEED_SHARE = 0.3
 
 @dataclass(frozen=True)
 class FrictionRows:
-    """Rows (m,) of one record, and signals of its n samples.
+    """Regression rows (m,) of one record, and signals of its n samples.
 
     - sign: direction of the stroke, (n,)
     - speed: |v|, (n,), rad/s | m/s
-    - kept: index of the sample of each row, (m,)
+    - kept: index of the sample in the middle of each row's window, (m,)
     - bell: values of the test function over the window
     """
 
@@ -49,14 +50,14 @@ class FrictionRows:
     bell: Vector
 
     def under_bell(self, values: Vector) -> Vector:
-        """Return the means (m,) of values (n,), weighted by the test function around each row."""
+        """Return for each row, (m,), the mean of `values` (n,) weighted by the test function."""
         return np.convolve(values, self.bell, mode="same")[self.kept]
 
 
 def rows_of(
     record: MotionRecord, sign: Vector, mask: NDArray[np.bool_], window: int
 ) -> FrictionRows:
-    """Return the rows of the samples in `mask` (n,), which slip during the whole `window`."""
+    """Return the rows for the samples in `mask` (n,), which slip during the whole `window`."""
     shortened = max(SHORTEST, 2 * int(0.5 * SPEED_SHARE * window) + 1)
     slope = savitzky_golay(shortened, CUBIC, 1, record.period, last_first=True)
     velocity = np.convolve(record.position - record.position[0], slope, mode="same")
@@ -85,12 +86,12 @@ def names_to(order: int) -> list[str]:
 
 
 def bend_column(parts: Sequence[FrictionRows], knee: float) -> Vector:
-    """Return the column bend_j for unit viscous friction above the speed `knee` [rad/s | m/s]."""
+    """Return the column bend_j (m,) of viscous friction above the speed `knee` [rad/s | m/s]."""
     return np.concatenate(
         [rows.under_bell(rows.sign * np.maximum(rows.speed - knee, 0.0)) for rows in parts]
     )
 
 
 def knee_column(parts: Sequence[FrictionRows], knee: float) -> Vector:
-    """Return the derivative of `bend_column` with respect to the knee's speed."""
+    """Return the derivative (m,) of `bend_column` with respect to the speed of the knee."""
     return np.concatenate([rows.under_bell(-rows.sign * (rows.speed > knee)) for rows in parts])

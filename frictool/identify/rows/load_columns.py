@@ -38,7 +38,7 @@ LEAST_SHARE = 0.005
 
 
 def load_columns(motion: SmoothedMotion, bench: Bench) -> dict[str, Vector]:
-    """Return the column (n,) of each parameter of the bench's load terms.
+    """Return the column (n,) of each parameter of the bench's load terms, by name.
 
     Raises UnusableLogs if a term needs a position that was not measured.
     """
@@ -115,8 +115,8 @@ def by_direction(
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
     """Return names (q,) and matrices (g, q, q) with one parameter for each direction of motion.
 
-    Viscous friction is split if it differs by direction. If `coulomb` is True, Coulomb friction and
-    offset are replaced by one Coulomb friction for each direction.
+    Viscous friction is split if `names` contains "viscous_backward". If `coulomb` is True, Coulomb
+    friction and offset are replaced by one Coulomb friction for each direction.
     """
     change = np.eye(len(names) + 1)
     out = list(names)

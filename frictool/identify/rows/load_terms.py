@@ -7,10 +7,10 @@
     ripple      ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth;
                 ripple_2 to ripple_6 are further harmonics, each with another n
 
-Coulomb friction that differs by direction is not a load term, because it cannot be separated from
-the offset.
+The sliding parameters are inertia, viscous friction, Coulomb friction and offset. Coulomb friction
+that differs by direction is not a load term, because it cannot be separated from the offset.
 
-A term is added to the model only if it improves the prediction of strokes outside the fit
+A term is added to the model only if it improves the prediction of strokes that the fit did not use
 (`structure_selection`, `term_selection`). If the bench declares its terms (`load.terms`), no other
 terms are considered.
 """
@@ -67,12 +67,12 @@ SMALLEST = 1e-6  # least inertia in a search, relative to its start value
 
 
 def names_of(terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of the sliding parameters, then of the parameters of `terms`."""
+    """Return the names of the sliding parameters, followed by the parameters of `terms`."""
     return SLIDING + tuple(name for term in terms for name in TERMS[term])
 
 
 def declared_terms(bench: Bench) -> tuple[str, ...]:
-    """Return the terms that the bench declares."""
+    """Return the load terms that the bench declares."""
     named = () if bench.load is None else bench.load.terms
     harmonics = bench.load.ripple.numbers if bench.load and bench.load.ripple else ()
     absent = RIPPLES[len(harmonics) :]
@@ -97,15 +97,16 @@ def wave_number(term: str, bench: Bench) -> float:
 
 
 def start_of(name: str, known: Mapping[str, float]) -> float:
-    """Return the start value of a parameter: its value in `known`, else that for forward motion.
+    """Return the start value of a parameter in a search, SI.
 
-    Without either, the start value is 0.
+    The value is `known[name]`. If a parameter of backward motion is not in `known`, the value of
+    forward motion is used instead. If this is missing, too, the start value is 0.
     """
     return known.get(name, known.get(name.removesuffix("_backward"), 0.0))
 
 
 def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
-    """Return the scale of a parameter for the search; `travel` is in rad | m.
+    """Return the scale of a parameter in a search, SI; `travel` is in rad | m.
 
     A change by this scale has about as large an effect as Coulomb or viscous friction.
     """
@@ -119,9 +120,9 @@ def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
 def axis_and_load(
     values: Mapping[str, float], bench: Bench, record: MotionRecord
 ) -> tuple[Vector, Vector]:
-    """Return the parameter arrays of engine/effort_replay.py for `values` [SI].
+    """Return the parameter arrays of axis and load for engine/effort_replay.py.
 
-    Breakaway and backlash are taken from the bench.
+    `values` are the parameters by name, SI. Breakaway and backlash are the bench's.
     """
     coulomb = values["coulomb"]
     mechanics = bench.mechanics
@@ -160,7 +161,10 @@ def axis_and_load(
 
 
 def laws_of(identified: Mapping[str, Interval], bench: Bench) -> LawsDocument | None:
-    """Return the laws of the model document for load parameters; None if there are none."""
+    """Return the loads and the friction by direction in `identified` as laws for a model document.
+
+    Return None if `identified` contains only sliding parameters.
+    """
 
     def known(name: str, dimension: str) -> Estimate:
         least = 0.0 if name in POSITIVE else -math.inf
@@ -193,12 +197,12 @@ def laws_of(identified: Mapping[str, Interval], bench: Bench) -> LawsDocument | 
 
 
 def load_values(laws: LawsDocument | None) -> dict[str, float]:
-    """Return the estimates of the load terms of a fit, by the names of TERMS."""
+    """Return the estimates of the load parameters in `laws`, by the names in TERMS, SI."""
     return {name: one.value for name, one in _load_estimates(laws).items()}
 
 
 def load_intervals(laws: LawsDocument | None) -> dict[str, tuple[float, float]]:
-    """Return the intervals of the load terms of a fit, by the names of TERMS."""
+    """Return the intervals of the load parameters in `laws`, by the names in TERMS, SI."""
     return {name: one.interval for name, one in _load_estimates(laws).items()}
 
 
@@ -219,7 +223,7 @@ def _load_estimates(laws: LawsDocument | None) -> dict[str, Estimate]:
 
 
 def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
-    """Return the load terms of a fit."""
+    """Return the load terms that occur in `laws`."""
     estimates = load_values(laws)
     return tuple(term for term, names in TERMS.items() if any(name in estimates for name in names))
 
@@ -239,7 +243,10 @@ def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
 
 
 def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
-    """Return the fit with its load parameters as laws, except those with infinite intervals."""
+    """Return the fit with its load parameters as laws of the model document.
+
+    A load parameter with an infinite interval is reported as not identified instead.
+    """
     sliding = {name: interval for name, interval in fit.parameters.items() if name in SLIDING}
     removed = effect_names()
     loads = {

@@ -5,8 +5,9 @@ of the fitted parameters.
 
 A hidden load is a declared load that the motion cannot separate from the other parameters, because
 the travel is too short (`load_columns.indistinct_terms`). Its value in the model is 0, and its
-possible effect widens the intervals. With the key `load.most`, the effort of the load is at most
-this value. Without this key, the intervals are as wide as in a fit that includes the load.
+possible effect widens the intervals of the fitted parameters. If the bench has the key `load.most`,
+the effort of the load is at most this value. Without this key, the intervals are as wide as in a
+fit that includes the load.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ DIRECTIONS = 90  # number of phases of a harmonic that are tried, over half a tu
 class OmittedParameters:
     """Half widths that the omitted parameters of a regression add to its intervals.
 
-    - weighted: triangular matrices (g, q, q) of g groups of successive rows
     - names: names of the columns of `weighted`
+    - weighted: triangular matrices (g, q, q) of g groups of successive rows
     - fixed: fixed parameters with their intervals
     - hidden: names of the hidden loads
     """
@@ -68,7 +69,7 @@ class OmittedParameters:
     def add_loads(
         self, loads: Mapping[str, Vector], most: float | None, cluster: IntVector, confidence: float
     ) -> None:
-        """Add the effect of the hidden loads.
+        """Add the possible effect of the hidden loads to the half widths.
 
         - loads: column (n,) of each load
         - most: largest effort of each load, N m | N; None if unknown
@@ -92,7 +93,7 @@ class OmittedParameters:
         self._add(np.minimum(total, effects))
 
     def widened(self, names: Sequence[str], half: Vector) -> Vector:
-        """Return the half widths `half` (p,), widened for the omitted parameters."""
+        """Return the half widths `half` (p,) of `names`, widened for the omitted parameters."""
         added = dict(zip(self.free, self._added.tolist(), strict=True))
         if "viscous_backward" in names:
             added["viscous_backward"] += added.get("viscous", 0.0)
@@ -104,9 +105,10 @@ class OmittedParameters:
         self._added = np.hypot(self._added, half)
 
     def _hidden_load_shift(self, cluster: IntVector, confidence: float) -> Vector:
-        """Return the largest change (p,) of the free parameters in a fit with the hidden loads.
+        """Return the change (p,) of the fitted parameters if the fit includes the hidden loads.
 
-        The change includes the half widths of that fit. Without such a fit, the change is inf.
+        The half widths of the fit with hidden loads are added to the change. If this fit is not
+        determined, the change is inf.
         """
         with_loads, without = (
             self._solution([*self.free, *more], cluster) for more in (self._hidden, [])
@@ -128,7 +130,7 @@ class OmittedParameters:
 
 
 def _unit_loads(columns: Sequence[Vector]) -> Matrix:
-    """Return coefficients (m, k) of k columns for m loads, each with a largest effort of 1."""
+    """Return m sets of coefficients (m, k) of k load columns; each set has the peak effort 1."""
     if len(columns) == 1:
         return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])
     angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS

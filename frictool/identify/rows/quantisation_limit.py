@@ -3,7 +3,7 @@
 The test is thesis (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of
 the second difference. Quantisation changes the acceleration a by at most D_a = step/2 sum|h|, which
 shifts the inertia J by up to J D_a/rms(a). Identification is useful only if this shift is less than
-the half width of the bench's interval.
+the half width of the bench's interval of the inertia.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from frictool.typing import Vector
 def unresolved_inertia(
     record: MotionRecord, bench: Bench, response: Vector, acceleration: Vector, smoothing: str
 ) -> str | None:
-    """Return why the encoder is too coarse to identify the inertia, or None.
+    """Return why the encoder is too coarse to identify the inertia, or None if it is not.
 
     - response: impulse response from the position (1/s^2) or the measured velocity (1/s) to the
       acceleration
-    - acceleration: acceleration of the samples used, (n,)
+    - acceleration: acceleration of the samples used, (n,), rad/s^2 | m/s^2
     - smoothing: description of the filter for the message
     """
     prior = bench.mechanics.inertia
@@ -59,7 +59,11 @@ def refuse_hidden_inertia(
     acceleration: Vector,
     smoothing: str,
 ) -> SlidingFit:
-    """Return the fit; the inertia is refused if `unresolved_inertia` returns a reason."""
+    """Return the fit without the inertia if the encoder is too coarse to identify it.
+
+    The reason by `unresolved_inertia` is then in `refused`. Otherwise the fit is returned
+    unchanged.
+    """
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
     if reason is None or "inertia" not in fit.parameters:
         return fit

@@ -50,8 +50,8 @@ class RegressionSamples:
     - stroke: ascending number of the stroke, (n,)
     - sign: direction s, filtered like the other signals, (n,)
     - counts: distance between successive rows, in encoder counts, (n,)
-    - known_offset: offset of the bench, N m | N; None if the bench has none. Without it, motion in
-      one direction does not determine Coulomb friction.
+    - known_offset: offset of the bench, N m | N, or None. If it is None, motion in one direction
+      does not determine Coulomb friction.
     - loads: column (n,) of each parameter of the declared loads, without the offset
     - terms, most: `load.terms` and `load.most` of the bench
     - fixed: parameters whose effort was subtracted from `effort` (`with_fixed`)
@@ -71,12 +71,12 @@ class RegressionSamples:
 
     @property
     def split_coulomb(self) -> bool:
-        """Return True if Coulomb friction differs by direction; there is then no offset."""
+        """Return True if Coulomb friction differs by direction; in this case there is no offset."""
         return self.terms is not None and "coulomb_by_direction" in self.terms
 
     @property
     def columns(self) -> tuple[Vector, ...]:
-        """Return the regressors inertia, viscous, Coulomb and offset, each (n,)."""
+        """Return the regressors of inertia, viscous, Coulomb and offset, each (n,)."""
         return self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)
 
     @property
@@ -86,9 +86,10 @@ class RegressionSamples:
 
     @property
     def known_effort(self) -> Vector:
-        """Return the effort (n,) of the fixed parameters.
+        """Return the effort (n,) [N m | N] of the fixed parameters.
 
-        If the motion has one direction and Coulomb friction is fixed, the known offset is included.
+        If the motion has one direction and Coulomb friction is fixed, the effort includes the known
+        offset.
         """
         out = np.zeros(self.sign.size)
         for name, column in zip(SLIDING, self.columns, strict=True):
@@ -106,7 +107,7 @@ class RegressionSamples:
 
 
 def with_fixed(samples: RegressionSamples, fixed: Mapping[str, Interval]) -> RegressionSamples:
-    """Return the samples after the effort of the fixed parameters has been subtracted."""
+    """Return the samples without the effort of the parameters `fixed`."""
     if not fixed:
         return samples
     known = replace(samples, fixed=fixed)
@@ -114,7 +115,7 @@ def with_fixed(samples: RegressionSamples, fixed: Mapping[str, Interval]) -> Reg
 
 
 def joined(parts: list[RegressionSamples]) -> RegressionSamples:
-    """Return all rows as one table, with strokes numbered consecutively."""
+    """Return the rows of all parts in one table, with strokes numbered consecutively."""
     if len(parts) == 1:
         return parts[0]
     strokes = []
@@ -141,15 +142,15 @@ def fit(
 ) -> SlidingFit:
     """Return a least-squares fit of the samples with weights `weight` (n,).
 
-    Residuals are assumed to be correlated over `window` rows.
+    Residuals are assumed to be correlated over `window` rows. `details` are added to the result.
 
     - Parameters in `droppable` that do not improve the prediction (`term_selection`) are dropped:
       they are set to 0, and the others are fitted again. The intervals of the others allow for
       every value in the interval of a dropped parameter.
-    - A load that the travel cannot separate is refused, and its possible effect widens the other
-      intervals (`omitted_parameters`).
-    - If the motion has one direction only, the offset is refused, and also Coulomb friction if the
-      bench states no offset.
+    - A load that the travel cannot separate is reported as not identified, and its possible effect
+      widens the other intervals (`omitted_parameters`).
+    - If the motion has one direction only, the offset is reported as not identified, and also
+      Coulomb friction if the bench states no offset.
 
     Raises UnusableLogs if there are too few rows, or if the regressors are dependent.
     """
@@ -230,7 +231,7 @@ def _possible(name: str, interval: Interval) -> Interval:
 
 
 def shifted(interval: Interval, by: float) -> Interval:
-    """Return the interval shifted by a value."""
+    """Return the estimate and its interval, both increased by `by`."""
     return Interval(interval.value + by, interval.low + by, interval.high + by)
 
 
@@ -248,9 +249,10 @@ def _without(
 
 
 def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
-    """Return the Coulomb friction `summed` - `sign` times `offset`.
+    """Return the Coulomb friction: the sum `summed` minus `sign` times `offset`.
 
-    Its interval includes each offset in the interval `offset`.
+    `summed` is the friction in one direction of motion, `sign` = +-1, which includes the offset.
+    The interval of the result includes each offset in the interval `offset`.
     """
     value = summed.value - sign * offset.value
     half = summed.half_width
@@ -265,7 +267,7 @@ def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
 def reduced(
     samples: RegressionSamples, weight: Vector, parameters: int, window: int
 ) -> tuple[Tensor, Tensor, IntVector, IntVector]:
-    """Reduce each group of rows, of one stroke and cluster, to a triangular matrix by QR.
+    """Reduce each group of rows to a triangular matrix by QR; a group is in one stroke and cluster.
 
     Return, for the g groups, the matrices (g, q, q) without and with weights, the cluster numbers
     (g,), and the stroke numbers (g,) from 0. The q columns are the first `parameters` sliding
@@ -317,10 +319,13 @@ def intervals(
     names: tuple[str, ...],
     confidence: float,
 ) -> dict[str, Interval]:
-    """Return the interval of each parameter (`names`) that `estimate` computes.
+    """Return the intervals of the parameters `names` that the function `estimate` computes.
 
-    `estimate` takes the sum of the Gram matrices `products` and the number of rows, and returns the
-    parameters (p,). The intervals come from a jackknife that leaves out one cluster at a time.
+    `estimate` takes a sum of Gram matrices and a number of rows, and returns the parameters (p,).
+    The intervals come from a jackknife that leaves out one cluster at a time.
+
+    - products, rows, cluster: Gram matrix (g, q, q), number of rows (g,) and cluster (g,) of g
+      groups
     """
     index = np.unique(cluster, return_inverse=True)[1]
     count = int(index.max()) + 1
@@ -345,7 +350,7 @@ def intervals(
 
 
 def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Return the names of the identifiable columns, and the refused parameters with reasons.
+    """Return the names of the sliding columns to fit, and reasons for unidentifiable parameters.
 
     Raises UnusableLogs if there are too few rows.
     """
@@ -391,9 +396,9 @@ def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vec
 def spread_as(
     plain: Mapping[str, Interval], fitted: dict[str, Interval], samples: RegressionSamples
 ) -> dict[str, Interval]:
-    """Return the intervals `fitted`, at least as wide as in `plain` if parameters are fixed.
+    """Return the intervals `fitted`; if parameters are fixed, they are at least as wide as `plain`.
 
-    `plain` are intervals by least squares, which include the uncertainty of fixed parameters.
+    `plain` are intervals by least squares, which include the uncertainty of the fixed parameters.
     """
     if not samples.fixed:
         return fitted

@@ -1,4 +1,4 @@
-"""Segments of records that are simulated without a restart, and their initial states."""
+"""Segments of records, each of which is simulated without a restart, and their initial states."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class RecordSegment:
 
 
 def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return every gap-free part of the records that is long enough."""
+    """Return every gap-free part of the records with at least FEWEST_SAMPLES samples."""
     segments = []
     for record in records:
         edges = np.concatenate(
@@ -84,7 +84,7 @@ def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
 def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]:
     """Return evenly spaced, shortened segments with at most `most` samples in total.
 
-    Return all segments unchanged if they have at most `most` samples.
+    If all segments together have at most `most` samples, they are returned unchanged.
     """
     if sum(one.last - one.first for one in segments) <= most:
         return list(segments)
@@ -95,7 +95,7 @@ def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]
 
 
 def of_each_record(segments: Sequence[RecordSegment], what: Callable[[MotionRecord], T]) -> list[T]:
-    """Return what(record) for the record of each segment; `what` is called once per record."""
+    """Return `what(record)` for the record of each segment, calling `what` once per record."""
     results: dict[int, T] = {}
     for segment in segments:
         if id(segment.record) not in results:

@@ -1,4 +1,4 @@
-"""Fits of the smoothed samples that certainly slip, with any weights.
+"""Fits of the smoothed samples at which the axis certainly slips, with any weights.
 
 An inertia that cannot be identified remains in the regression. Over whole strokes, acceleration is
 nearly orthogonal to velocity and its sign, so that the inertia hardly widens the other intervals.
@@ -8,9 +8,10 @@ reversals separate viscous from Coulomb friction, and the error of the inertia s
 intervals of the other parameters therefore include the fits with every inertia from the fitted
 value to the value without this error (`_unattenuated`).
 
-The window is chosen twice. The first window is so long that noise hardly changes the inertia. The
-second is the shortest window with which noise decreases the fitted inertia by less than a fifth of
-the standard deviation of the inertia. A short window loses fewer samples near reversals.
+The smoothing window is chosen twice. The first window is so long that noise hardly changes the
+inertia. The second is the shortest window with which noise decreases the fitted inertia by less
+than a fifth of the standard deviation of the inertia. A short window loses fewer samples near
+reversals.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ def weighted_fit(
     """Return the least-squares fit of slipping samples, weighted by `weigh(samples)` (n,).
 
     Parameters in `droppable` that do not improve the prediction are set to 0. Raises UnusableLogs
-    if nothing slips.
+    if the axis never slips for a whole smoothing window.
     """
 
     def fitting(rows: RegressionSamples, used: int) -> SlidingFit:
@@ -77,10 +78,10 @@ def weighted_fit(
 def slipping_fit(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, fitting: Fitting
 ) -> SlidingFit:
-    """Return the fit of the samples that certainly slip, by the function `fitting`.
+    """Return the fit, by the function `fitting`, of the samples at which the axis certainly slips.
 
-    The inertia is refused if the encoder's quantisation hides it. Raises UnusableLogs if nothing
-    slips.
+    The inertia is reported as not identified if the encoder's quantisation hides it. Raises
+    UnusableLogs if the axis never slips for a whole smoothing window.
     """
     samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
     result = fitting(with_fixed(samples, settings.fixed), used)
@@ -142,7 +143,7 @@ def _unattenuated(
 
 
 def _widened_to(fit: SlidingFit, other: SlidingFit) -> SlidingFit:
-    """Return `fit` with each interval at least as wide as that of `other`."""
+    """Return `fit` with each interval at least as wide as the interval in `other`."""
     wider = {
         name: Interval.around(one.value, other.parameters[name].half_width)
         for name, one in fit.parameters.items()
@@ -171,7 +172,7 @@ def _own_share(samples: RegressionSamples) -> float:
 
 
 def known_inertia(bench: Bench) -> Interval:
-    """Return the bench's inertia; without an interval, its interval is 0 to twice the value."""
+    """Return the bench's inertia; an unknown interval is taken as 0 to twice the value."""
     known = bench.mechanics.inertia
     return Interval(
         known.value, *(known.interval if known.low is not None else (0.0, 2.0 * known.value))
@@ -179,9 +180,10 @@ def known_inertia(bench: Bench) -> Interval:
 
 
 def _bearable_share(result: SlidingFit, confidence: float) -> float:
-    """Return the ratio of noise to acceleration at which the inertia is biased.
+    """Return the largest allowed ratio of noise to acceleration.
 
-    The bias is BIAS_SHARE standard deviations of the inertia.
+    With this ratio, noise decreases the inertia by BIAS_SHARE of its standard deviation. The ratio
+    is at most LARGEST_SHARE.
     """
     inertia = result.parameters.get("inertia")
     if inertia is None or inertia.value <= 0.0:
@@ -194,24 +196,24 @@ def _bearable_share(result: SlidingFit, confidence: float) -> float:
 
 @once_per_record
 def stroke_samples(record: MotionRecord) -> float:
-    """Return the median length of the record's strokes in samples, 0 if nothing moves."""
+    """Return the median length of the record's strokes in samples; 0 without motion."""
     strokes = find_strokes(record)
     lengths = np.bincount(strokes.number[strokes.sign != 0.0], minlength=1)
     return float(np.median(lengths[lengths > 0])) if lengths.any() else 0.0
 
 
 def shortest_window(records: list[MotionRecord], share: float) -> int:
-    """Return the window [samples] with which noise is at most `share` of the acceleration.
+    """Return the shortest window [samples] with which noise is at most `share` of the acceleration.
 
-    The window is long enough for every record.
+    The window suits all records.
     """
     return max(choose_window(record, stroke_samples(record), share) for record in records)
 
 
 def slipping_window(records: list[MotionRecord], window: int | None) -> int:
-    """Return `window` or, for None, the longest window that a record needs.
+    """Return `window`, or for None the longest of the windows [samples] that the records need.
 
-    Raises UnusableLogs if nothing moves.
+    Raises UnusableLogs if the axis never moves by more than one encoder count.
     """
     if all(stroke_samples(record) == 0.0 for record in records):
         raise UnusableLogs("the axis never moves by more than one encoder count")
@@ -221,9 +223,12 @@ def slipping_window(records: list[MotionRecord], window: int | None) -> int:
 def slipping(
     records: list[MotionRecord], bench: Bench, share: float, window: int | None
 ) -> tuple[RegressionSamples, int]:
-    """Return the samples that certainly slip, and the longest smoothing window of a record.
+    """Return the samples at which the axis certainly slips, and the longest window of a record.
 
-    Raises UnusableLogs if no sample slips.
+    - share: allowed share of noise in the acceleration, which determines each record's window
+    - window: smoothing window for all records, samples; None to choose it
+
+    Raises UnusableLogs if the axis never slips for a whole smoothing window.
     """
     parts, windows = [], []
     for record in records:
@@ -250,7 +255,7 @@ def full_backlash(bench: Bench) -> float:
 def slipping_mask(
     record: MotionRecord, strokes: Strokes, bench: Bench, velocity: Vector, window: int, every: int
 ) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the samples that certainly slip over `window`.
+    """Return a mask (n,) of the samples around which the axis certainly slips over `window`.
 
     Only one in `every` samples can be in the mask. `velocity` (n,) is smoothed over `window`.
     """
@@ -267,7 +272,7 @@ def slipping_rows(
     signals: tuple[Vector, Vector, Vector],
     every: int = 1,
 ) -> RegressionSamples:
-    """Return a row for each sample that certainly slips; only one sample in `every` is used.
+    """Return a row for each sample at which the axis certainly slips, of one in `every` samples.
 
     `signals`: smoothed acceleration, velocity and effort, each (n,); the arrays are overwritten to
     save memory.

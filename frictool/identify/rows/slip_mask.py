@@ -1,4 +1,4 @@
-"""Mask of the samples that certainly slip in one direction with the load attached.
+"""Mask of the samples at which the axis certainly slips in one direction with the load attached.
 
 The mask is thesis (4.18) with a threshold derived from the encoder and the motion. A sample is used
 if all samples in its smoothing window
@@ -35,7 +35,7 @@ def mark_slip(
     reach: int,
     mask: NDArray[np.bool_],
 ) -> None:
-    """Set `mask` (n,) to True for samples that slip over `reach` samples before and after.
+    """Set `mask` (n,) to True for samples that slip together with `reach` samples on either side.
 
     A sample slips if its velocity along the stroke exceeds `slowest`, and if the distance `advance`
     since the beginning of the stroke exceeds the backlash `gap`. The samples within `reach` must be
@@ -55,7 +55,7 @@ def mark_slip(
 def slip_mask(
     record: MotionRecord, strokes: Strokes, velocity: Vector, window: int, backlash: float
 ) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the samples that certainly slip.
+    """Return a mask (n,) of the samples at which the axis certainly slips.
 
     `velocity` (n,) may be NaN at the ends. `backlash` is the full width, rad | m.
     """

@@ -78,14 +78,17 @@ def fourth_difference_power(position: Vector) -> float:
 def position_noise(record: MotionRecord) -> float:
     """Return the standard deviation of the position noise, rad | m.
 
-    The result is the larger of the quantisation noise and the estimate from fourth differences.
+    The result is the larger of the quantisation noise and an estimate from fourth differences.
     """
     measured = math.sqrt(fourth_difference_power(record.position)) / FOURTH_DIFFERENCE_GAIN
     return max(record.resolution / math.sqrt(12.0), measured)
 
 
 def measurement_noise(record: MotionRecord) -> float:
-    """Return the rms noise (SI) of the velocity if it is measured, else of the position."""
+    """Return the rms noise of the measured signal.
+
+    The signal is the velocity [rad/s | m/s] if it was measured, else the position [rad | m].
+    """
     if record.velocity is None:
         return position_noise(record)
     return max(
@@ -95,7 +98,10 @@ def measurement_noise(record: MotionRecord) -> float:
 
 
 def acceleration_response(record: MotionRecord, window: int) -> Vector:
-    """Return the impulse response (window,) from the measured signal to the acceleration."""
+    """Return the impulse response (window,) from the measured signal to the acceleration.
+
+    The signal is the velocity (response in 1/s) if it was measured, else the position (1/s^2).
+    """
     return _response(window, record.period, record.velocity is not None)
 
 
@@ -113,7 +119,7 @@ def _noise_gain(window: int, period: float, of_velocity: bool) -> float:
 def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> int:
     """Return the smoothing window W [samples] by the rule in the module docstring.
 
-    - stroke_samples: median length of a stroke in samples
+    - stroke_samples: median length of a stroke, samples
     - share: allowed share of noise in the acceleration
     """
     longest = max(_odd(stroke_samples * STROKE_SHARE), SHORTEST)
@@ -207,7 +213,10 @@ def smoothed(record: MotionRecord, window: int) -> tuple[Vector, Vector, Vector]
 
 
 def smoothed_by(record: MotionRecord, g: Vector) -> tuple[Vector, Vector, Vector]:
-    """Return the signals of `smoothed` with any symmetric kernel g (window - 2,) of sum 1."""
+    """Return acceleration, velocity and effort (n,), smoothed by a symmetric kernel g of sum 1.
+
+    g has the length window - 2. The first and last (window - 1)/2 values of each signal are NaN.
+    """
     window = g.size + 2
     out = np.empty((3, record.position.size))
     n = record.position.size

@@ -1,4 +1,4 @@
-"""Strokes (motions between two reversals), the independent units of the residuals."""
+"""Strokes (motions between two reversals), whose residuals are taken as independent."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ SHARE_OF_RANGE = 1e-3
 def turning_points(position: Vector, threshold: float, points: NDArray[np.int64]) -> int:
     """Write the indices of the reversals of `position` (n,) into `points`; return their number.
 
-    The position must return by more than `threshold` after a reversal. The first and last sample
-    are not reversals.
+    A reversal counts if the position afterwards returns by more than `threshold`. The first and
+    last sample are not reversals.
     """
     count, direction, extreme = 0, 0, 0
     lowest, highest = 0, 0
@@ -59,10 +59,11 @@ def fill_strokes(
     sign: Vector,
     advance: Vector,
 ) -> None:
-    """Fill `number`, `sign` and `advance` (n,) of `Strokes`.
+    """Compute the fields `number`, `sign` and `advance` (n,) of `Strokes`.
 
     - starts: first sample of each stroke, (m,)
     - fresh: True for the first stroke after a gap, (m,)
+    - threshold: least distance of a stroke in motion, rad | m
     """
     n, strokes = position.shape[0], starts.shape[0]
     for stroke in range(strokes):

@@ -1,8 +1,8 @@
 """Friction over temperature from the fitted effect `temperature`.
 
-The regression gives the slope c of a friction F over temperature, at the reference; the document
-has the relative slope c/F. The interval of c/F includes the uncertainty of F: with the half widths
-c_h of c and F_h of F, the half width of c/F is sqrt(c_h^2 + (c F_h/F)^2)/F.
+The regression gives the slope c of a friction F over temperature, at the reference temperature; the
+model document has the relative slope c/F. The interval of c/F includes the uncertainty of F: with
+the half widths c_h of c and F_h of F, the half width of c/F is sqrt(c_h^2 + (c F_h/F)^2)/F.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LEAST_RANGE = 5.0  # K, least range of temperatures over which a change of frict
 def temperatures(records: Sequence[MotionRecord]) -> FrictionOverTemperature | None:
     """Return the reference and the range of the records' temperatures.
 
-    Return None if there are no records, or if one has no temperature.
+    Return None if there are no records, or if a record has no temperature.
     """
     measured = [one.temperature for one in records if one.temperature is not None]
     if not measured or len(measured) < len(records):
@@ -39,12 +39,15 @@ def temperatures(records: Sequence[MotionRecord]) -> FrictionOverTemperature | N
 
 
 def varies(law: FrictionOverTemperature | None) -> bool:
-    """Return whether temperatures from `temperatures` vary enough to fit a change of friction."""
+    """Return whether the range of temperatures is large enough to fit a change of friction."""
     return law is not None and law.over.high - law.over.low >= LEAST_RANGE
 
 
 def refuse_unknown_temperature(records: Sequence[MotionRecord], bench: Bench) -> None:
-    """Raise UnusableLogs if the temperatures cannot show the effect `temperature` of the bench."""
+    """Raise UnusableLogs if the records cannot show the effect `temperature` that the bench declares.
+
+    The effect needs a temperature in every record, and a range of at least LEAST_RANGE.
+    """
     if bench.load is None or TEMPERATURE not in bench.load.terms or not records:
         return
     for record in records:
@@ -60,7 +63,10 @@ def refuse_unknown_temperature(records: Sequence[MotionRecord], bench: Bench) ->
 
 
 def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> SlidingFit:
-    """Return the fit with a law for the fitted effects of the temperature, if there are any."""
+    """Return the fit with a law of friction over temperature.
+
+    A fit without the effect `temperature` is returned unchanged.
+    """
     law = temperatures(records)
     slope, dry, curvature = (fit.effects.get(name) for name in TEMPERATURE_NAMES)
     if law is None or (slope is None and dry is None):
@@ -74,7 +80,10 @@ def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> Sl
 
 
 def with_reference(laws: Laws | None, records: Sequence[MotionRecord]) -> Laws | None:
-    """Return the laws with the reference temperature of the records, if they have temperatures."""
+    """Return the laws with the reference temperature of the records.
+
+    Laws are returned unchanged if they have a temperature, or if a record has none.
+    """
     law = temperatures(records)
     if law is None or (laws is not None and laws.temperature is not None):
         return laws

@@ -6,7 +6,7 @@ h is the temperature minus the reference. The viscosity of a lubricant falls by 
 ratio per kelvin at all temperatures (Reynolds, 1886). Bittencourt and Axelsson (2014) identify an
 exponential for the viscous friction of a robot joint. k is 0 unless the logs show a curvature.
 Gauss-Newton steps determine r, k and q, from which the columns of the effect `temperature` follow.
-The coefficients of these columns are fitted with the other parameters.
+The coefficients of these columns are fitted together with the other parameters.
 """
 
 from __future__ import annotations
@@ -37,9 +37,10 @@ LEAST_CURVATURE = 0.02
 
 
 def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
-    """Return the records, with a common reference temperature and friction over temperature.
+    """Return the records with a common reference temperature and exponents of friction over it.
 
-    Records are returned unchanged unless all have a temperature.
+    The exponents are set only if the temperature varies enough. Records are returned unchanged
+    unless all have a temperature.
     """
     measured = [one.temperature for one in records if one.temperature is not None]
     if not measured or len(measured) < len(records):
@@ -91,9 +92,9 @@ def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, flo
 
 
 def _fitted(rows: Matrix, curved: bool) -> tuple[Vector, float]:
-    """Return r, q, k (3,) and the sum of the squared residuals.
+    """Return the exponents r, q, k (3,) and the sum of the squared residuals.
 
-    The columns of `rows` (n, 6) are a, v, s, 1, h and the effort. Without `curved`, k is 0.
+    The columns of `rows` (n, 6) are a, v, s, 1, h and the effort. If `curved` is False, k is 0.
     """
     a, v, s, one, h, effort = rows.T
     shape = np.zeros(3)
@@ -115,7 +116,7 @@ def _fitted(rows: Matrix, curved: bool) -> tuple[Vector, float]:
 
 
 def _is_curved(excess: Vector) -> bool:
-    """Return whether temperatures h (n,) can show a curvature; two levels cannot."""
+    """Return whether the temperatures h (n,) can show a curvature; two levels of h cannot."""
     scaled = excess / np.ptp(excess)
     line = np.column_stack([np.ones(scaled.size), scaled])
     left = scaled**2 - line @ np.linalg.lstsq(line, scaled**2, rcond=None)[0]
