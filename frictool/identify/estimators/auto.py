@@ -81,11 +81,6 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
 def _of_strokes(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the fit by steps 1 to 5 of the module docstring.
-
-    The fit includes each load and each effect that improves the prediction of strokes that the fit
-    did not use.
-    """
     measured = any(record.velocity is not None for record in records)
     load, explanations = search_explanations(records, bench, settings)
     explained = bench if load is None else msgspec.structs.replace(bench, load=load)
@@ -169,10 +164,10 @@ def _at_inertia(
 def _more_precise(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, means: SlidingFit
 ) -> bool:
-    """Return whether least squares agree with the fit `means` and have at most half its widths.
+    """Return whether intervals by least squares overlap those of `means` and are far narrower.
 
-    `means` is a fit by the method of sines. The widths are those of the intervals of viscous and
-    Coulomb friction.
+    `means` is a fit by the method of sines. The intervals of viscous and Coulomb friction are
+    compared; those by least squares must be narrower than FAR times the others.
     """
     efficient = run(REFERENCE, records, bench, settings)
     narrower = all(
@@ -187,11 +182,11 @@ def _more_precise(
 def _of_runs(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the Stribeck curve of the parts at constant speed, or the fit by steps 1 to 5.
+    """Return the Stribeck curve of the parts at constant speed, or a fit of whole strokes.
 
-    The fit by steps 1 to 5 of the module docstring is returned if it has all sliding parameters and
-    friction does not fall with speed. Otherwise the curve is fitted with the inertia of steps 1 to
-    5, if they identify it. Raises UnusableLogs if the parts do not determine a curve.
+    The fit of whole strokes (`_of_strokes`) is returned if it has all sliding parameters and
+    friction does not fall with speed. Otherwise the curve is fitted with the inertia of the whole
+    strokes, if they determine it. Raises UnusableLogs if the parts do not determine a curve.
     """
     why = "most of the motion consists of runs at constant speed"
     curve = run(STRIBECK_CURVE, records, bench, settings)
@@ -215,9 +210,9 @@ def _of_runs(
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
     """Return whether a parameter can be identified, with which precision, and by which method.
 
-    The default of the required relative half width is WANTED. If it cannot be reached, a coarser
-    one is required instead: the relative half width of the bench's interval of the parameter, or 1
-    (100 %) if the bench has no interval.
+    The interval must have at most the relative half width WANTED. If the logs cannot reach this
+    precision, a coarser one is required instead: the relative half width of the bench's interval of
+    the parameter, or 1 (100 %) if the bench has no interval.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))
@@ -239,11 +234,7 @@ def _weak(
 def inertia_over_position(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit | None:
-    """Return the fit by the weak form, if useful, else None.
-
-    The fit is useful if it identifies the inertia and includes friction that depends on the
-    position.
-    """
+    """Return the weak-form fit if it has an inertia and position-dependent friction, else None."""
     fit = _weak(records, bench, settings)
     return fit if fit is not None and fit.details["position_order"] > 0 else None
 
@@ -273,7 +264,6 @@ def _differentiated(
     settings: IdentificationSettings,
     droppable: tuple[str, ...],
 ) -> SlidingFit:
-    """Return the fit that steps 2 to 4 of the module docstring choose."""
     efficient = weighted_fit(
         records, bench, settings, lambda rows: np.ones(rows.velocity.size), droppable
     )
@@ -302,7 +292,7 @@ def _differentiated(
 
 
 def disagreement(one: SlidingFit, other: SlidingFit) -> str | None:
-    """Return name and value of the first friction parameter with disjoint intervals, as text.
+    """Return name and value of the first parameter with two disjoint intervals, as text.
 
     `one` and `other` are fits by two methods. Viscous and Coulomb friction are compared; the value
     is that of `one`. Return None if the intervals overlap.

@@ -99,10 +99,10 @@ EQUAL = 1.1  # largest ratio of the squared errors of two hypotheses that predic
 
 @dataclass(frozen=True)
 class ExplanationSearch:
-    """Data of a search: records of one axis, their bench, and the settings.
+    """Search in records of one axis for explanations of the effort.
 
     - windows: length of the smoothing window of each record, samples
-    - widens: True if `hypotheses` also contains those that only widen intervals (`only_widens`)
+    - widens: True if `hypotheses` also contains those that widen intervals but explain nothing
     """
 
     records: Sequence[MotionRecord]
@@ -181,7 +181,7 @@ class ExplanationSearch:
     def samples(self, waves: tuple[float, ...]) -> RegressionSamples:
         """Return the regression rows with the columns of all hypotheses.
 
-        `waves` are the wave numbers [1/rad | 1/m] of the ripples with columns. Raises UnusableLogs
+        Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
         if the axis never slips for a whole smoothing window.
         """
         declared = self.bench.load or LoadTerms(("offset",))
@@ -204,9 +204,9 @@ class ExplanationSearch:
         return samples
 
     def rows(self, waves: tuple[float, ...]) -> ReducedRows:
-        """Return the regression rows of `samples`, reduced to triangular matrices by QR.
+        """Return the regression rows with the columns of all hypotheses, as triangular matrices.
 
-        `waves` are the wave numbers [1/rad | 1/m] of the ripples with columns. Raises UnusableLogs
+        Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
         if the axis never slips for a whole smoothing window, or if the motion does not determine
         Coulomb friction and offset.
         """
@@ -248,7 +248,7 @@ class ExplanationSearch:
         """Return whether the encoder's noise hides the acceleration in the rows `samples`.
 
         The noise makes the fitted inertia too small, so that a part of the inertial effort is left
-        over. The effects LIKE_ACCELERATION would be fitted to this part.
+        over. The effects `delay` and `resonance` would be fitted to this part.
         """
         return self.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
 
@@ -266,7 +266,7 @@ class ExplanationSearch:
         """Return a ripple and its peak, the highest in the spectrum of the residual over position.
 
         - waves: wave numbers of the ripples that the fit includes already, 1/rad | 1/m
-        - used: hypotheses of the fit that leaves the residual
+        - used: hypotheses in the fit whose residual is examined
 
         Return None if the rows have no column of the position, if the fit has MOST_HARMONICS
         ripples, or if the spectrum has no peak.

@@ -57,7 +57,7 @@ def friction_force(
     both = bool(np.ptp(rows.sign) > 0.0)
     top = float(np.max(np.abs(rows.velocity)))
     if top == 0.0:
-        raise UnusableLogs("nothing moves")
+        raise UnusableLogs("the axis does not move in any log; record a motion over several counts")
     if not both and rows.known_offset is None:
         raise UnusableLogs(f"{ONE_DIRECTION}; write mechanics.offset into the bench if it is known")
     peak = _peak(rows, force, both, top)
@@ -111,7 +111,7 @@ def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> R
         )
     if 2.0 * cutoff_hz * record.period >= 1.0:
         raise UnusableLogs(
-            f"a cut-off at {cutoff_hz:g} Hz is not below half of the sampling rate, "
+            f"a cut-off of {cutoff_hz:g} Hz is not below half of the sampling rate, which is "
             f"{0.5 / record.period:.4g} Hz"
         )
     b, a = scipy.signal.butter(order, 2.0 * cutoff_hz * record.period)
@@ -132,7 +132,7 @@ def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> R
     acceleration = np.diff(speed, prepend=speed[0]) / record.period
     moving = strokes.sign != 0.0
     if not moving.any():
-        raise UnusableLogs(f"{record.name}: nothing moves")
+        raise UnusableLogs(f"{record.name}: the axis does not move by more than an encoder count")
     rows = RegressionSamples(
         acceleration,
         speed,
@@ -148,7 +148,7 @@ def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> R
 def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:
     """Return regressors (n, 4): Coulomb, viscous, breakaway minus Coulomb, offset.
 
-    If `both` directions of motion do not occur, the column of the offset is missing.
+    If `both` is False, the motion has one direction only, and the column of the offset is missing.
     """
     ratio = np.abs(rows.velocity) / peak
     columns = (
@@ -166,7 +166,7 @@ def _sums(columns: Matrix) -> Matrix:
 
 
 def _peak(rows: RegressionSamples, force: Vector, both: bool, top: float) -> float:
-    """Return the speed v_p [rad/s | m/s] with which the curve has the least squared residuals."""
+    """Return the speed v_p [rad/s | m/s] of the largest friction in the curve that fits best."""
 
     def left(logarithm: float) -> float:
         columns = _design(rows, float(np.exp(logarithm)), both)

@@ -46,7 +46,7 @@ class ReducedRows:
     noise: float
 
     def columns(self, hypotheses: Sequence[Hypothesis]) -> list[int]:
-        """Return the indices of the base columns and of the columns of `hypotheses`."""
+        """Return the indices of the columns that a fit with `hypotheses` uses."""
         chosen = {*self.base, *(name for one in hypotheses for name in one.names)}
         return [k for k, name in enumerate(self.names) if name in chosen]
 
@@ -145,8 +145,7 @@ class ReducedRows:
     def left_by_others(self, hypotheses: Sequence[Hypothesis]) -> float:
         """Return the mean square of the acceleration that the other columns do not explain.
 
-        The other columns are the base columns and the columns of `hypotheses`. The unit is
-        (rad/s^2)^2 | (m/s^2)^2.
+        The other columns are those of a fit with `hypotheses`. The unit is (rad/s^2)^2 | (m/s^2)^2.
         """
         return self._left([k for k in self.columns(hypotheses) if k != 0], 0)
 
@@ -156,7 +155,7 @@ class ReducedRows:
         return float(triangle[-1, -1] ** 2) / self.samples.velocity.size
 
     def table(self, hypotheses: Sequence[Hypothesis]) -> Matrix:
-        """Return the regressors (n, p) of a fit: base columns and columns of `hypotheses`."""
+        """Return the regressors (n, p) of a fit with `hypotheses`."""
         named = dict(zip(SLIDING, self.samples.columns, strict=True)) | self.samples.loads
         return np.column_stack([named[self.names[k]] for k in self.columns(hypotheses)])
 

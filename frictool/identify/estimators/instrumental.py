@@ -47,8 +47,8 @@ def instrumental(
     for record in records:
         if record.reference is None:
             raise UnusableLogs(
-                f"{record.name} has no reference of the position, from which the instruments "
-                "are computed; use least-squares"
+                f"{record.name} has no reference of the position (channel reference), which the "
+                "method instrumental needs; use least-squares"
             )
     window = slipping_window(records, settings.window)
     parts, instruments = [], []

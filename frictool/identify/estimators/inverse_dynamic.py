@@ -8,13 +8,14 @@
                one sample in ten
     solve      ordinary least squares on [acceleration, velocity, sign(velocity), 1]
 
-Two systematic errors of the published pipeline do not appear in its residuals. The effort is
-treated as a measurement at the sample, even if it is held until the next sample. Samples at rest
-and at reversals are treated as slip. Each interval therefore contains the intervals of the pipeline
-and of the power balance (`power_balance`), which has neither error.
+EMPS is the benchmark "electro-mechanical positioning system". Two systematic errors of the
+published pipeline do not appear in its residuals. The effort is treated as a measurement at the
+sample, even if it is held until the next sample. Samples at rest and at reversals are treated as
+slip. Each interval therefore contains the interval of the pipeline and that of the power balance
+(`power_balance`), which has neither error.
 
-The method refuses a log with much motion inside the backlash, and a log whose encoder noise causes
-false reversals.
+A log with much motion inside the backlash is unusable. If the encoder's noise changes the sign of
+the velocity without a reversal, viscous and Coulomb friction are reported as not identified.
 """
 
 from __future__ import annotations
@@ -43,10 +44,11 @@ LARGEST_NOISE = 0.01  # largest rms noise of the velocity relative to its rms
 def inverse_dynamic(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset by the published pipeline.
+    """Return inertia, viscous friction, Coulomb friction and offset by the pipeline for EMPS.
 
-    The intervals include its systematic errors. Raises UnusableLogs if a record is too short for
-    the filters, if much of the motion is inside the backlash, or if no sample slips.
+    The intervals include the systematic errors of the pipeline. Raises UnusableLogs if a record is
+    too short for the filters, if much of the motion is inside the backlash, or if the axis never
+    slips.
     """
     pipeline = settings.pipeline or PublishedFilters()
     confidence = settings.confidence
@@ -90,8 +92,9 @@ def _refuse_backlash(records: list[MotionRecord], bench: Bench) -> None:
     share = inside / sum(record.position.size for record in records)
     if share > LARGEST_BACKLASH_SHARE:
         raise UnusableLogs(
-            f"{100 * share:.2g} % of the samples may lie within the bench's backlash, which this "
-            f"pipeline neglects (allowed: {100 * LARGEST_BACKLASH_SHARE:g} %); use least-squares"
+            f"{100 * share:.2g} % of the samples may lie within the bench's backlash, which "
+            f"inverse-dynamic neglects (allowed: {100 * LARGEST_BACKLASH_SHARE:g} %); "
+            "use least-squares"
         )
 
 
@@ -136,11 +139,11 @@ def _decimated(record: MotionRecord, pipeline: PublishedFilters) -> RegressionSa
     rate = 1.0 / record.period
     if record.piece[-1] > 0:
         raise UnusableLogs(
-            f"{record.name} has gaps, over which this pipeline cannot filter; use least-squares"
+            f"{record.name} has gaps, over which inverse-dynamic cannot filter; use least-squares"
         )
     if not 0.0 < pipeline.cutoff_hz < 0.5 * rate:
         raise UnusableLogs(
-            f"a cut-off of {pipeline.cutoff_hz:g} Hz is not below half of the sampling rate, "
+            f"a cut-off of {pipeline.cutoff_hz:g} Hz is not below half of the sampling rate of "
             f"{rate:g} Hz"
         )
     fewest = pipeline.skip + max(pipeline.padding, 30 * pipeline.decimate) + 4

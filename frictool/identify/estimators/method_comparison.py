@@ -211,10 +211,10 @@ def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:
 
 
 def contradicted(regression: SlidingFit, simulated: SlidingFit) -> str | None:
-    """Return name and interval of the first parameter on which the two fits disagree, as text.
+    """Return name and interval of the first parameter on which two fits disagree, as text.
 
-    The estimate of such a parameter in `regression` lies outside its interval in `simulated`.
-    Return None if there is no such parameter.
+    The value of such a parameter in `regression` lies outside its interval in `simulated`. Return
+    None if there is no such parameter.
     """
     for name in SLIDING:
         regressed, interval = regression.parameters.get(name), simulated.parameters.get(name)
@@ -334,7 +334,7 @@ def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> Segmen
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the rms force error over both halves, each predicted by the fit to the other half."""
+    """Return the rms force error; each half of the data is predicted by the fit to the other."""
     errors = [
         force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
     ]

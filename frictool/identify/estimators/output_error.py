@@ -365,8 +365,8 @@ def simulated_fit(
     """Return the fit by output error without insignificant loads.
 
     The first fit has the load terms `terms`. As long as the intervals of a position-dependent load
-    contain 0, the fit is repeated without this load, unless the bench declares its loads. `errors`
-    are the prediction errors by name that the details of the fit report.
+    contain 0, the fit is repeated without this load, unless the bench declares its loads. The
+    details of the fit report the prediction errors `errors`, by name.
     """
     fit = simulation_error(records, bench, settings, terms)
     while bench.load is None and (needless := _insignificant_loads(fit, terms)):

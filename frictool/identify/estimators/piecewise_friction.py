@@ -85,7 +85,10 @@ class StrokeMeans:
         return self.sign * self.mean(within - low)
 
     def share_beyond(self, knee: float) -> Vector:
-        """Return the share of samples faster than `knee` in each part, times its sign, (m,)."""
+        """Return for each part, (m,), the share of samples faster than `knee` [rad/s | m/s].
+
+        The share is negative for motion in the negative direction.
+        """
         return self.sign * self.mean((self.speed > knee).astype(np.float64))
 
 

@@ -41,7 +41,7 @@ def power_balance(
     if bench.load is not None and bench.load.terms != ("offset",):
         terms = ", ".join(bench.load.terms) or "none"
         raise UnusableLogs(
-            f"power-balance on differences cannot fit load.terms of the bench, {terms}; leave "
-            "--time-constant out"
+            f"power-balance with --time-constant cannot fit load.terms of the bench ({terms}); "
+            "leave --time-constant out"
         )
     return differenced_fit(records, bench, settings, by_speed)

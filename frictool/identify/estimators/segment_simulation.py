@@ -153,7 +153,7 @@ def _state(segment: RecordSegment, p: Vector) -> Vector:
 def observer_rate(record: MotionRecord) -> float:
     """Return the rate [1/s] at which the observer's error decays.
 
-    The rate is fast relative to a stroke, and slow relative to the sample period.
+    This decay is fast relative to a stroke, and slow relative to the sample period.
     """
     lengths = np.bincount(find_strokes(record).number)
     return min(OBSERVER / (float(np.median(lengths)) * record.period), 0.1 / record.period)

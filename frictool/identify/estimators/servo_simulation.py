@@ -97,9 +97,10 @@ class ServoSimulation:
 def simulated_position(
     segment: RecordSegment, bench: Bench, values: Mapping[str, float], law: FirmwareLaw
 ) -> tuple[int, Vector]:
-    """Simulate an axis along the goal of a segment; return the status and its position (n,) [rad].
+    """Simulate a servo that follows the goal of a segment; return status and position (n,) [rad].
 
-    - values: parameters of `axis_and_load`, SI; for a known pendulum, also its angle ZERO, rad
+    - values: parameters of `axis_and_load`, SI; for a known pendulum, also the angle of the
+      pendulum at position 0, `zero`, rad
     - law: control law of the servo's firmware
 
     A pendulum that the record states replaces that of the bench. The position is NaN if the
@@ -212,7 +213,7 @@ def _search(
         gtol=1e-9,
     )
     if not solution.success and solution.status != 0:
-        raise UnusableLogs(f"the search along the goal does not converge: {solution.message}")
+        raise UnusableLogs(f"the fit of the simulated servo does not converge: {solution.message}")
     values = dict(zip(names, (solution.x * scale).tolist(), strict=True))
     return SimulationFit({**simulated.fixed, **values}, solution.fun, solution.jac / scale)
 

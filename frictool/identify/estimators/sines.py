@@ -161,7 +161,7 @@ def _coulomb_and_offset(
     means = rows.means
     free = [name for name in COLUMNS[1:] if name not in fixed]
     if not free:
-        raise UnusableLogs("all friction parameters are fixed")
+        raise UnusableLogs("all friction parameters are fixed, so that nothing is left to fit")
     target = means.effort - bench.mechanics.inertia.value * rows.acceleration
     solution = solve(means.columns, target, means.weight, means.cluster)
     half = _of_fixed(rows, means.columns, solution.half_width(confidence), fixed)
@@ -202,7 +202,7 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
     samples = joined([part for part, _ in parts])
     position = np.concatenate([index for _, index in parts])
     if samples.velocity.size == 0:
-        raise UnusableLogs("no stroke is long enough for its middle part to slip with certainty")
+        raise UnusableLogs("the axis slips in the middle of no stroke; record longer strokes")
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
     lengths = np.diff(np.append(starts, samples.stroke.size))
     sign = samples.sign[starts]
@@ -254,8 +254,8 @@ def _check(means: StrokeMeans) -> None:
     speed = means.mean(means.speed)
     if speed.max() < SPREAD * speed.min():
         raise UnusableLogs(
-            f"all strokes have one speed ({speed.min():.3g} to {speed.max():.3g}), which does "
-            "not separate viscous from Coulomb friction; record sines of several speeds"
+            f"all strokes have one speed ({speed.min():.3g} to {speed.max():.3g} rad/s or m/s), "
+            "which does not separate viscous from Coulomb friction; record sines of several speeds"
         )
 
 

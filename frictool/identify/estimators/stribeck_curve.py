@@ -98,7 +98,7 @@ class ConstantSpeedRuns:
         )
 
     def squares(self, velocity: float, exponent: float) -> float:
-        """Return the weighted sum of squared residuals for this v_s and this exponent."""
+        """Return the weighted sum of squared residuals for a Stribeck velocity and an exponent."""
         weight = np.sqrt(self.samples)
         rows = self.design(velocity, exponent) * weight[:, None]
         right = self.effort * weight
@@ -118,9 +118,9 @@ def stribeck_curve(
     Raises
     ------
     UnusableLogs
-        If there are no runs at constant speed, if a direction has only one to five, if all runs
-        have the same speed, or if all runs have the same direction and the bench has no
-        `mechanics.offset`.
+        If there are no runs at constant speed, if a direction has only one to five, if their speeds
+        differ by less than a factor of 2, or if all runs have the same direction and the bench has
+        no `mechanics.offset`.
     """
     inertia = known_inertia(bench)
     runs = find_runs(records)
@@ -193,7 +193,7 @@ def _with_offset(fit: SlidingFit, offset: Interval | None) -> SlidingFit:
 def _fitted(
     runs: ConstantSpeedRuns, velocity: float, exponent: float, reach: float, confidence: float
 ) -> SlidingFit:
-    """Return the fit of a curve with this v_s and exponent or, if `velocity` is 0, of a line.
+    """Return the fit of a Stribeck curve or, if `velocity` is 0, of a straight line.
 
     The intervals include the effect of an error of up to `reach` [kg m^2 | kg] in the bench's
     inertia.
@@ -247,7 +247,8 @@ def _sum(one: Interval, other: Interval) -> Interval:
 def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
     """Return all runs at constant speed.
 
-    Raises UnusableLogs if there are too few runs, or if all runs have the same speed.
+    Raises UnusableLogs if there are too few runs, or if their speeds differ by less than a factor
+    of 2.
     """
     rows = _rows(records)
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)
@@ -258,7 +259,9 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
             f"at least {FEWEST_SPEEDS} in each direction, or runs in one direction only"
         )
     if table[:, 0].max() < 2.0 * table[:, 0].min():
-        raise UnusableLogs("all runs have the same speed; a curve over speed needs several speeds")
+        raise UnusableLogs(
+            "the speeds of the runs differ by less than a factor of 2; record more different speeds"
+        )
     return ConstantSpeedRuns(*table.T)
 
 
@@ -363,7 +366,7 @@ def _row(record: MotionRecord, first: int, last: int) -> list[RunRow]:
 
 
 def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
-    """Return (v_s, delta) of the best curve, or (0, 2) if a straight line fits as well."""
+    """Return velocity and exponent of the best Stribeck curve; (0, 2) if a line fits as well."""
     count = runs.speed.size
     low = np.log(0.3 * runs.speed.min())
     high = np.log(runs.speed.max())

@@ -24,13 +24,14 @@ def threshold(
 ) -> SlidingFit:
     """Return inertia, viscous friction, Coulomb friction and offset from fast samples.
 
-    A sample is used if |v| is above the threshold. Raises UnusableLogs if too few samples are.
+    A sample is used if |v| exceeds a threshold. Raises UnusableLogs if too few samples are above
+    the threshold.
     """
     return differenced_fit(records, bench, settings, lambda rows: faster(rows, settings.threshold))
 
 
 def faster(samples: RegressionSamples, slowest: float | None) -> Vector:
-    """Return the weight of each row (n,): 1 if it is faster than `slowest` [rad/s | m/s], else 0.
+    """Return the weight of each row (n,): 1 if its speed exceeds `slowest` [rad/s | m/s], else 0.
 
     The default of `slowest` is a tenth of the top speed.
     """

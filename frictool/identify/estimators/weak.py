@@ -149,9 +149,10 @@ def _widened(
 def _windows(
     records: list[MotionRecord], bench: Bench, window: int
 ) -> tuple[RegressionSamples, list[FrictionRows]]:
-    """Return the regression rows of all windows, and the data of the rows of each record.
+    """Return the regression rows of all windows, and signals of each record for further columns.
 
-    The regression rows have the columns of all position polynomials.
+    The regression rows have the columns of all position polynomials. The columns of knees are
+    computed from the signals.
     """
     every = max(1, window // OVERLAP)
     low, high = (
@@ -201,7 +202,7 @@ def _chosen(
 def _identified(
     fitted: SlidingFit, structure: FrictionStructure, bench: Bench, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the sliding parameters only; its laws contain the knees as regimes."""
+    """Return the fit with the sliding parameters, and with a speed regime for each knee."""
     every = fitted.parameters
     regimes = []
     slope = {**fixed, **every}["viscous"].value

@@ -36,7 +36,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
         )
     if np.array_equal(command, measured):
         raise UnusableLogs(
-            "commanded and measured current are identical: log the current of the sensor"
+            "commanded and measured current are identical; log the current that a sensor measures"
         )
 
     def squares(logarithm: float) -> float:
@@ -59,8 +59,8 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     error = float(np.std(residual)) / float(np.std(measured))
     if error > LARGEST_ERROR:
         raise UnusableLogs(
-            f"a lag of first order leaves {100.0 * error:.3g} % of the current unexplained "
-            f"(allowed: {100 * LARGEST_ERROR:g} %)"
+            f"a first-order lag of the current loop leaves {100.0 * error:.3g} % of the current "
+            f"unexplained (allowed: {100 * LARGEST_ERROR:g} %)"
         )
     gain = float(np.linalg.lstsq(columns, measured, rcond=None)[0][0])
     moved = (

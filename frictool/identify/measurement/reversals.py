@@ -106,7 +106,7 @@ def reversals(
     """Return the full width of the backlash [rad | m], and the delay of the position [s].
 
     The delay is relative to the effort. A value that the records do not determine is replaced by an
-    UnusableLogs with the reason. Raises UnusableLogs if nothing moves.
+    UnusableLogs with the reason. Raises UnusableLogs if the axis does not move.
     """
     facts = recorded_facts(records, bench)
     window = weak_deviation(list(facts.strokes), facts.axis, facts.sensing)[1]
@@ -127,7 +127,7 @@ def reversals(
     if isinstance(width, Interval) and width.half_width >= width.value:
         width = UnusableLogs(
             f"the interval of the backlash is too wide to be useful: [{width.low:.3g}, "
-            f"{width.high:.3g}]"
+            f"{width.high:.3g}] rad or m"
         )
     return width, late
 
@@ -135,7 +135,7 @@ def reversals(
 def _over_windows(
     estimate: Callable[[int], Interval], windows: list[int]
 ) -> Interval | UnusableLogs:
-    """Return the estimate with the first window, in an interval that covers those of all windows.
+    """Return the estimate with the first window; its interval covers those of all windows.
 
     `windows` are lengths in samples. The effect of the encoder's noise differs between windows.
     """
@@ -276,10 +276,10 @@ def _width(rows: list[ReversalRows], widest: float) -> float:
 
 
 def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:
-    """Return the regressors (n, 5) for a width.
+    """Return the regressors (n, 5) for a backlash of the full width `width` [rad | m].
 
-    `width`: width of the backlash [rad | m]. The columns are the acceleration, the speed and the
-    direction outside the backlash, 1, and the direction inside the backlash.
+    The columns are the acceleration, the velocity and the direction outside the backlash, the
+    constant 1, and the direction inside the backlash.
     """
     inside = np.concatenate([one.inside(width) for one in rows])
     return np.column_stack(

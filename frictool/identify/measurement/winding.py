@@ -236,7 +236,7 @@ def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
     if len(known) < len(intervals):
         return UnusableLogs(
             "the logs do not determine it: the motor did not move, or the current settles within a "
-            "period"
+            "sample period"
         )
     low = min(one.low for one in known)
     high = max(one.high for one in known)

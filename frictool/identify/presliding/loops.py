@@ -26,7 +26,7 @@ FEWEST_ROWS = 10  # least number of counts in the longest branch of a record
 
 @dataclass(frozen=True)
 class PreslidingLoops:
-    """Rows (n,) of loops, one for each time during which the encoder shows one count.
+    """Rows (n,) of presliding loops, one for each time during which the encoder shows one count.
 
     - position: distance from the first count of the record, rad | m
     - speed: mean speed in the row, rad/s | m/s
@@ -78,7 +78,7 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
         raise UnusableLogs(
             f"the longest branch between two reversals has {rows.max()} encoder counts; "
             f"presliding needs at least {FEWEST_ROWS}; use an encoder with a step of at most "
-            f"{records[0].resolution * max(int(rows.max()), 1) / FEWEST_ROWS:.2g}"
+            f"{records[0].resolution * max(int(rows.max()), 1) / FEWEST_ROWS:.2g} rad or m"
         )
     if above < FEWEST_BRANCHES:
         raise UnusableLogs(

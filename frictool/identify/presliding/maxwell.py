@@ -153,7 +153,8 @@ def _stiffnesses(gram: Matrix, right: Vector) -> Vector:
 def reached(displacement: Vector, force: Vector, breakaway: float) -> float:
     """Return the displacement [rad | m] at which a virgin curve reaches the breakaway force.
 
-    Beyond its last point, the curve is continued by the parabola of friction/virgin_curve.py.
+    `displacement` and `force` are points of the curve. Beyond the last point, the curve is
+    continued by the parabola of friction/virgin_curve.py.
     """
     if force[-1] >= breakaway:
         return float(np.interp(breakaway, np.append(0.0, force), np.append(0.0, displacement)))

@@ -34,7 +34,8 @@ Branch = tuple[Vector, Vector]  # positions and forces
 class EverettTable:
     """Everett's table of a Preisach operator.
 
-    - everett: E(alpha, beta)/saturation of friction/preisach.py, rows alpha, (n + 1, n + 1)
+    - everett: Everett's function E(alpha, beta) of friction/preisach.py, divided by the saturation;
+      each row has one alpha, (n + 1, n + 1)
     - half_width: half widths of the intervals of the table's elements, (n + 1, n + 1)
     - saturation: half the difference of the forces at +limit and -limit, N m | N
     - limit: largest amplitude, rad | m
@@ -47,10 +48,10 @@ class EverettTable:
 
 
 def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
-    """Return Everett's table for the largest number K of amplitudes that the loops support.
+    """Return Everett's table for the largest number of amplitudes that the loops support.
 
-    The loops must have centred cycles with K equally spaced amplitudes, each at least twice. Raises
-    UnusableLogs if K is less than two.
+    The loops must have centred cycles with equally spaced amplitudes, each at least twice. Raises
+    UnusableLogs if there are no two such amplitudes.
     """
     centre = 0.5 * float(loops.position.max() + loops.position.min())
     falling = [(x - centre, f) for x, f in _branches(loops) if x[-1] < x[0]]
@@ -64,8 +65,8 @@ def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
         if min(map(len, near)) >= FEWEST_REPEATS:
             return _table(near, loops, confidence)
     raise UnusableLogs(
-        f"no set of centred cycles with equally spaced amplitudes; needed: {FEWEST} to {MOST} "
-        f"amplitudes, each at least {FEWEST_REPEATS} times"
+        f"the loops have no set of centred cycles with equally spaced amplitudes; needed: "
+        f"{FEWEST} to {MOST} amplitudes, each at least {FEWEST_REPEATS} times"
     )
 
 

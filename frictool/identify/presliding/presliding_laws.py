@@ -76,13 +76,13 @@ def presliding(
 def _checked(fit: T) -> T:
     if isinstance(fit, PreslidingFit | MaxwellFit) and fit.held_out > LARGEST_ERROR:
         raise UnusableLogs(
-            f"on strokes left out of the fit, the force is off by {100.0 * fit.held_out:.3g} % of "
-            f"the breakaway (allowed: {100 * LARGEST_ERROR:g} %)"
+            f"the force error on branches that the fit did not use is {100.0 * fit.held_out:.3g} % "
+            f"of the breakaway (allowed: {100 * LARGEST_ERROR:g} %)"
         )
     if isinstance(fit, MaxwellFit) and not (fit.limit.low > 0.0 and fit.stiffness.low > 0.0):
         raise UnusableLogs(
             f"the presliding distance z_max is not determined: its interval [{fit.limit.low:.3g}, "
-            f"{fit.limit.high:.3g}] contains zero"
+            f"{fit.limit.high:.3g}] rad or m contains zero"
         )
     return fit
 

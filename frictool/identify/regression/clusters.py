@@ -18,7 +18,9 @@ SAME_ROWS = 2  # largest difference of rows between strokes that repeat each oth
 
 
 def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> IntVector:
-    """Return the cluster number (n,) of each row, from 0.
+    """Return the number (n,) of the cluster to which each row belongs, from 0.
+
+    Residuals of different clusters are taken as independent.
 
     - stroke: ascending number of the stroke of each row, (n,)
     - sign: direction of each row, (n,)
@@ -40,7 +42,7 @@ def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> 
 
 
 def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
-    """Return the group number (m,) of m strokes; strokes with equal counts form one group."""
+    """Return the group number (m,) of m strokes; strokes with nearly equal counts are a group."""
     order = np.lexsort((counts, rows, sign))
     group = np.full(sign.size, -1, dtype=np.int64)
     repetitions = 0

@@ -24,7 +24,7 @@ from frictool.typing import IntVector, Matrix, Vector
 def shared_variance(
     columns: Matrix, residual: Vector, stroke: IntVector, groups: Sequence[IntVector]
 ) -> Vector:
-    """Return the variance (p,) that additional groupings add to the variance over strokes.
+    """Return the variance (p,) of the parameters that grouping rows by strokes alone omits.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def shared_variance(
     residual
         Residuals (n,) of the fit.
     stroke
-        Stroke (n,) of each row.
+        Number (n,) of the stroke of each row.
     groups
         Additional groupings; each is the group number (n,) of every row, from 0.
 
@@ -58,7 +58,6 @@ def shared_variance(
 
 
 def _squares(influence: Matrix, group: IntVector) -> Vector:
-    """Return V_groups (p,) for the influences (n, p) of rows in groups (n,)."""
     sums = np.array([np.bincount(group, one) for one in influence.T])
     return np.asarray(np.sum(sums**2, axis=1))
 

@@ -25,12 +25,12 @@ def newey_west(columns: Matrix, residual: Vector, reach: int) -> Vector:
     n, p = columns.shape
     scale = np.linalg.norm(columns, axis=0)
     if n <= p or not np.all(scale > 0.0):
-        raise SingularRegressors("the motion does not excite every parameter")
+        raise SingularRegressors("the data are too short, or do not excite every parameter")
     rows = columns / scale
     singular = np.linalg.svd(rows, compute_uv=False)
     if singular[-1] < SINGULAR * singular[0]:
         raise SingularRegressors(
-            "the regressors are dependent (condition "
+            "the regressors are linearly dependent (condition number "
             f"{singular[0] / max(float(singular[-1]), 1e-300):.2g})"
         )
     scores = rows * residual[:, None]

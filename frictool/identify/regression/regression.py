@@ -59,7 +59,7 @@ def solve(
     """
     starts = np.concatenate(([0], np.flatnonzero(np.diff(cluster)) + 1))
     if target.size <= regressors.shape[1]:
-        raise SingularRegressors("the motion does not excite every parameter")
+        raise SingularRegressors("the data are too short, or do not excite every parameter")
     return solve_triangles(triangles((*regressors.T, target), weight, starts), cluster[starts])
 
 
@@ -85,15 +85,15 @@ def least(parts: Tensor) -> tuple[Vector, Vector, float]:
     whole = merged(parts)
     p = whole.shape[1] - 1
     if p == 0:
-        raise SingularRegressors("no parameter is free")
+        raise SingularRegressors("all parameters are fixed, so that nothing is left to fit")
     scale = np.linalg.norm(whole[:, :p], axis=0)
     if whole.shape[0] < p or not np.all(scale > 0.0):
-        raise SingularRegressors("the motion does not excite every parameter")
+        raise SingularRegressors("the data are too short, or do not excite every parameter")
     r = whole[:p, :p] / scale
     singular = np.linalg.svd(r, compute_uv=False)
     if singular[-1] < SINGULAR * singular[0]:
         raise SingularRegressors(
-            "the regressors are dependent (condition "
+            "the regressors are linearly dependent (condition number "
             f"{singular[0] / max(singular[-1], 1e-300):.2g})"
         )
     return (

@@ -80,7 +80,7 @@ def triangles(columns: tuple[Vector, ...], weight: Vector, starts: IntVector) ->
 
 
 def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
-    """Yield pieces of at most PIECE rows: index of its first group, row bounds of its groups."""
+    """Yield for each piece of at most PIECE rows its first group, and the bounds of its groups."""
     run = 0
     row = int(starts[0])
     while run < starts.size - 1:

@@ -72,7 +72,7 @@ def differenced(records: list[MotionRecord], time_constant: float) -> tuple[Regr
 
 
 def memory_of(time_constant: float, period: float) -> int:
-    """Return three time constants of the filter, in samples, as the length of its memory."""
+    """Return the memory of the filter [samples], which is three time constants."""
     return math.ceil(3.0 * time_constant / period)
 
 

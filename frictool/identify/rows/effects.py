@@ -150,7 +150,7 @@ def _warming(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
 
 def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
-    """Return columns whose coefficients are changes of friction per kelvin at the reference.
+    """Return the columns for changes of friction per kelvin at the reference temperature.
 
     With I = (exp(p) - 1)/p, a friction F exp(p) with p = r h + k h^2 equals F + F r h I + F k h^2
     I. The column of k is left out if the curvature k of the record is 0.
@@ -174,7 +174,7 @@ def _mean_exponential(exponent: Vector) -> Vector:
 
 
 def missing_temperature(record: MotionRecord) -> str:
-    """Return the reason why a record without temperature does not suit the effect `temperature`."""
+    """Return the message for a record without the temperature that `load.terms` requires."""
     return (
         f"{Path(record.name).name} has no temperature, on which temperature of load.terms "
         "depends; name its column under columns.temperature of the bench"

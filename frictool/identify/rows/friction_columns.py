@@ -41,7 +41,7 @@ class FrictionRows:
     - sign: direction of the stroke, (n,)
     - speed: |v|, (n,), rad/s | m/s
     - kept: index of the sample in the middle of each row's window, (m,)
-    - bell: values of the test function over the window
+    - bell: values of the weak form's test function over the window
     """
 
     sign: Vector
@@ -67,9 +67,10 @@ def rows_of(
 def position_columns(
     record: MotionRecord, rows: FrictionRows, low: float, high: float
 ) -> dict[str, Vector]:
-    """Return the columns friction_k and load_k (m,) for k = 1 to HIGHEST.
+    """Return the regressors (m,) for friction and load over position, by name.
 
-    `low` and `high` are the positions at which the scaled position xi is -1 and 1, rad | m.
+    The names are friction_k and load_k for the degrees k = 1 to HIGHEST. `low` and `high` are the
+    positions [rad | m] that are scaled to -1 and 1.
     """
     xi = 2.0 * (record.position - low) / (high - low) - 1.0
     powers = np.asarray(legvander(xi, HIGHEST), dtype=np.float64)
@@ -86,7 +87,7 @@ def names_to(order: int) -> list[str]:
 
 
 def bend_column(parts: Sequence[FrictionRows], knee: float) -> Vector:
-    """Return the column bend_j (m,) of viscous friction above the speed `knee` [rad/s | m/s]."""
+    """Return the regressor (m,) of viscous friction above the speed `knee` [rad/s | m/s]."""
     return np.concatenate(
         [rows.under_bell(rows.sign * np.maximum(rows.speed - knee, 0.0)) for rows in parts]
     )

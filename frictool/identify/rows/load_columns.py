@@ -78,9 +78,9 @@ def _smoothed(values: Vector, window: int, period: float) -> Vector:
 
 
 def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
-    """Return a reason for each parameter that the travel does not separate from other terms.
+    """Return the parameters of harmonics for which the travel is too short, with the reasons.
 
-    Only the parameters of harmonics are tested.
+    Over a short travel, a harmonic cannot be separated from the other terms.
 
     - plain: triangular matrices of g groups of rows, (g, q, q), with the columns `names` and the
       target
@@ -113,7 +113,7 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
 def by_direction(
     names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """Return names (q,) and matrices (g, q, q) with one parameter for each direction of motion.
+    """Return names (q - 1,) and matrices (g, q, q) with one parameter for each direction of motion.
 
     Viscous friction is split if `names` contains "viscous_backward". If `coulomb` is True, Coulomb
     friction and offset are replaced by one Coulomb friction for each direction.

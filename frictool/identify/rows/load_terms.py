@@ -80,7 +80,7 @@ def declared_terms(bench: Bench) -> tuple[str, ...]:
 
 
 def possible(bench: Bench) -> tuple[str, ...]:
-    """Return the load terms of the bench or, if it declares none, all terms except ripples."""
+    """Return the load terms of the bench or, if it declares none, all but ripples."""
     if bench.load is not None:
         return declared_terms(bench)
     return (DIRECTION, SPRING, GRAVITY) if bench.axis == "rotary" else (DIRECTION, SPRING)
@@ -108,7 +108,8 @@ def start_of(name: str, known: Mapping[str, float]) -> float:
 def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
     """Return the scale of a parameter in a search, SI; `travel` is in rad | m.
 
-    A change by this scale has about as large an effect as Coulomb or viscous friction.
+    A change of the parameter by its scale has about as large an effect as Coulomb or viscous
+    friction.
     """
     if name == "stiffness":
         return known["coulomb"] / travel

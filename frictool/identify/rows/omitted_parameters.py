@@ -34,8 +34,8 @@ class OmittedParameters:
 
     - names: names of the columns of `weighted`
     - weighted: triangular matrices (g, q, q) of g groups of successive rows
-    - fixed: fixed parameters with their intervals
-    - hidden: names of the hidden loads
+    - fixed: parameters with fixed values, and their intervals
+    - hidden: names of the hidden loads, which the motion cannot separate from other parameters
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class OmittedParameters:
         self._add(np.minimum(total, effects))
 
     def widened(self, names: Sequence[str], half: Vector) -> Vector:
-        """Return the half widths `half` (p,) of `names`, widened for the omitted parameters."""
+        """Return half widths (p,) of the parameters `names`, widened for the omitted ones."""
         added = dict(zip(self.free, self._added.tolist(), strict=True))
         if "viscous_backward" in names:
             added["viscous_backward"] += added.get("viscous", 0.0)
@@ -130,7 +130,7 @@ class OmittedParameters:
 
 
 def _unit_loads(columns: Sequence[Vector]) -> Matrix:
-    """Return m sets of coefficients (m, k) of k load columns; each set has the peak effort 1."""
+    """Return m sets of coefficients (m, k) for k load columns; each set has the peak effort 1."""
     if len(columns) == 1:
         return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])
     angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS

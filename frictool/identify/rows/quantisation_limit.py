@@ -61,7 +61,7 @@ def refuse_hidden_inertia(
 ) -> SlidingFit:
     """Return the fit without the inertia if the encoder is too coarse to identify it.
 
-    The reason by `unresolved_inertia` is then in `refused`. Otherwise the fit is returned
+    The field `refused` then has the reason by `unresolved_inertia`. Otherwise the fit is returned
     unchanged.
     """
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)

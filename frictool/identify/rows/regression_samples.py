@@ -147,8 +147,8 @@ def fit(
     - Parameters in `droppable` that do not improve the prediction (`term_selection`) are dropped:
       they are set to 0, and the others are fitted again. The intervals of the others allow for
       every value in the interval of a dropped parameter.
-    - A load that the travel cannot separate is reported as not identified, and its possible effect
-      widens the other intervals (`omitted_parameters`).
+    - A load is reported as not identified if the travel is too short to separate it from other
+      terms. Its possible effect widens the other intervals (`omitted_parameters`).
     - If the motion has one direction only, the offset is reported as not identified, and also
       Coulomb friction if the bench states no offset.
 
@@ -249,10 +249,10 @@ def _without(
 
 
 def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
-    """Return the Coulomb friction: the sum `summed` minus `sign` times `offset`.
+    """Return the Coulomb friction, which is `summed` minus `sign` times `offset`.
 
-    `summed` is the friction in one direction of motion, `sign` = +-1, which includes the offset.
-    The interval of the result includes each offset in the interval `offset`.
+    `summed` is the friction in one direction of motion, `sign` = +-1, and includes the offset. The
+    interval of the result includes each offset in the interval `offset`.
     """
     value = summed.value - sign * offset.value
     half = summed.half_width
@@ -267,11 +267,12 @@ def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
 def reduced(
     samples: RegressionSamples, weight: Vector, parameters: int, window: int
 ) -> tuple[Tensor, Tensor, IntVector, IntVector]:
-    """Reduce each group of rows to a triangular matrix by QR; a group is in one stroke and cluster.
+    """Reduce groups of rows to triangular matrices by QR.
 
-    Return, for the g groups, the matrices (g, q, q) without and with weights, the cluster numbers
-    (g,), and the stroke numbers (g,) from 0. The q columns are the first `parameters` sliding
-    parameters, the loads, and the effort.
+    A group consists of successive rows of one stroke and one cluster. Return, for the g groups, the
+    matrices (g, q, q) without and with weights, the cluster numbers (g,), and the stroke numbers
+    (g,) from 0. The q columns are the first `parameters` sliding parameters, the loads, and the
+    effort.
     """
     columns = (*samples.columns[:parameters], *samples.loads.values(), samples.effort)
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
@@ -283,7 +284,7 @@ def reduced(
 
 
 def residuals(samples: RegressionSamples, weight: Vector) -> Vector:
-    """Return the residuals (n,) of the effort in a weighted fit.
+    """Return the residual effort (n,) [N m | N] of the rows in a weighted fit.
 
     Raises UnusableLogs if the regressors are dependent.
     """
@@ -350,7 +351,7 @@ def intervals(
 
 
 def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Return the names of the sliding columns to fit, and reasons for unidentifiable parameters.
+    """Return the sliding parameters with a column in the fit, and reasons for unidentifiable ones.
 
     Raises UnusableLogs if there are too few rows.
     """
@@ -396,9 +397,10 @@ def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vec
 def spread_as(
     plain: Mapping[str, Interval], fitted: dict[str, Interval], samples: RegressionSamples
 ) -> dict[str, Interval]:
-    """Return the intervals `fitted`; if parameters are fixed, they are at least as wide as `plain`.
+    """Return the intervals `fitted`, widened to at least the widths of the intervals `plain`.
 
-    `plain` are intervals by least squares, which include the uncertainty of the fixed parameters.
+    `plain` are intervals by least squares, which include the uncertainty of fixed parameters.
+    Without fixed parameters, `fitted` is returned unchanged.
     """
     if not samples.fixed:
         return fitted

@@ -153,17 +153,17 @@ def _widened_to(fit: SlidingFit, other: SlidingFit) -> SlidingFit:
 
 
 def _own_acceleration(samples: RegressionSamples) -> float:
-    """Return the rms acceleration that the other columns do not explain, rad/s^2 | m/s^2."""
+    """Return the rms acceleration that the other regressors do not explain, rad/s^2 | m/s^2."""
     others = np.column_stack((*samples.columns[1:], *samples.loads.values()))
     values = np.linalg.lstsq(others, samples.acceleration, rcond=None)[0]
     return float(np.sqrt(np.mean((samples.acceleration - others @ values) ** 2)))
 
 
 def _own_share(samples: RegressionSamples) -> float:
-    """Return the share of the rms acceleration that the other columns do not explain.
+    """Return the share of the rms acceleration that the other regressors do not explain.
 
     The share is 1 if no declared load depends on the position. A load that depends on the position
-    may explain a part of the effort of the inertia, because the position has less noise than the
+    may explain a part of the inertial effort, because the position has less noise than the
     acceleration.
     """
     if not any(name in samples.loads for term in (SPRING, *HARMONICS) for name in TERMS[term]):
@@ -205,13 +205,13 @@ def stroke_samples(record: MotionRecord) -> float:
 def shortest_window(records: list[MotionRecord], share: float) -> int:
     """Return the shortest window [samples] with which noise is at most `share` of the acceleration.
 
-    The window suits all records.
+    This window is sufficient for each of the records.
     """
     return max(choose_window(record, stroke_samples(record), share) for record in records)
 
 
 def slipping_window(records: list[MotionRecord], window: int | None) -> int:
-    """Return `window`, or for None the longest of the windows [samples] that the records need.
+    """Return `window` or, for None, a smoothing window [samples] that suits all records.
 
     Raises UnusableLogs if the axis never moves by more than one encoder count.
     """
@@ -223,7 +223,7 @@ def slipping_window(records: list[MotionRecord], window: int | None) -> int:
 def slipping(
     records: list[MotionRecord], bench: Bench, share: float, window: int | None
 ) -> tuple[RegressionSamples, int]:
-    """Return the samples at which the axis certainly slips, and the longest window of a record.
+    """Return the samples at which the axis certainly slips, and the longest smoothing window used.
 
     - share: allowed share of noise in the acceleration, which determines each record's window
     - window: smoothing window for all records, samples; None to choose it
@@ -255,7 +255,7 @@ def full_backlash(bench: Bench) -> float:
 def slipping_mask(
     record: MotionRecord, strokes: Strokes, bench: Bench, velocity: Vector, window: int, every: int
 ) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the samples around which the axis certainly slips over `window`.
+    """Return a mask (n,) of the samples in whose smoothing window the axis certainly slips.
 
     Only one in `every` samples can be in the mask. `velocity` (n,) is smoothed over `window`.
     """
@@ -272,10 +272,10 @@ def slipping_rows(
     signals: tuple[Vector, Vector, Vector],
     every: int = 1,
 ) -> RegressionSamples:
-    """Return a row for each sample at which the axis certainly slips, of one in `every` samples.
+    """Return a regression row for each sample in whose window the axis certainly slips.
 
-    `signals`: smoothed acceleration, velocity and effort, each (n,); the arrays are overwritten to
-    save memory.
+    Only one in `every` samples is used. `signals` are the smoothed acceleration, velocity and
+    effort, each (n,); the arrays are overwritten to save memory.
     """
     strokes = find_strokes(record)
     mask = slipping_mask(record, strokes, bench, signals[1], window, every)

@@ -57,7 +57,8 @@ def slip_mask(
 ) -> NDArray[np.bool_]:
     """Return a mask (n,) of the samples at which the axis certainly slips.
 
-    `velocity` (n,) may be NaN at the ends. `backlash` is the full width, rad | m.
+    The module docstring states the conditions. `velocity` (n,) is smoothed over `window` samples,
+    and may be NaN at the ends. `backlash` is the full width, rad | m.
     """
     mask = np.zeros(velocity.size, dtype=np.bool_)
     top = float(np.nanmax(velocity * strokes.sign, initial=0.0))

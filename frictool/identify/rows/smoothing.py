@@ -117,10 +117,10 @@ def _noise_gain(window: int, period: float, of_velocity: bool) -> float:
 
 
 def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> int:
-    """Return the smoothing window W [samples] by the rule in the module docstring.
+    """Return the shortest smoothing window [samples] that suppresses noise sufficiently.
 
-    - stroke_samples: median length of a stroke, samples
-    - share: allowed share of noise in the acceleration
+    With this window, noise causes at most the fraction `share` of the rms acceleration. The window
+    is between SHORTEST and a sixth of `stroke_samples`, the median length of a stroke.
     """
     longest = max(_odd(stroke_samples * STROKE_SHARE), SHORTEST)
     if record.position.size <= longest:

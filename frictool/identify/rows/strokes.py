@@ -82,7 +82,7 @@ def fill_strokes(
 
 @dataclass(frozen=True)
 class Strokes:
-    """Stroke of each sample of a record.
+    """Stroke (motion between two reversals) to which each sample of a record belongs.
 
     - number: number of the stroke, from 0, (n,)
     - sign: direction +-1, or 0 without motion, (n,)
@@ -95,7 +95,7 @@ class Strokes:
 
 
 def find_strokes(record: MotionRecord) -> Strokes:
-    """Return the strokes of a record; a gap ends a stroke."""
+    """Return the strokes (motions between two reversals) of a record; a gap ends a stroke."""
     position = record.position
     threshold = max(COUNTS * record.resolution, SHARE_OF_RANGE * float(np.ptp(position)))
     points = np.empty(position.size, dtype=np.int64)

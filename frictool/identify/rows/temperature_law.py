@@ -44,7 +44,7 @@ def varies(law: FrictionOverTemperature | None) -> bool:
 
 
 def refuse_unknown_temperature(records: Sequence[MotionRecord], bench: Bench) -> None:
-    """Raise UnusableLogs if the records cannot show the effect `temperature` that the bench declares.
+    """Raise UnusableLogs if the records cannot show the declared effect `temperature`.
 
     The effect needs a temperature in every record, and a range of at least LEAST_RANGE.
     """

@@ -37,10 +37,10 @@ LEAST_CURVATURE = 0.02
 
 
 def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
-    """Return the records with a common reference temperature and exponents of friction over it.
+    """Return the records with a common reference temperature and with exponents of their friction.
 
-    The exponents are set only if the temperature varies enough. Records are returned unchanged
-    unless all have a temperature.
+    The exponents describe friction over temperature, and are set only if the temperature varies
+    enough. Records are returned unchanged unless all have a temperature.
     """
     measured = [one.temperature for one in records if one.temperature is not None]
     if not measured or len(measured) < len(records):
@@ -69,9 +69,9 @@ def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
 
 
 def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, float]:
-    """Return r [1/K], q [1/K] and k [1/K^2], the exponents of friction over temperature.
+    """Return the exponents r [1/K], q [1/K] and k [1/K^2] of friction over temperature.
 
-    All are 0 if the axis never slips.
+    r and k belong to viscous friction, q to Coulomb friction. All are 0 if the axis never slips.
     """
     alone = msgspec.structs.replace(bench, load=LoadTerms(("offset", TEMPERATURE)))
     try:
@@ -92,9 +92,10 @@ def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, flo
 
 
 def _fitted(rows: Matrix, curved: bool) -> tuple[Vector, float]:
-    """Return the exponents r, q, k (3,) and the sum of the squared residuals.
+    """Return the exponents r, q, k (3,) of friction over temperature, and the squared residuals.
 
-    The columns of `rows` (n, 6) are a, v, s, 1, h and the effort. If `curved` is False, k is 0.
+    The columns of `rows` (n, 6) are a, v, s, 1, h and the effort. If `curved` is False, k is 0. The
+    squares of the residuals are summed.
     """
     a, v, s, one, h, effort = rows.T
     shape = np.zeros(3)
