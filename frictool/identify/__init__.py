@@ -1,6 +1,6 @@
-"""Identification of an axis from logs: sliding friction, breakaway and inertia, with intervals.
+"""Identification of friction, breakaway and inertia of an axis from logs, with intervals.
 
-Units of a rotary and of a linear axis are separated by |, as in "rad | m" and "N m | N".
+Docstrings state the units of a rotary and of a linear axis separated by |, as in "rad | m".
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Intervals of a model's parameters, without and with the error of the drive constant."""
+"""Intervals of a model's parameters, with and without the uncertainty of the drive constant."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import FROM_LOGS, Estimate, Quantity
 from frictool.identify.fit_result import CURVE, PARAMETERS, Interval
 
-FORCES = PARAMETERS  # an error of the drive constant scales these if they come from logs
+FORCES = PARAMETERS  # an error of the drive constant scales these parameters if logs gave them
 
 
 @dataclass(frozen=True)
 class ParameterIntervals:
     """Estimate of one parameter, and two intervals of its value.
 
-    - absolute: interval of the estimate, widened by the error of the drive constant
-    - bench: value and interval in the bench document, or None
+    - absolute: interval of the estimate, widened by the uncertainty of the drive constant
+    - bench: value and interval that the bench document states, or None
     """
 
     name: str
@@ -37,14 +37,14 @@ class ParameterIntervals:
 
     @property
     def relative_half_width(self) -> float:
-        """Return half of the interval's width relative to the value, or infinity at the value 0."""
+        """Return half of the interval's width divided by the value; infinity if the value is 0."""
         low, high = self.estimate.interval
         value = abs(self.estimate.value)
         return 0.5 * (high - low) / value if value > 0.0 else float("inf")
 
 
 def parameter_intervals(model: Model) -> list[ParameterIntervals]:
-    """Return the intervals of all parameters of the model, in the order of the model document."""
+    """Return the intervals of all parameters in the model, in the order of the model document."""
     constant = model.bench.actuator.constant
     rows = []
     for name in (*PARAMETERS, *CURVE):

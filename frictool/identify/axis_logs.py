@@ -27,17 +27,17 @@ SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 
 @dataclass(frozen=True)
 class AxisLogs:
-    """Logs of one axis, its bench, and the requested method.
+    """Logs of one axis, the bench of the axis, and the requested method.
 
-    - sliding: records of sliding motion, without intervals of constant effort; empty if
-      `unmeasured` is not None
+    - sliding: records of sliding motion, without the intervals in which the effort is constant;
+      empty if `unmeasured` is not None
     - ramps: records of breakaway ramps
     - rows: slipping samples of the sliding records
-    - kinds: kind of each log by its name, `sliding` or `ramp`
-    - warnings: doubts about the logs
+    - kinds: kind of each log, `sliding` or `ramp`; the key is the name of the log
+    - warnings: warnings about the logs
     - unmeasured: reason why the effort or the position of a sliding record is not a valid
       measurement; None if both are valid
-    - drive_off: True if the sliding records are motion with the drive off (`coast_down.py`)
+    - drive_off: True if the drive was off in the sliding records (`coast_down.py`)
     """
 
     sliding: list[MotionRecord]
@@ -52,7 +52,7 @@ class AxisLogs:
     drive_off: bool
 
     def without_load(self, laws: Laws | None) -> AxisLogs:
-        """Return the logs with the effort of the load subtracted from the effort of the ramps."""
+        """Return the logs; the effort of the load is subtracted from the effort in the ramps."""
         if laws is None:
             return self
         return replace(self, ramps=[without_load(record, laws) for record in self.ramps])
@@ -65,7 +65,7 @@ def sort_logs(
     method: str,
     settings: IdentificationSettings,
 ) -> AxisLogs:
-    """Return the logs of an axis, sorted into sliding motion and ramps.
+    """Return the logs of an axis, sorted into sliding motion and breakaway ramps.
 
     The kind of each of `records` is detected; `ramps` contains ramps only. Raises LogError if a log
     occurs twice, or cannot come from this axis.
@@ -96,7 +96,7 @@ def sort_logs(
 
 
 def without_load(record: MotionRecord, laws: Laws) -> MotionRecord:
-    """Return the record with the effort of the load subtracted from its effort."""
+    """Return the record; the effort of the load is subtracted from the recorded effort."""
     if laws.load is None or record.velocity is not None:
         return record
     return replace(record, effort=record.effort - load_law(laws.load).at(record.position))

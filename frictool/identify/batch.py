@@ -40,7 +40,7 @@ class LogGroup:
     """Logs from which one model is identified.
 
     - name: name of the model file, without its suffix
-    - words: command line that identifies this model alone
+    - words: command line that identifies this model without the other groups
     """
 
     name: str
@@ -90,7 +90,7 @@ class BatchResult:
 
 
 def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
-    """Return the logs grouped by file (`each` is "log") or by folder, with unique names."""
+    """Return groups of logs with unique names; `each` is "log" (one log a group) or "folder"."""
     together: dict[Path, list[FleetLog]] = {}
     for member in members:
         together.setdefault(member.path if each == "log" else member.path.parent, []).append(member)
@@ -106,7 +106,6 @@ def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
 
 
 def _called(members: list[FleetLog], each: str) -> PurePosixPath:
-    """Return the path after which a group is named: its only log, or the folder of its logs."""
     log = PurePosixPath(members[0].name.file)
     if each == "log":
         return log
@@ -116,7 +115,7 @@ def _called(members: list[FleetLog], each: str) -> PurePosixPath:
 def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
     """Return the paths as relative paths without `..`, so that they can be created below a folder.
 
-    Absolute paths lose the part that is common to all of them.
+    The common parent folder of all absolute paths is removed from each of them.
     """
     rooted = [one for one in called if one.is_absolute()]
     top = (
@@ -129,7 +128,7 @@ def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
 
 
 def _names(called: list[PurePosixPath]) -> list[str]:
-    """Return a unique name for each path: without its suffix if possible, else numbered."""
+    """Return a unique name for each path: without its suffix if that is unique, else numbered."""
     plain = [one.with_suffix("").as_posix() for one in called]
     whole = [
         short if plain.count(short) == 1 else one.as_posix()
@@ -145,12 +144,13 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 
 @dataclass(frozen=True)
 class IdentifyJob:
-    """Callable that identifies one group of logs, in this process or in a worker.
+    """Callable that identifies one group of logs, in this process or in a worker process.
 
-    - bench: bench as YAML text, because the model contains the bench verbatim; a pickled `Bench`
-      does not state which of its fields were left out
+    - bench: bench as YAML text. The model repeats the bench as it was written, and a pickled
+      `Bench`
+      does not state which of its fields were left out.
     - bench_input: entry of the bench in the model's provenance
-    - patterns: patterns that read unit and date of a log from its file name
+    - patterns: patterns that extract unit and date from the file name of a log
     """
 
     bench: str
@@ -159,7 +159,7 @@ class IdentifyJob:
     patterns: NamePatterns = field(default_factory=NamePatterns)
 
     def __call__(self, paths: Paths, group: LogGroup) -> BatchResult:
-        """Return the model of the group, or the reason why it has none."""
+        """Return the model of the group, or the reason why the group has no model."""
         try:
             return self._identified(paths, group)
         except UnusableLogs as error:
@@ -197,7 +197,7 @@ class IdentifyJob:
         return BatchResult(group, origin, entry)
 
     def _origin(self, logs: Sequence[Log], group: LogGroup) -> LogOrigin:
-        """Return the unit and the earliest date of the logs; raise LogError for several units."""
+        """Return unit and earliest date of the logs; raise LogError for logs of several units."""
         origins = [
             origin_of_log(log, member.name, self.patterns)
             for log, member in zip(logs, group.members, strict=True)
@@ -215,7 +215,7 @@ class IdentifyJob:
         return LogOrigin(units[0] if units else None, dates[0] if dates else None)
 
     def gone(self, group: LogGroup, reason: str) -> BatchResult:
-        """Return the result, without a model, of a group that no worker could process."""
+        """Return a result that states why no worker could process the group."""
         return self._without(group, reason, EXIT_INPUT)
 
     def _without(self, group: LogGroup, reason: str, code: int) -> BatchResult:
@@ -233,7 +233,7 @@ def _bench(text: str) -> Bench:
 def _named(text: str, paths: Paths, group: LogGroup) -> str:
     """Return the message with the names of the logs in place of their paths.
 
-    If the group has a single log, its name is removed from the start of the message.
+    If the group has a single log, the name of this log is removed from the start of the message.
     """
     for path, member in zip(paths, group.members, strict=True):
         name = "" if len(paths) == 1 else f"{member.name.file}: "
@@ -254,9 +254,11 @@ def identify_groups(
 ) -> Iterator[tuple[int, BatchResult]]:
     """Yield the index and the result of each group, in the order of completion.
 
-    A batch of less than WORTH_SHARING bytes runs in this process unless `cores` is set.
+    Groups with less than WORTH_SHARING bytes in total are processed in this process, unless `cores`
+    is
+    set.
 
-    - cores: number of processes; None for a number that suits the machine
+    - cores: number of processes; None lets the program choose
     - cluster: address of a Dask cluster, used in place of local processes
     - tick: callback that takes the completed fraction, 0 to 1
     """

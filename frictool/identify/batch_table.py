@@ -1,4 +1,4 @@
-"""Table of a batch as CSV, Parquet, text or JSON, one row per model; test whether models agree."""
+"""Table of a batch with one row per model (CSV, Parquet, text, JSON), and tests of its scatter."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ MOST_NAMED = 5  # largest number of units named in one line
 
 
 def model_file(one: BatchResult) -> str | None:
-    """Return the path of the model file relative to the output folder, or None without a model."""
+    """Return the path of the model file relative to the output folder; None without a model."""
     return None if one.model is None else f"{one.group.name}.yaml"
 
 
@@ -47,7 +47,7 @@ def ordered(batch: Sequence[BatchResult]) -> list[BatchResult]:
 
 
 def cells(one: BatchResult) -> dict[str, Any]:
-    """Return the value of each column, None for an empty cell.
+    """Return the value of each column of the row; None marks an empty cell.
 
     Only parameters that were identified from the logs have values.
     """
@@ -89,7 +89,7 @@ def as_csv(batch: Sequence[BatchResult]) -> str:
 def write_parquet(
     batch: Sequence[BatchResult], bench: Bench, target: BinaryIO, provenance: dict[str, str]
 ) -> None:
-    """Write the table as Parquet: dates as UTC time stamps, units in the metadata of the fields."""
+    """Write the table as Parquet, with dates as UTC time stamps and units in the field metadata."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -117,7 +117,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Return scatter and tests of each parameter that at least two models contain."""
+    """Return scatter and tests for each parameter that at least two models contain."""
     values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:
@@ -128,7 +128,7 @@ def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[s
 
 
 def headline(batch: Sequence[BatchResult]) -> str:
-    """Return a one-line summary: number of models and units, and groups without a model."""
+    """Return a one-line summary: numbers of models and units, and number of missing models."""
     units = len({one.origin.unit for one in batch if one.origin.unit is not None})
     lost = sum(one.lost for one in batch)
     empty = sum(one.model is None and not one.lost for one in batch)
@@ -141,7 +141,7 @@ def headline(batch: Sequence[BatchResult]) -> str:
 
 
 def reasons(batch: Sequence[BatchResult]) -> list[str]:
-    """Return a line for each missing model and for each warning about an identified model."""
+    """Return one line for each missing model, and one for each warning about a model."""
     lines = []
     first: dict[tuple[tuple[str, Interval], ...], BatchResult] = {}
     for one in batch:
@@ -162,7 +162,7 @@ def reasons(batch: Sequence[BatchResult]) -> list[str]:
 
 
 def population_lines(parameters: dict[str, Population], bench: Bench) -> list[str]:
-    """Return a text table: the scatter of each parameter between models, and the conclusion."""
+    """Return a text table with the scatter of each parameter between models, and conclusions."""
     if not parameters:
         return []
     width = max(map(len, ("parameter", *parameters))) + 2
@@ -181,7 +181,7 @@ def population_lines(parameters: dict[str, Population], bench: Bench) -> list[st
 
 
 def conclusion(one: Population) -> str:
-    """Return "yes" if all models can have one true value, else "no" with the failed tests."""
+    """Return "yes" if one true value can explain all models, else "no" with the failed tests."""
     no = []
     if one.between is not None and one.rejects(one.between):
         no.append(f"units differ by {one.between.beyond:.2g} {_p(one.between.p)}")

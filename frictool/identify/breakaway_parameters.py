@@ -1,4 +1,4 @@
-"""Breakaway from logs of ramps, and friction over position if it varies."""
+"""Identification of breakaway from ramps, and of friction that varies with position."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ POSITION_HIDES_INERTIA = (
 
 
 def with_breakaway(logs: AxisLogs, sliding: Outcome) -> Outcome:
-    """Return the outcome of the sliding logs with the breakaway of the ramps added."""
+    """Return the outcome of the sliding logs, extended by the breakaway that the ramps show."""
     try:
         ramp = _breakaway(logs, sliding)
     except UnusableLogs as error:
@@ -48,7 +48,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     """Return the breakaway of the ramps.
 
     Raises UnusableLogs if there are no ramps, if a ramp has no position, or if all breakaways have
-    one direction and the offset is unknown.
+    the same direction and the offset is unknown.
     """
     if not logs.ramps:
         raise UnusableLogs(NO_RAMPS)
@@ -74,7 +74,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
 
 
 def _known_fall(sliding: Outcome) -> StribeckVelocityRange | None:
-    """Return the range of Stribeck velocities from the sliding logs, or None."""
+    """Return the range of Stribeck velocities that the sliding logs give, or None."""
     velocity = sliding.identified.get("stribeck_velocity")
     if velocity is None:
         return None
@@ -89,8 +89,10 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
     """Return the outcome with laws for a breakaway that varies with position or time at rest.
 
     If the breakaway varies with position, a friction map replaces viscous friction, Coulomb
-    friction and offset, which were fitted with constant friction. If the strokes do not support a
-    map, only the breakaway depends on position.
+    friction
+    and offset, which were fitted under the assumption of constant friction. If the sliding logs
+    cannot
+    determine a map, only the breakaway depends on position.
     """
     ramp, fit, laws = outcome.ramp, outcome.fit, outcome.laws
     if ramp is None or (ramp.by_position is None and ramp.rising is None):
@@ -115,7 +117,7 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
 
 
 def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws | None) -> Outcome:
-    """Return the outcome with the breakaway of `ramp` and its laws, added to the laws `sliding`."""
+    """Return the outcome with the breakaway `ramp` and its laws, added to the laws `sliding`."""
     laws = breakaway_laws(ramp, logs.bench, sliding)
     return outcome.merge(Outcome({"breakaway": ramp.parameter}, ramp=ramp, laws=laws))
 
@@ -123,10 +125,11 @@ def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws 
 def _inertia_over_position(
     logs: AxisLogs, outcome: Outcome, fit: SlidingFit
 ) -> tuple[Outcome, str | None]:
-    """Return the outcome for friction over position, and the reason for the choice of methods.
+    """Return the outcome for friction that varies with position, and the reason for its methods.
 
-    An inertia that was fitted with constant friction is removed. With method `auto`, the inertia of
-    the weak form with friction over position replaces it if possible.
+    An inertia that was fitted under the assumption of constant friction is removed. With method
+    `auto`,
+    the weak form fits the inertia together with friction that varies with position, if possible.
     """
     if fit.details.get("position_order"):
         return outcome, fit.why
@@ -145,7 +148,7 @@ def _inertia_over_position(
 
 
 def without_impossible_breakaway(outcome: Outcome) -> Outcome:
-    """Return the outcome without a constant breakaway that is below Coulomb friction."""
+    """Return the outcome, with a constant breakaway refused if it is below Coulomb friction."""
     identified, ramp = outcome.identified, outcome.ramp
     if (
         ramp is None

@@ -2,9 +2,9 @@
 
     0 = inertia a + viscous v + coulomb sign(v) + offset + declared loads
 
-Without an effort, motion determines only the ratio of each parameter to the inertia. The inertia is
-taken from the bench, and its interval widens the intervals of the parameters. The ratios, which do
-not depend on the bench, are reported as well.
+If the effort is zero, the motion determines only the ratio of each parameter to the inertia. The
+inertia is taken from the bench, and its interval widens the intervals of the other parameters. The
+ratios do not depend on the bench and are reported as well.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from frictool.identify.methods import REFERENCE, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.slip_fit import known_inertia
 
-# largest rms effort of a drive that is off, relative to least inertia times rms acceleration
+# largest rms effort of a drive that is off, divided by smallest inertia times rms acceleration
 LARGEST_EFFORT = 0.05
-LARGEST_MISFIT = 0.5  # largest rms residual relative to inertia times acceleration
+LARGEST_MISFIT = 0.5  # largest rms residual, divided by inertia times rms acceleration
 DRIVE_OFF = "the drive was off; such a log shows friction relative to the inertia only"
 
 
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
-    """Return True if the effort is small compared with inertia times acceleration.
+    """Return True if the rms effort is below 5 % of smallest inertia times rms acceleration.
 
-    The inertia is the smallest that the bench allows.
+    The smallest inertia is the lower end of the bench's interval.
     """
     if not rows:
         return False
@@ -47,7 +47,7 @@ def coast_down(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> SlidingFit:
-    """Return friction and declared loads from motion with the drive off.
+    """Fit friction and declared loads to motion with the drive off.
 
     Raises UnusableLogs if friction and declared loads do not explain the deceleration.
     """
@@ -89,7 +89,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Return a parameter fitted with `inertia.value`, widened by the inertia's interval."""
+    """Return the interval of a parameter fitted at `inertia.value`, for all values of `inertia`."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

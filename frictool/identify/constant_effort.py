@@ -1,17 +1,18 @@
-"""Detection of strokes with constant logged effort and varying speed.
+"""Detection of strokes whose logged effort is constant although the speed varies.
 
-Such an effort is a saturated measurement, or a command that was logged in place of a measurement.
-Coulomb friction and an offset would fit it almost exactly, with an inertia near zero. A constant
-effort is valid data only
+The logged effort is then a saturated measurement, or a command that was logged in place of a
+measurement. Coulomb friction and an offset would fit it almost exactly, with an inertia near zero.
+A constant effort is valid data only
 
 - at constant speed, which needs a constant effort;
 - at several levels (an open-loop test), since one set of parameters has to explain all levels;
 - at zero, since the axis coasts.
 
-The effort of a stroke is proved constant by two conditions. For most of the motion, the effort
-stays within a band. In this part of the motion, the change of the acceleration, times the smallest
-inertia of the bench, is several times as large as the band. If the proved strokes of a direction
-have the same level, every stroke of that direction at this level is treated as constant.
+The effort of a stroke is implausible if two conditions hold. For most of the motion, the effort
+stays within a narrow interval of values, here called the band. In this part of the motion, the
+acceleration changes, and this change times the smallest inertia of the bench is several times the
+width of the band. If most such strokes of a direction have the same effort, every stroke of this
+direction with that constant effort is removed.
 """
 
 from __future__ import annotations
@@ -30,25 +31,25 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
 
 ENDS = 0.05  # share of a stroke's travel excluded at either end, since the axis may rest there
-SHORTEST = 20  # samples, shortest motion of a stroke that is examined
+SHORTEST = 20  # smallest number of samples in motion of a stroke that is examined
 NOISE_BAND = 6.0  # width of the band, in standard deviations of the effort's noise
 # least width of the band relative to the level, about the torque ripple of a drive
 LEAST_BAND = 0.2
 IN_BAND = 0.8  # least share of a stroke's motion inside the band
-DEMAND = 2.0  # least effort that the change of acceleration needs, in widths of the band
+DEMAND = 2.0  # smallest inertia times change of acceleration, in widths of the band
 SURE = 3.0  # standard deviations of quantisation noise subtracted from the change of acceleration
-# least share of the proved strokes of a direction that lie within a band of their median
+# least share of the proved strokes of a direction whose effort is within a band of their median
 ONE_LEVEL = 0.75
-MOST = 0.5  # largest share of constant effort in the motion of a record that is used
+MOST = 0.5  # share of constant effort in the motion above which a record is refused
 
 
 @dataclass(frozen=True)
 class ConstantStretch:
-    """Samples [start, end) of a stroke in which the effort stays within a band.
+    """Samples [start, end) of a stroke with an effort in a narrow interval of values.
 
-    - level, band: middle and width of this band, N m | N
-    - direction: +1 or -1
-    - proved: True if the acceleration in the stretch needs an effort that changes
+    - level, band: middle and width of this interval, N m | N
+    - direction: direction of motion, +1 or -1
+    - proved: True if the measured acceleration cannot occur with a constant effort
     """
 
     start: int
@@ -62,7 +63,7 @@ class ConstantStretch:
 def without_constant_effort(
     records: list[MotionRecord], bench: Bench
 ) -> tuple[list[MotionRecord], list[str]]:
-    """Return the records without stretches of constant effort, and a warning for each changed one.
+    """Return the records without samples of constant effort, and a warning per changed record.
 
     Raises
     ------
@@ -94,7 +95,7 @@ def without_constant_effort(
 
 
 def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[ConstantStretch], int]:
-    """Return the stretches of constant effort, and the number of samples in motion."""
+    """Return the stretches with implausibly constant effort, and the number of moving samples."""
     strokes = find_strokes(record)
     edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1) != 0)
     noise = NOISE_BAND * _noise(record.effort)
@@ -134,7 +135,7 @@ def _noise(effort: Vector) -> float:
 def _stretch(
     record: MotionRecord, part: slice, noise: float, inertia: float, direction: float
 ) -> ConstantStretch | None:
-    """Return the part of a stroke with nearly constant effort, or None if it is too short."""
+    """Return the samples of a stroke with nearly constant effort; None if there are too few."""
     effort = record.effort[part]
     band = max(noise, LEAST_BAND * abs(float(np.median(effort))))
     level = _densest(effort, band)
@@ -154,7 +155,7 @@ def _stretch(
 
 
 def _densest(values: Vector, band: float) -> float:
-    """Return the middle of the band of this width that contains the most values."""
+    """Return the middle of the interval of width `band` that contains the most values."""
     ordered = np.sort(values)
     covered = np.searchsorted(ordered, ordered + band, side="right") - np.arange(ordered.size)
     best = int(np.argmax(covered))
@@ -162,7 +163,7 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches at the level of the proved stretches; [] if that is not one level."""
+    """Return the stretches at the effort of the proved ones; [] if that effort is not unique."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []
@@ -172,7 +173,7 @@ def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
 
 
 def _without(record: MotionRecord, stretches: list[ConstantStretch]) -> MotionRecord:
-    """Return the record without the stretches; a new piece begins after each gap."""
+    """Return the record without the stretches; the piece number increases at each gap."""
     keep = np.ones(record.time.size, dtype=np.bool_)
     for stretch in stretches:
         keep[stretch.start : stretch.end] = False

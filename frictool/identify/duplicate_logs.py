@@ -1,4 +1,4 @@
-"""Detection of two records with the same log, by their samples and not by their names."""
+"""Detection of two records of the same log; the samples are compared, not the names."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Regression of the effort that tests effects which the model does not include.
+"""Regression of the effort that tests for effects which the model does not include.
 
-Each effect, such as a spring or a delay, is a hypothesis with its own columns of the regressor
-matrix. `estimators/explanation_search.py` computes the columns. The prediction of the effort of
-strokes outside the fit decides between hypotheses.
+Each effect, such as a spring or a delay, is a hypothesis with columns in the regressor matrix
+(`estimators/explanation_search.py`). A hypothesis is preferred if it predicts the effort better in
+strokes that were left out of the fit.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with
 from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed
 from frictool.typing import IntVector, Matrix, Vector
 
-BINS = 24  # bins of positions, and of states (velocity, sign of the acceleration)
+BINS = 24  # number of bins of the position, and of velocity and sign of the acceleration
 # share of rows below which few rows determine a parameter: (sum q)^2/(n sum q^2) with the squared
 # influences q of the n rows; 0.5 for a sine
 FEW_ROWS = 0.2
-MOST_EFFECTS = 4  # largest number of effects that act together
+MOST_EFFECTS = 4  # largest number of effects that are added to the model
 FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
 DELAY = "delay"
 SCALED = ("inertia", "viscous")  # parameters that a wrong gain of the encoder scales
@@ -59,13 +59,15 @@ LARGEST_EFFORT = 0.2
 
 @dataclass(frozen=True)
 class AcceptedEffects:
-    """Effects that may act together in addition to those of the model.
+    """Effects that the model does not include and that may act together.
 
     - what: names of the effects in the order of acceptance
     - significance: p-value of the effect that was accepted last
-    - shift: change of each sliding parameter if the model had these effects
-    - held_out: squared error for strokes outside the fit, relative to that without the effects
-    - scatter: half width of the interval of each shift; 0 for a missing parameter
+    - shift: change of each sliding parameter when these effects are added to the model
+    - held_out: squared prediction error of the effort in strokes outside the fit, divided by the
+      error
+      without the effects
+    - scatter: half width of the interval of each shift; a parameter that is not a key has 0
     """
 
     what: tuple[str, ...]
@@ -77,7 +79,7 @@ class AcceptedEffects:
 
 @dataclass(frozen=True)
 class EffectRegression:
-    """Regression with the columns of the model and of all hypotheses.
+    """Regression of the effort with the columns of the model and of all hypotheses.
 
     A hypothesis is a load or an effect that may act, such as a spring or a delay.
 
@@ -100,9 +102,9 @@ class EffectRegression:
         return [one for one in self.free if not (self.noisy and one.term in LIKE_ACCELERATION)]
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
-        """Return the intervals, widened by the scatter of the residual over position and state.
+        """Return `parameters` with intervals widened by the scatter of the residual between bins.
 
-        A state is a bin of velocity, separate for each sign of the acceleration.
+        The bins divide the position, and the velocity separately for each sign of the acceleration.
         """
         rows = self.rows
         columns = rows.table(self.used)
@@ -124,10 +126,12 @@ class EffectRegression:
     def _variance_by_noise(self, columns: Matrix) -> Vector:
         """Return the variance (p,) of the parameters due to noise of the acceleration.
 
-        The result is 0 unless few rows determine viscous friction. The noise is assumed to be the
-        same in all strokes, so that more strokes do not reduce the variance, and independent
-        between the rows of a stroke. The rms of the noise is limited to the rms of the residual,
-        which contains the noise.
+        The variance is 0 unless viscous friction depends on few rows (FEW_ROWS). The noise is
+        assumed to be
+        equal in all strokes, so that more strokes do not reduce the variance, and independent
+        between the
+        rows of a stroke. The rms noise is at most the rms residual, since the residual contains the
+        noise.
         """
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)
@@ -146,10 +150,11 @@ class EffectRegression:
         return np.asarray(noise**2 * strokes * np.sum(influence, axis=1))
 
     def intervals(self, more: Sequence[Hypothesis] = ()) -> dict[str, Interval]:
-        """Return the intervals of all parameters of the model and of the hypotheses `more`.
+        """Return the intervals of all parameters of the model extended by the hypotheses `more`.
 
         The intervals follow from the scatter between strokes. The result is empty if the rows do
-        not determine the parameters.
+        not
+        determine the parameters.
         """
         columns = self.rows.columns([*self.used, *more])
         try:
@@ -167,8 +172,9 @@ class EffectRegression:
     def accepted(self) -> list[AcceptedEffects]:
         """Return the effects, single or in groups, that explain the residual.
 
-        The result also has effects that could replace an effect of the model, because they predict
-        strokes outside the fit equally well.
+        The result also contains effects that can replace an effect of the model, because the
+        prediction of
+        strokes outside the fit is then equally good.
         """
         if self._values(self.used) is None or self.rows.squares(self.used) is None:
             return []
@@ -194,7 +200,7 @@ class EffectRegression:
     def _alike(
         self, best: Hypothesis, tried: Sequence[tuple[float, Hypothesis]]
     ) -> list[tuple[float, Hypothesis]]:
-        """Return `best` and each significant hypothesis that predicts equally well."""
+        """Return `best`, and each significant hypothesis that predicts equally well."""
         least = self.rows.squares([*self.used, best])
         return [
             (significance, one)
@@ -214,19 +220,24 @@ class EffectRegression:
     ) -> AcceptedEffects | None:
         """Return the shift of the parameters by an unknown delay between effort and position.
 
-        The delay is known to +-`known` [s] before the fit. The regression `smoother`, with longer
-        windows, also determines the delay. A servo feeds the encoder's noise back into the effort,
-        which looks like a delay; longer windows reduce this noise. The part of the change between
-        both windows that chance does not explain widens the interval of the delay. This interval
-        and the prior one are combined with their inverse variances as weights. A lag that the bench
-        does not state may be longer than `known`. If the regression's delay is longer than `known`
-        and differs significantly from 0, only the regression is used.
+        Before the fit, the delay is known to be within +-`known` [s]. The regression `smoother`
+        uses longer
+        smoothing windows and determines the delay too. A servo feeds noise of the encoder back into
+        the
+        effort, which looks like a delay; longer windows reduce this noise. The difference between
+        the two
+        estimates widens the interval of the delay, as far as chance does not explain the
+        difference. The
+        result is combined with +-`known`, weighted by inverse variances. If the fitted delay is
+        longer than
+        `known` and differs significantly from 0, only the fitted delay is used.
 
         The shift of a parameter is the delay times the parameter's change per second of delay. The
         regression gives these changes; `slopes` replaces some of them.
 
-        Return None in three cases: the model includes the delay; the rows do not determine the
-        delay; at least FEWEST_STROKES strokes show no significant delay.
+        Return None if the model includes the delay, if the rows do not determine the delay, or if
+        the
+        delay is not significant although there are at least FEWEST_STROKES strokes.
         """
         late = next((one for one in self.free if one.term == DELAY), None)
         if late is None:
@@ -253,9 +264,10 @@ class EffectRegression:
         )
 
     def _rates(self, effect: Hypothesis) -> dict[str, float]:
-        """Return the change of each free parameter per unit of the coefficient of an effect.
+        """Return the change of each free parameter per unit of the coefficient of `effect`.
 
-        The effect has one column. The result is empty if the rows do not determine the effect.
+        The effect has one coefficient. The result is empty if the rows do not determine this
+        coefficient.
         """
         alone = self._values(self.used)
         values = self._values([*self.used, effect])
@@ -265,13 +277,14 @@ class EffectRegression:
         return {name: (values[name] - alone[name]) / values[column] for name in self.names}
 
     def encoder_gain(self, known: float) -> AcceptedEffects | None:
-        """Return the parameters' shift by an eccentric encoder with a local gain of 1 +- `known`.
+        """Return the parameter shifts by an eccentric encoder with a local gain of 1 +- `known`.
 
-        Over less than a turn, the eccentricity mainly multiplies the position by a gain, which the
-        log hardly determines. Each shift is therefore at most `known` times the parameter.
-
+        Over less than a turn, the eccentricity mainly multiplies the position by a gain that the
+        log hardly
+        determines. The shift of a parameter is therefore limited to `known` times the parameter.
         Return None if the eccentricity is not in `free`, or if it does not improve the prediction
-        of strokes outside the fit.
+        of
+        strokes outside the fit.
         """
         eccentric = next((one for one in self.free if one.term == ECCENTRICITY), None)
         if eccentric is None:
@@ -293,7 +306,7 @@ class EffectRegression:
         return before is not None and after is not None and bool(np.sum(after) < np.sum(before))
 
     def _rivals(self) -> list[AcceptedEffects]:
-        """Return the effects of each equally good model that replaces one hypothesis by another."""
+        """Return the effects of equally good models that replace one hypothesis of `used`."""
         least = self.rows.squares(self.used)
         out = []
         for one in self.used:
@@ -310,7 +323,7 @@ class EffectRegression:
         return out
 
     def _as_good(self, squares: Vector | None, least: Vector | None) -> bool:
-        """Return whether a model with the errors `squares` predicts as well as one with `least`."""
+        """Return whether the squared errors `squares` are hardly larger than `least`."""
         return (
             squares is not None
             and least is not None
@@ -321,7 +334,7 @@ class EffectRegression:
     def _shifted(
         self, hypotheses: Sequence[Hypothesis], significance: float
     ) -> list[AcceptedEffects]:
-        """Return the effects of `hypotheses` that the model lacks, or [] if undetermined."""
+        """Return the shift by those `hypotheses` that the model lacks; [] if it is undetermined."""
         alone = self._values(self.used)
         values = self._values(hypotheses)
         if alone is None or values is None:
@@ -338,7 +351,7 @@ class EffectRegression:
         return [AcceptedEffects(what, significance, shift, held_out)]
 
     def _values(self, hypotheses: Sequence[Hypothesis]) -> dict[str, float] | None:
-        """Return the parameters of a fit with these hypotheses, or None if undetermined."""
+        """Return the parameters of a fit with `hypotheses`, or None if undetermined."""
         columns = self.rows.columns(hypotheses)
         try:
             values = self.rows.fitted(columns)
@@ -348,7 +361,7 @@ class EffectRegression:
         return dict(zip(names, values.tolist(), strict=True))
 
     def _plausible(self, more: Sequence[Hypothesis], hypotheses: Sequence[Hypothesis]) -> float:
-        """Return a factor <= 1 that reduces the rms effort of `more` to its limit.
+        """Return the factor (at most 1) that limits the rms effort of the hypotheses `more`.
 
         The limit is LARGEST_EFFORT times the rms effort, or the rms residual if that is larger.
         """
@@ -370,10 +383,11 @@ def effect_regression(
     smoother: float = 1.0,
     hides: bool = True,
 ) -> EffectRegression | None:
-    """Return the regression of the effort, or None if no sample slips or all parameters are fixed.
+    """Return the regression of the effort; None if no sample slips or all parameters are fixed.
 
-    `smoother` is a factor on the smoothing windows. With `hides`, the inertia is fixed if noise of
-    the acceleration reduces the fitted inertia by more than the half width of its interval.
+    `smoother` multiplies the length of the smoothing windows. If `hides` is True, the inertia is
+    fixed
+    as soon as noise of the acceleration reduces it by more than the half width of its interval.
     """
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:
@@ -405,9 +419,9 @@ def effect_regression(
 
 
 def unlikely_change(one: Interval, other: Interval) -> float:
-    """Return the part of the change from `one` to `other` that chance does not explain.
+    """Return the part of the difference `other` - `one` that chance does not explain.
 
-    If the model is true, `one` has the smaller variance, and the variance of the change is the
+    If the model is true, `one` has the smaller variance, and the variance of the difference is the
     difference of the two variances (Hausman, 1978).
     """
     change = other.value - one.value
@@ -421,7 +435,7 @@ def other_inertia(fit: SlidingFit) -> bool:
 
 
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
-    """Return whether noise reduces the inertia of `fit` by more than the inertia's half width."""
+    """Return whether noise reduces the inertia of `fit` by more than its half width."""
     inertia = fit.parameters.get("inertia")
     if "inertia" not in regression.rows.base:
         return False
@@ -431,15 +445,15 @@ def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
 
 
 def _states(samples: RegressionSamples) -> IntVector:
-    """Return the bin (n,) of each row by velocity and by the sign of the acceleration."""
+    """Return for each row the bin (n,) by velocity and by the sign of the acceleration."""
     half = BINS // 2
     return equal_bins(samples.velocity, half) + half * (samples.acceleration > 0.0)
 
 
 def _without_knees(samples: RegressionSamples, fit: SlidingFit, bench: Bench) -> RegressionSamples:
-    """Return the samples without the effort of speed regimes and Stribeck effect.
+    """Return the samples; the efforts of speed regimes and of the Stribeck effect are subtracted.
 
-    The regression does not fit these two.
+    The regression does not fit these two effects.
     """
     if fit.laws is None or not (fit.laws.regimes or "stribeck_velocity" in fit.parameters):
         return samples

@@ -14,7 +14,7 @@ from frictool.errors import EXIT_NO, FrictoolError
 # effort = inertia a + viscous v + coulomb sign(v) + offset
 SLIDING = ("inertia", "viscous", "coulomb", "offset")
 PARAMETERS = (*SLIDING, "breakaway")
-CURVE = ("stribeck_velocity",)  # parameters of the sliding law that only some methods estimate
+CURVE = ("stribeck_velocity",)  # parameters of sliding friction that only some methods estimate
 DIMENSIONS = {
     "inertia": "inertia",
     "viscous": "viscous",
@@ -41,11 +41,11 @@ class Interval:
 
     @classmethod
     def around(cls, value: float, half: float, least: float = -math.inf) -> Interval:
-        """Return the interval `value` +- `half`; a lower end below `least` becomes `least`."""
+        """Return the interval `value` +- `half`; the lower end is at least `least`."""
         return cls(float(value), float(max(value - half, least)), float(value + half))
 
     def estimate(self, dimension: str, axis: Axis, least: float = -math.inf) -> Estimate:
-        """Return the interval for a document; a lower end below `least` becomes `least`."""
+        """Return the interval with its unit for a document; the lower end is at least `least`."""
         unit = si_unit(dimension, axis)
         return Estimate(self.value, max(self.low, least), self.high, unit, source="identified")
 
@@ -58,7 +58,7 @@ class Interval:
 def intervals_around(
     names: Iterable[str], values: Iterable[float], half: Iterable[float]
 ) -> dict[str, Interval]:
-    """Return the interval of each name; values and half widths without a name are ignored."""
+    """Return for each name the interval value +- half width; surplus values are ignored."""
     return {
         name: Interval.around(value, reach)
         for name, value, reach in zip(names, values, half, strict=False)
@@ -67,11 +67,11 @@ def intervals_around(
 
 @dataclass(frozen=True)
 class TriedModel:
-    """Model that was compared with others on strokes that the fit did not use.
+    """Model that was compared with other models on strokes outside the fit.
 
-    - position_error: position error (rms), rad | m
+    - position_error: rms position error, rad | m
     - force_error: force error, relative (`force_error.py`)
-    - chosen: True for the model of the result
+    - chosen: True for the model that was selected
     """
 
     name: str
@@ -85,12 +85,12 @@ class Explanation:
     """Part of the effort in addition to inertia, viscous friction, Coulomb friction and offset.
 
     - name: name in `load.terms`
-    - what: physical name as text
-    - state: `used` if the fit includes this part, `left` if it is in the residual
-    - effort: rms effort, N m | N
+    - what: physical name for messages
+    - state: `used` if the fit includes this part, `left` if the part is in the residual
+    - effort: rms effort of this part, N m | N
     - probability: p-value of the test that this part of the effort is 0
-    - held_out: prediction error on strokes outside the fit, relative to the error without this part
-    - settle: text on a change of the bench or a test that shows whether this part exists
+    - held_out: prediction error in strokes outside the fit, divided by the error without this part
+    - settle: advice: a change of the bench or a test that shows whether this part exists
     - rivals: physical names of other parts that predict these strokes equally well
     """
 
@@ -106,24 +106,25 @@ class Explanation:
 
 @dataclass(frozen=True)
 class SlidingFit:
-    """Sliding parameters of one method.
+    """Sliding parameters that one method estimated.
 
     - parameters: name -> interval
-    - refused: name -> reason, with numbers
+    - refused: name -> reason why the parameter was not accepted, with numbers
     - residual: rms residual of the method's equations divided by the rms of their right-hand side,
-      on the strokes of the fit; not comparable between methods
-    - held_out_residual: the same ratio on strokes outside the fit; None if it was not computed
-    - condition: condition number of the regressors
+      in
+      the strokes of the fit; not comparable between methods
+    - held_out_residual: the same ratio in strokes outside the fit; None if it was not computed
+    - condition: condition number of the regressor matrix
     - samples: number of rows or samples in the fit
     - details: numbers that are specific to the method
-    - laws: laws of friction and load in addition to the sliding parameters; None without any
+    - laws: laws of friction and load in addition to the sliding parameters, or None
     - effects: parameters of effects that were removed from the effort (`rows/effects.py`)
     - load: load terms of the fit if `auto` selected them, else None
     - explanations: parts of the effort that `auto` fitted or left in the residual
     - method, why: name of the method, and the reason if it was chosen automatically
-    - dropped: parameters set to 0, because strokes outside the fit are predicted as well without
-      them
-    - fixed: bench's intervals of the parameters that were not fitted
+    - dropped: parameters that were set to 0, since this does not worsen the prediction of strokes
+      outside the fit
+    - fixed: intervals, from the bench, of the parameters that were not fitted
     - force_error: force error (`force_error.py`), comparable between methods; None if no sample
       slips
     - tried: models that were compared

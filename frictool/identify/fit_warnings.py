@@ -15,7 +15,7 @@ from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import DEFAULT, METHODS
 
-# force error or relative residual above which the effort is noisy or the model incomplete
+# force error or relative residual above which the program warns of noise or an incomplete model
 DOUBTFUL_FORCE_ERROR = 0.2
 # ratio of the force errors with the bench's and with the log's values above which a warning is
 # issued
@@ -45,8 +45,8 @@ def replacement_warnings(
 ) -> list[str]:
     """Return a warning if the bench's values or ranges increase the force error.
 
-    - free: fit without fixed parameters
-    - final: fit of the model, with refused parameters at values within the bench's ranges
+    - free: fit in which no parameter was fixed
+    - final: fit of the model, in which refused parameters have values within the bench's ranges
     - identified: identified parameters of the model
     """
     replaced = [name for name in SLIDING if name in free.parameters and name not in identified]

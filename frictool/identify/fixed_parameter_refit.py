@@ -1,9 +1,9 @@
-"""Second fit, with the refused parameters fixed at their values in the model.
+"""Second fit, in which the refused parameters are fixed at the values that the model states.
 
 A parameter is refused if the logs do not determine it. The model then contains a value from the
 bench's range, which may differ from the value of the first fit. The other parameters are therefore
-fitted again, with the refused parameter fixed at the model's value. The interval of the refused
-parameter widens their intervals.
+fitted again with the refused parameter fixed at the model's value. Their intervals are widened by
+the interval of the refused parameter.
 """
 
 from __future__ import annotations
@@ -23,11 +23,13 @@ from frictool.identify.rows.load_terms import terms_of
 
 
 def fixed_parameters(fit: SlidingFit, outcome: Outcome, bench: Bench) -> dict[str, Interval]:
-    """Return the interval in the model of each parameter that was fitted and then refused.
+    """Return the model's interval for each parameter that was fitted and then refused.
 
     This interval is the intersection of the bench's range and the logs' interval, or the bench's
-    range if the two do not overlap. The result excludes parameters that the motion cannot separate,
-    and an inertia that the encoder's resolution hides, which hardly changes the other parameters.
+    range
+    if the two do not overlap. Two kinds of parameters are excluded: parameters that the motion
+    cannot
+    separate, and an inertia that the encoder's resolution hides, which hardly changes the others.
     """
     # if Coulomb friction differs by direction, coulomb and offset are its mean and half difference
     split = bench.load is not None and "coulomb_by_direction" in bench.load.terms
@@ -51,11 +53,12 @@ def refit(
     fit: SlidingFit,
     fixed: Mapping[str, Interval],
 ) -> SlidingFit:
-    """Return a fit with the method and load terms of `fit`.
+    """Fit the parameters that are not in `fixed` again, with the method and load terms of `fit`.
 
-    The parameters in `fixed` are fixed at their values. A parameter that `auto` set to 0 stays 0.
-    An inertia that `auto` took from another method is kept. Raises UnusableLogs if the method
-    cannot use the records.
+    The parameters in `fixed` have their values. A parameter that `auto` set to 0 stays 0. An
+    inertia
+    that `auto` took from another method is kept. Raises UnusableLogs if the method cannot use the
+    records.
     """
     assert fit.method is not None
     fixed_settings = with_held(settings, fit, fixed)
@@ -94,13 +97,13 @@ def refit(
 def with_held(
     settings: methods.IdentificationSettings, fit: SlidingFit, fixed: Mapping[str, Interval]
 ) -> methods.IdentificationSettings:
-    """Return settings that fix `fixed`, and fix the parameters that `fit` dropped at 0."""
+    """Return settings that fix the parameters in `fixed`, and fix at 0 those that `fit` dropped."""
     dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters}
     return replace(settings, fixed={**dropped, **fixed})
 
 
 def bench_with_inertia(bench: Bench, inertia: Interval) -> Bench:
-    """Return the bench with `inertia` in place of its inertia."""
+    """Return the bench with its inertia replaced by `inertia`."""
     known = Quantity(inertia.value, inertia.low, inertia.high, bench.mechanics.inertia.unit)
     mechanics = msgspec.structs.replace(bench.mechanics, inertia=known)
     return msgspec.structs.replace(bench, mechanics=mechanics)

@@ -3,14 +3,15 @@
     force error = rms(g * u - model) / rms(g * u)
     model = inertia (g * ddx) + friction(g * dx, g * x) + offset + g * load(x)
 
-Here u is the effort, x the position, dx the velocity and ddx the acceleration; g * is smoothing by
-a zero-phase kernel (`rows/smoothing.py`). All signals are smoothed alike, so that errors outside
-the frequency band of the motion have no influence. The rms is taken over the samples that certainly
-slip (`rows/slip_mask.py`).
+Here u is the effort, x the position, dx the velocity and ddx the acceleration; g * denotes
+smoothing by a zero-phase kernel (`rows/smoothing.py`). All signals are smoothed alike, so that
+errors outside the frequency band of the motion have no influence. The rms is taken over the samples
+that certainly slip (`rows/slip_mask.py`).
 
-The smoothing window is so long that the encoder's noise in the acceleration is 0.75 % of the
-acceleration, but at most a sixth of a stroke. If the axis never slips during a whole window, the
-window is shortened. The log determines the window, not the method; methods can thus be compared.
+The length of the smoothing window is chosen such that noise of the encoder is 0.75 % of the
+acceleration; the length is at most a sixth of a stroke. If the axis never slips during a whole
+window, the window is shortened. The window depends on the log only, so that methods can be
+compared.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from frictool.identify.rows.smoothing import SHORTEST, bump, choose_window, smoo
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
 
-# largest number of samples evaluated; number of evenly spaced parts taken of longer logs
+# largest number of samples evaluated; number of evenly spaced parts that represent longer logs
 MOST_SAMPLES, PARTS = 500_000, 20
 
 # sliding parameters in SI units, with breakaway and stribeck_velocity if the law has them
@@ -43,11 +44,12 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True)
 class SlipRows:
-    """Smoothed signals (m,) at the samples `index` (m,) that certainly slip, in SI units.
+    """Smoothed signals (m,) at those samples of a record that certainly slip, in SI units.
 
     - window: length of the smoothing window in samples
-    - measured: measured position of all samples, (n,)
+    - measured: measured position of all samples of the record, (n,)
     - period: sample period, s
+    - index: indices (m,) of the slipping samples in the record
     """
 
     window: int
@@ -80,7 +82,7 @@ class SlipRows:
 
 
 def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
-    """Return the slipping samples of a record, or None if there are none."""
+    """Return the slipping samples of a record; None if no sample slips."""
     length = stroke_samples(record)
     if length == 0.0:
         return None
@@ -133,7 +135,7 @@ def _parts(record: MotionRecord, share: float) -> list[MotionRecord]:
 
 
 def force_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> float | None:
-    """Return the force error of a model, or None if no sample slips."""
+    """Return the relative force error of a model over all rows; None if no sample slips."""
     left = sum(float(np.sum((one.effort - one.modelled_effort(values, laws)) ** 2)) for one in rows)
     size = sum(float(np.sum(one.effort**2)) for one in rows)
     return float(np.sqrt(left / size)) if size > 0.0 else None
@@ -146,10 +148,11 @@ def friction_in_slip(
     velocity: Vector,
     temperature: Vector | None = None,
 ) -> Vector:
-    """Return the friction force (n,) at positions and velocities (n,) in slip, N m | N.
+    """Return the friction force (n,) [N m | N] at positions and velocities (n,) in slip.
 
-    The friction has the sign of the velocity. `temperature`: temperatures (n,), degC; None for the
-    reference temperature of the laws.
+    The friction has the sign of the velocity. `temperature` contains the temperatures (n,), degC;
+    None
+    stands for the reference temperature of the laws.
     """
     warm = np.ones((2, velocity.size))
     if temperature is not None and laws is not None and laws.temperature is not None:
@@ -164,7 +167,7 @@ def friction_in_slip(
 def _one_way(
     values: Values, laws: Laws | None, side: float, position: Vector, speed: Vector
 ) -> tuple[Vector, Vector]:
-    """Return viscous and dry friction (n,) at speeds (n,) >= 0 in one direction."""
+    """Return viscous and dry friction (n,) [N m | N] at speeds (n,) >= 0 in direction `side`."""
     backward = laws.backward if laws is not None and side < 0.0 else None
 
     def level(name: str) -> float:
@@ -195,7 +198,7 @@ def _one_way(
 def _factor(
     polynomial: Polynomial, side: float, low: float, high: float, position: Vector
 ) -> Vector:
-    """Return the factor (n,) >= 0 of friction at the positions (n,), from its polynomial."""
+    """Return the factor (n,) >= 0 that multiplies friction at the positions (n,)."""
     terms = polynomial.forward if side > 0.0 else polynomial.backward or polynomial.forward
     curve = np.polynomial.polynomial.polyval(
         np.clip(position, low, high), normalised_coefficients(tuple(terms), low, high)

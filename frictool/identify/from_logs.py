@@ -34,11 +34,11 @@ USUAL = IdentificationRequest()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IdentifiedModel(ResultView):
-    """Model of an axis, and the identification from which it was made.
+    """Model of an axis, with the identification result and the records behind it.
 
     - model: model document
     - result: identified and refused parameters, with reasons
-    - records, ramps: records of the arguments `logs` and `ramps`
+    - records, ramps: records of the arguments `logs` and `ramps` of `identify`
     """
 
     model: Model
@@ -137,7 +137,7 @@ def _identify_servo(
     records: list[MotionRecord],
     others: list[MotionRecord],
 ) -> IdentifiedModel:
-    """Return the model of a bench with a servo; raise UnusableLogs for ramps, loops and tables."""
+    """Identify a bench with a servo; raise UnusableLogs for ramps, loops and tables."""
     if others or request.breakaway_table is not None or request.measurement:
         raise UnusableLogs(
             "a bench with actuator.servo has no measured effort, which --ramp, --loops, "
@@ -151,9 +151,11 @@ def _identify_servo(
 
 @dataclass(frozen=True)
 class PreparedLog:
-    """Record of a log, and the signals of the actuator in this log.
+    """Record of a log, and signals of the actuator in this log.
 
-    - currents: commanded and measured current (n,), A, and their period, s; None if one is missing
+    - currents: commanded current (n,) [A], measured current (n,) [A] and sample period [s]; None if
+      the
+      log lacks one of the currents
     - winding: signals of the motor's winding; None if voltage, current or position is missing
     """
 

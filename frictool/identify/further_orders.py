@@ -1,18 +1,19 @@
-"""Widening of intervals by friction over position of higher order than the columns of the model.
+"""Widening of intervals by friction over position of a higher order than the model includes.
 
 The effect `friction_over_position` of `rows/effects.py` has the columns s P_k(x), k = 1 to 3, with
 the direction s, the position x and the Legendre polynomials P_k. Real friction has further orders.
-In strokes that repeat each other, the speed is a function of the position. A further order then
+If the strokes repeat each other, the speed is a function of the position. A further order then
 resembles viscous friction, and is not visible in the residual.
 
-Friction over position is therefore a cubic smoothing spline (Wahba 1978): the coefficients of the
-P_k are random and independent, with the mean 0 and the standard deviation t/k^2. The fitted
-coefficients of the first orders give t. The coefficients of the further orders are estimated
+Friction over position is therefore modelled as a cubic smoothing spline (Wahba 1978): the
+coefficients of the P_k are random and independent, with mean 0 and standard deviation t/k^2. The
+coefficients of the fitted orders give t. The coefficients of the further orders are estimated
 together with the parameters, with this distribution as their prior:
 
     residual = X d + Z b + noise        b_k ~ N(0, t^2/k^4),   k in FURTHER_ORDERS
 
-X has the columns of the model, Z those of the further orders, and d is the shift of the parameters.
+X contains the columns of the model, Z the columns of the further orders, and d is the shift of the
+parameters.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ FURTHER_ORDERS = np.array([4, 5, 6])
 def further_orders(regression: EffectRegression) -> AcceptedEffects | None:
     """Return the shift of the parameters due to further orders of friction over position.
 
-    Return None if the model has no friction over position.
+    Return None if the model does not include friction over position.
     """
     rows = regression.rows
     used = regression.used
@@ -62,7 +63,7 @@ def further_orders(regression: EffectRegression) -> AcceptedEffects | None:
 
 
 def _columns(sign: Vector, position: Vector) -> Matrix:
-    """Return the columns (n, k) of the further orders over the range of the positions (n,)."""
+    """Return the columns (n, k) of the further orders; the positions (n,) are scaled to [-1, 1]."""
     low, high = float(position.min()), float(position.max())
     scaled = 2.0 * (position - low) / (high - low) - 1.0
     return sign[:, None] * np.column_stack(
@@ -73,13 +74,13 @@ def _columns(sign: Vector, position: Vector) -> Matrix:
 def _shift(
     columns: Matrix, further: Matrix, residual: Vector, prior: Vector
 ) -> tuple[Vector, Vector]:
-    """Return the mean and the added standard deviation (p,) of the shift of the parameters.
+    """Return mean and standard deviation (p,) of the shift of the parameters by further orders.
 
     - columns, further: regressors (n, p) of the model, and (n, k) of the further orders
     - residual: residual (n,) of the fit to `columns`
     - prior: standard deviations (k,) of the coefficients of `further`
 
-    The rows of a smoothing window repeat each other, and count as one.
+    The rows within a smoothing window are dependent, and count as one row.
     """
     count = prior.size
     p = columns.shape[1]

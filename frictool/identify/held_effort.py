@@ -1,6 +1,6 @@
 """Detection of a logged effort that changes far less often than the position is logged.
 
-A current that was read too rarely is late by half of the time between two updates on average, which
+A current that was read too rarely lags by half of the time between two updates on average, which
 falsifies inertia and viscous friction. A drive with a slow controller, however, really keeps its
 effort constant between updates. Let y be the effort that the motion needs, and y_held the value of
 y at the last update:
@@ -36,9 +36,9 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
 
 FEWEST_UPDATES = 20
-SHORTEST_HOLD = 3  # samples, shortest time between two updates; shorter ones change little
-EARLY = 0.1  # share of the updates that may follow each other faster than the hold
-# least median change between two updates relative to the smallest changes (1 % quantile); an effort
+SHORTEST_HOLD = 3  # smallest number of samples between two updates that is examined
+EARLY = 0.1  # share of the updates that may follow each other faster than the hold time
+# least median change at an update relative to the smallest changes (1 % quantile); an effort
 # below this ratio is coarsely quantised, but not held
 COARSE = 3.0
 LEAST_EFFECT = 0.02  # relative change of the parameters below which no warning is issued
@@ -53,11 +53,12 @@ class HeldEffort:
 
     - hold: number of samples between two updates
     - low, high: confidence interval of the coefficient b, defined at the top of this module
-    - logged, interpolated: inertia [kg m^2 | kg], fitted to the effort as logged, and fitted to the
-      effort interpolated between updates
+    - logged: inertia fitted to the effort as it was logged, kg m^2 | kg
+    - interpolated: inertia fitted to the effort interpolated between updates, kg m^2 | kg
     - effect: largest relative change of a parameter between these two fits. The change of the
-      inertia is divided by the inertia. The change of another parameter is multiplied by the rms of
-      its regressor and divided by the rms effort.
+      inertia
+      is divided by the inertia. The change of another parameter is multiplied by the rms of its
+      regressor and divided by the rms effort.
     """
 
     hold: int
@@ -106,9 +107,11 @@ def slow_effort_warnings(
 def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
     """Return the number of samples between updates of an effort (n,), and the updates' indices.
 
-    An update is a sample whose value differs from the previous one. Return None if there are fewer
-    than FEWEST_UPDATES updates, if they follow each other faster than SHORTEST_HOLD samples, or if
-    the effort is only coarsely quantised (`COARSE`).
+    An update is a sample whose value differs from the previous value. Return None if there are
+    fewer
+    than FEWEST_UPDATES updates, if the updates are fewer than SHORTEST_HOLD samples apart, or if
+    the
+    effort is only coarsely quantised (`COARSE`).
     """
     change = np.diff(effort)
     updates = np.flatnonzero(change) + 1
@@ -124,10 +127,10 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
 def held_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> HeldEffort | None:
-    """Return the updates of a record's effort, and their effect on the parameters.
+    """Return the time between updates of a record's effort, and its effect on the parameters.
 
-    Return None if the effort is not held (`hold_of`), or if the record does not determine the
-    effect.
+    Return None if the effort is not constant between updates (`hold_of`), or if the record does not
+    determine the effect.
     """
     record = record.part(slice(0, MOST_SAMPLES))
     hold = hold_of(record.effort)
@@ -173,9 +176,9 @@ def held_effort(
 
 
 def interpolated(effort: Vector, hold: int, updates: NDArray[np.int64]) -> Vector:
-    """Return the effort (n,) interpolated linearly between its updates.
+    """Return the effort (n,), interpolated linearly between its updates.
 
-    Each value is assigned to the first sample that has it.
+    Each logged value is assigned to the first sample with this value.
     """
     at = np.flatnonzero(_updated(effort.size, hold, updates))
     return np.asarray(np.interp(np.arange(effort.size), at, effort[at]))
@@ -185,8 +188,10 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
     """Return a mask (size,) of the samples at which the logger read the effort.
 
     `updates` are the samples at which the value changes, and `hold` is the number of samples
-    between two readings. A value that stays for longer was read again without a change: the sample
-    `hold` samples before each change is treated as a reading.
+    between
+    two readings. If a value lasts longer than `hold`, the logger read it again unchanged. The
+    sample
+    `hold` samples before each change is therefore marked as a reading too.
     """
     out = np.zeros(size, dtype=np.bool_)
     out[[0, *updates.tolist()]] = True
@@ -196,7 +201,7 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
 
 
 def _columns(rows: RegressionSamples) -> Vector:
-    """Return the regressors (n, p) of the effort, without offset for motion in one direction."""
+    """Return the regressors (n, p) of the effort, without an offset for motion in one direction."""
     constant = () if rows.one_direction else (np.ones(rows.sign.size),)
     return np.column_stack(
         (rows.acceleration, rows.velocity, rows.sign, *constant, *rows.loads.values())
@@ -206,7 +211,7 @@ def _columns(rows: RegressionSamples) -> Vector:
 def _needed(
     record: MotionRecord, bench: Bench, window: int, values: Vector, one_direction: bool
 ) -> Vector:
-    """Return the effort (n,) that the motion needs, with coefficients `values` (p,)."""
+    """Return the effort (n,) that the motion needs according to the coefficients `values` (p,)."""
     signals = smoothed(record, window)
     acceleration, velocity, _ = signals
     strokes = find_strokes(record)

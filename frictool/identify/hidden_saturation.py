@@ -1,22 +1,23 @@
 """Detection of an effort that saturates softly, or whose flat tops are hidden by noise.
 
-A saturated effort stays below the effort that the motion needs. The search fits
+A saturated effort is smaller than the effort that the motion needs. The search fits the following
+model to the slipping samples:
 
     effort = S(inertia a + viscous v + coulomb s + offset + stiffness x + declared loads)
     S(u) = u (1 + |u/L|^p)^(-1/p)
 
-to the slipping samples. s is the sign of the velocity and x the position. The limit L differs for
-positive and negative u. The sharpness p is low for a soft saturation (tanh) and high for a clip.
+s is the sign of the velocity and x the position. The limit L differs for positive and negative u.
+The sharpness p is low for a soft saturation (tanh) and high for a clip. Loads and friction that
+vary with position and speed can look like a saturation. The model is therefore compared with a
+rival: a linear fit with additional columns over position and speed. The effort is saturated if S
+reduces the largest efforts, and if one of two conditions holds:
 
-Loads and friction that vary with position and speed can look like a saturation. S is therefore
-compared with a rival: a linear fit with further columns over position and speed. The effort is
-called saturated if S compresses the largest efforts, and if one of two conditions is met:
+- The model with S explains the effort better than the rival.
+- The model with S explains the effort as well as the rival, and much better than a linear fit
+  without the additional columns. This improvement must be significant over the strokes, or very
+  large.
 
-- S explains the effort better than the rival.
-- S explains the effort as well as the rival, and much better than the linear fit without the
-  further columns. The second difference must be significant over the strokes, or very large.
-
-Each comparison must have the same result without the stroke that supports it most.
+Each comparison must have the same result if the stroke that supports it most is left out.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import IntVector, Matrix, Vector
 
 NOISE_SHARE = 0.03  # share of noise in the acceleration (`smoothing`)
-MOST_ROWS = 3000  # largest number of samples in the fit; more are thinned out
+MOST_ROWS = 3000  # largest number of samples in the fit; longer records are decimated
 FEWEST_ROWS = 200  # least number of slipping samples for a decision
 SHARPNESS = (2.5, 12.0)  # p of a soft saturation and of a clip
 # quantile of |effort| that scales the effort, and quantile of the compression above which the
@@ -53,19 +54,19 @@ FARTHEST = 20.0  # largest factor between limit and scale
 MOST_EVALUATIONS = 60  # largest number of evaluations of S in one fit
 COMPRESSED = 0.05  # compression of the samples that are treated as saturated
 LEAST_COMPRESSION = 0.08  # mean compression of the top samples
-LARGEST_RESIDUAL = 0.15  # rms residual relative to the scale; a worse fit explains nothing
-BETTER = 0.85  # squared residual relative to that of the rival
-AS_GOOD = 1.1
+LARGEST_RESIDUAL = 0.15  # largest rms residual relative to the scale that allows a decision
+BETTER = 0.85  # largest squared residual relative to the rival's that is better than the rival's
+AS_GOOD = 1.1  # largest squared residual relative to the rival's that is as good as the rival's
 MUCH_BETTER = 0.8  # squared residual relative to the linear fit's, if the difference is certain
 FAR_BETTER = 0.5  # the same if the difference is not certain
-CERTAIN = 6.0  # mean difference over the strokes, in its standard errors, that is certain
+CERTAIN = 6.0  # number of standard errors above which a mean over the strokes is certain
 FEWEST_STROKES = 3
-SLOW = 0.1  # speed at which a Stribeck effect in the rival has decayed to 1/e, over top speed
+SLOW = 0.1  # speed, relative to top speed, at which the rival's Stribeck effect is 1/e
 
 
 @dataclass(frozen=True)
 class HiddenSaturation:
-    """Saturation of an effort.
+    """Saturation of a logged effort.
 
     - level: level at which the effort saturates, N m | N
     - needed: effort that the motion needs where the effort saturates, N m | N
@@ -88,7 +89,7 @@ class _Samples:
 
 
 def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | None:
-    """Return the saturation of a record's effort, or None.
+    """Return the saturation of a record's effort, or None if the effort does not saturate.
 
     Raises UnusableLogs if a declared load needs a position that was not measured.
     """
@@ -121,9 +122,10 @@ def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | 
 
 
 def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
-    """Return the samples, with regressors of rms 1.
+    """Return the slipping samples; the rms of each regressor is 1.
 
-    Return None if too few samples could show a saturation, or if the encoder's noise alters the
+    Return None if the samples are too few to show a saturation, or if the encoder's noise changes
+    the
     computed effort of the inertia as much as a saturation would.
     """
     length = stroke_samples(record)
@@ -169,8 +171,9 @@ def _saturating(
 ) -> scipy.optimize.OptimizeResult:
     """Fit the effort with a smooth saturation.
 
-    The unknowns are the coefficients of `columns`, then the logarithms of the limits of positive
-    and of negative effort.
+    The unknowns are the coefficients of `columns`, the logarithm of the limit of positive effort,
+    and
+    the logarithm of the limit of negative effort.
     """
 
     def parts(unknowns: Vector) -> tuple[Vector, Vector, Vector, Vector]:
@@ -201,8 +204,10 @@ def _saturating(
 def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector) -> bool:
     """Return whether a saturation explains the effort better than the linear fits.
 
-    The arguments are squared residuals (n,): `squares` with the saturation, `plain` of the linear
-    fit, `rivals` of the linear fit with the rival's columns. `stroke` (n,) numbers the strokes.
+    The arguments are squared residuals (n,): `squares` of the model with a saturation, `plain` of
+    the
+    linear fit, `rivals` of the linear fit with additional columns. `stroke` (n,) numbers the
+    strokes.
     """
     if squares.sum() > LARGEST_RESIDUAL**2 * squares.size or stroke.max() + 1 < FEWEST_STROKES:
         return False
@@ -217,7 +222,7 @@ def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector)
 
 
 def _certain(gain: Vector) -> bool:
-    """Return whether the mean of `gain` (one per stroke) is far above its standard error."""
+    """Return whether the mean of `gain` (one value per stroke) is far above its standard error."""
     return bool(np.mean(gain) > CERTAIN * np.std(gain, ddof=1) / np.sqrt(gain.size))
 
 

@@ -1,6 +1,6 @@
 """Identification of sliding parameters from logs of motion, and of the breakaway from ramps.
 
-Each parameter that is not identified has a reason.
+For each parameter that is not identified, the result states the reason.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from frictool.identify.sliding_parameters import (
 )
 from frictool.identify.unmodelled_effects import WidenedFit
 
-# parameters of which every model that `identify` writes has at least one
+# `identify` writes a model only if at least one of these parameters is identified
 PHYSICAL = frozenset(NEVER_NEGATIVE)
 ORDER = (*PARAMETERS, *CURVE)  # order of parameters in a model and its views
 
@@ -58,7 +58,7 @@ class Identification(Outcome):
     - method: method of the fit
     - confidence: confidence of every interval, 0 to 1
     - kinds: log name -> `sliding` or `ramp`
-    - warnings: doubts about the logs or the result
+    - warnings: warnings about the logs or the result
     - over_rate: breakaway as a function of the ramp's rate; None without a table of breakaways
     """
 
@@ -69,7 +69,7 @@ class Identification(Outcome):
     over_rate: BreakawayOverRate | None = None
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
-        """Return the identification with the breakaway replaced by the breakaway of a table."""
+        """Return the identification; its breakaway is replaced by the breakaway of a table."""
         outcome = Outcome(self.identified, self.refused, narrowed=self.narrowed)
         outcome = outcome.merge(accept({"breakaway": over_rate.interval}, bench))
         coulomb = outcome.identified.get("coulomb")
@@ -89,12 +89,12 @@ class Identification(Outcome):
 class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
-    The message states the most frequent reason. If there are several reasons, the message also
-    names the parameters to which this reason applies, and states how many parameters have other
-    reasons.
-
+    The message states the most frequent reason. If parameters have different reasons, the message
+    also
+    names the parameters with the most frequent reason, and the number of the other parameters.
     `exit_code` is 1 if no fit was possible. It is 4 if a fit gave neither inertia nor friction, or
-    if position and drive have opposite signs.
+    if
+    position and drive have opposite signs.
     """
 
     def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:
@@ -109,7 +109,7 @@ class NothingIdentified(UnusableLogs):
 
     @property
     def reasons(self) -> dict[str, list[str]]:
-        """Return the refused parameters by reason.
+        """Return the names of the refused parameters for each reason.
 
         A missing log is a reason only if there is no other reason.
         """
@@ -135,7 +135,7 @@ def identify_records(
     method: str,
     settings: methods.IdentificationSettings,
 ) -> Identification:
-    """Return the identification of the axis of `bench`.
+    """Identify the axis of `bench` from records of sliding motion and of breakaway ramps.
 
     The kind of each of `records` is detected, sliding or ramp; `ramps` contains ramps only.
 
@@ -191,9 +191,11 @@ def _estimate(
 ) -> tuple[AxisLogs, SlidingFit | None, Outcome, WidenedFit | None]:
     """Return the logs, the free fit of the sliding logs, the outcome, and the widened fit.
 
-    The fitted load is subtracted from the ramps in the logs. The free fit has no parameter fixed at
-    a value of the bench. Raises NothingIdentified if position and drive of a sliding log have
-    opposite signs.
+    In the returned logs, the fitted load is subtracted from the effort of the ramps. In the free
+    fit,
+    no parameter is fixed at a value of the bench. Raises NothingIdentified if position and drive of
+    a
+    sliding log have opposite signs.
     """
     free = None
     wider = None

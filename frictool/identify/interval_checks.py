@@ -1,4 +1,4 @@
-"""Checks whether an interval is informative: physically possible and narrow enough."""
+"""Checks that an interval is informative: physically possible and narrow enough."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LARGEST_FACTOR = 10.0  # largest ratio of the upper to the lower end of an inter
 
 
 def too_vague(name: str, interval: Interval) -> str | None:
-    """Return why the interval of a positive parameter is too wide, or None."""
+    """Return why the interval of a positive parameter is too wide; None if it is narrow enough."""
     if name not in POSITIVE:
         return None
     if interval.low <= 0.0:
@@ -25,13 +25,17 @@ def too_vague(name: str, interval: Interval) -> str | None:
 def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> str | None:
     """Return why an interval is not usable; None if the interval is usable.
 
-    An interval is not usable if it is impossible, too wide, or no narrower than the interval of the
-    bench. An interval that does not overlap the bench's is usable even if it is wider, because the
+    An interval is not usable if it is impossible, too wide, or no narrower than the bench's
+    interval.
+    An interval that does not overlap the bench's interval is usable even if it is wider, because
+    the
     bench's value would not explain the log.
 
     Viscous and Coulomb friction may be 0. Only the part of their interval above 0 is compared with
-    the bench's interval. The ratio of the interval's ends is limited in two cases only: if the
-    interval is wider than the bench's interval and does not overlap it, or if the bench has a value
+    the
+    bench's interval. The ratio of the ends of their interval is limited in two cases only: if the
+    interval is wider than the bench's interval and does not overlap it, or if the bench states a
+    value
     without an interval.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
@@ -75,9 +79,9 @@ def _factor(interval: Interval) -> str:
 
 
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
-    """Return the interval of a friction; if its value is negative, the value is set to 0.
+    """Return the interval of a friction parameter; a negative value is replaced by 0.
 
-    An interval that does not contain 0, or that overlaps the bench's interval, is unchanged.
+    An interval is unchanged if it does not contain 0, or if it overlaps the bench's interval.
     """
     nearly_none = (
         name in NEVER_NEGATIVE
@@ -92,7 +96,7 @@ def without_negative(name: str, interval: Interval, known: Quantity | None) -> I
 
 
 def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> Interval | None:
-    """Return the intersection of the interval and the bench's range.
+    """Return the intersection of the logs' interval and the bench's range.
 
     The intersection contains the true value at the confidence of the interval, because the bench's
     range contains the true value. The value of the result is the point of the intersection that is
@@ -131,7 +135,7 @@ def contradicts(interval: Interval, known: Quantity | None) -> bool:
 
 
 def outside(interval: Interval, known: Quantity | None) -> str:
-    """Return a clause that ends a refusal if the interval contradicts the bench's, else ""."""
+    """Return text on the contradiction for a message; "" if the interval overlaps the bench's."""
     if known is None or interval.high < 0.0 or not contradicts(interval, known):
         return ""
     return (
@@ -141,7 +145,7 @@ def outside(interval: Interval, known: Quantity | None) -> str:
 
 
 def below_coulomb(breakaway: Interval, coulomb: Interval) -> str | None:
-    """Return why the breakaway is impossible if it is below Coulomb friction, else None."""
+    """Return why a breakaway below Coulomb friction is impossible; None if it is not below."""
     if breakaway.high >= coulomb.low:
         return None
     return (

@@ -66,8 +66,9 @@ def _intervals_view(intervals: Mapping[str, Interval], bench: Bench) -> dict[str
 def _ramp_view(ramp: Breakaway) -> dict[str, Any]:
     """Return the onsets of breakaway ramps as a mapping.
 
-    The key `fall` is the range of Stribeck velocities that the breakaway's interval includes; null
-    stands for no bound.
+    The key `fall` contains the range of Stribeck velocities for which the breakaway's interval
+    holds;
+    an end that is null is unlimited.
     """
     fall = ramp.fall
     return {

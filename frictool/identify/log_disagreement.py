@@ -16,7 +16,7 @@ from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 
-WIDER = 4.0  # largest width of an interval from all logs, relative to that from a single log
+WIDER = 4.0  # largest width of an interval from all logs, relative to the width from one log
 OTHERS_DIFFER = "although the logs agree on it; they may differ in another parameter"
 MOST_LOGS = 20  # largest number of logs compared; the first ones are used
 
@@ -26,10 +26,10 @@ def pooling_warnings(
 ) -> list[str]:
     """Return a warning for each parameter whose interval from all logs is much too wide.
 
-    Too wide means more than WIDER times as wide as the narrowest interval from a single log. `fit`
-    is the fit of all logs without fixed parameters. Each single log is fitted with the same method
-    and terms. Least squares replace output error in all these fits, because output error needs a
-    search for each log.
+    An interval is too wide if it is more than WIDER times as wide as the narrowest interval from a
+    single log. `fit` is the fit of all logs without fixed parameters. Each log is also fitted alone
+    with the same method and load terms. Least squares replace the method output error in all these
+    fits, because output error would search the load terms again for each log.
     """
     if len(records) < 2:
         return []

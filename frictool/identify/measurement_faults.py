@@ -1,13 +1,13 @@
 """Detection of records in which the logged effort or position is wrong.
 
-- Saturated effort: the sensor saturates below the actuator's limit. The effort then has flat tops,
-  or, if noise hides them, it stays at a level although the motion needs more.
+- Saturated effort: the sensor saturates below the actuator's limit. The effort then has flat tops;
+  if noise hides them, the effort stays at a level although the motion needs more.
 - Clipped encoder: the position stops at its extreme within a sample, although the effort is too
   small to brake the axis that fast.
-- Commanded effort: the effort was computed from the encoder signal and not measured. A fit explains
+- Computed effort: the effort was computed from the encoder signal and not measured. A fit explains
   it almost exactly, with hardly any friction.
-- Effort by position: a gravity compensation commands the effort, and another force moves the axis.
-  This is tested only if a fit gives neither inertia nor friction.
+- Effort as a function of position: a gravity compensation commands the effort, and another force
+  moves the axis. This is tested only if a fit gives neither inertia nor friction.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from frictool.logs.quality.saturation import FlatTopDetector
 from frictool.typing import Vector
 
 LARGEST_SATURATED_SHARE = 0.01  # largest share of samples at a flat top
-# share of the actuator's limit above which a flat top is that limit, and no fault of the sensor
+# share of the actuator's limit above which a flat top comes from the actuator, not the sensor
 AT_THE_LIMIT = 0.99
 # samples before a stop over which the speed is averaged, and samples without motion after the stop
 STOPPING_SAMPLES = 3
-MARGIN = 2.0  # factor on the deceleration that effort and friction can cause
+MARGIN = 2.0  # safety factor on the deceleration that effort and friction can cause
 COUNTS = 2.0  # largest error of the distance over STOPPING_SAMPLES, in encoder counts
-SELF_EXPLAINED = 1e-3  # relative residual below the noise of any sensor
-NO_FRICTION = 0.02  # Coulomb friction relative to the rms effort
+SELF_EXPLAINED = 1e-3  # relative residual that is smaller than the noise of any effort sensor
+NO_FRICTION = 0.02  # Coulomb friction relative to the rms effort that counts as no friction
 # largest share of the effort's variance that the position leaves unexplained
 LEFT_BY_POSITION = 1e-3
 FEWEST_SAMPLES = 100  # least number of samples in each direction

@@ -1,9 +1,9 @@
 """Warning if the requested method predicts much worse than least squares.
 
 Both methods are fitted to each half of the logs and predict the other half (`method_comparison`).
-The simulated position and the force error are compared. If the logs are too short to be halved, or
-if the method refuses a half, both methods are compared on the logs of the fit. Parameters that are
-fixed in the model are fixed for both methods.
+The errors of the simulated position and of the force are compared. If the logs are too short to be
+halved, or if the method refuses a half, both methods are compared on the logs of the fit.
+Parameters that are fixed in the model are fixed for both methods.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.term_selection import beyond_chance
 
-WORSE = 2.0  # error relative to that of least squares above which a warning is issued
+WORSE = 2.0  # error relative to the error of least squares above which a warning is issued
 # position error relative to the travel, and force error, below which no warning is issued
 NEGLIGIBLE = 0.02
 
@@ -44,7 +44,7 @@ def method_warnings(
 ) -> list[str]:
     """Return a warning if least squares predict the logs much better than the method of the fit.
 
-    `rows`: slipping samples of the logs (`motion_rows`).
+    `rows` contains the slipping samples of the logs (`motion_rows`).
     """
     row = METHODS[fit.method or REFERENCE]
     if (
@@ -53,7 +53,7 @@ def method_warnings(
         or any(record.velocity is not None for record in records)
     ):
         return []
-    # a simulation minimises the position error itself, and a search for each half would take long
+    # output error minimises the position error itself, and its search would take long for each half
     if row.known_terms is not None:
         return _warnings(
             fit,
@@ -117,7 +117,7 @@ def _scores(
     settings: IdentificationSettings,
     fit: SlidingFit,
 ) -> tuple[tuple[PredictionScore, PredictionScore] | None, str]:
-    """Return the scores of the fit's method and of least squares, and the name of the test data.
+    """Return the scores of the fit's method and of least squares, and a name of the test data.
 
     The scores are None if one of the two methods refuses the data.
     """

@@ -22,24 +22,24 @@ REFERENCE = "least-squares"  # method with which the others are compared
 
 @dataclass(frozen=True)
 class IdentificationMethod:
-    """Description and capabilities of a method.
+    """Description and capabilities of an identification method.
 
     The function and its module (in `estimators/`) have the name of the method, with _ for -.
 
     - what: what the method does, as help text
     - when: data that the method suits, as help text
     - reads: names of the OPTIONS that the method reads
-    - velocity: True if the method works with a measured velocity and no position
+    - velocity: True if the method can use a log with a measured velocity and no position
     - load: True if the method fits the load terms of the bench
     - known_inertia: True if the method uses the inertia of the bench and does not estimate it
-    - whole_curve: True if the method fits a curve over speed without the inertia. The parameters of
-      the curve are identified or refused together, never fixed, and not compared with REFERENCE
-    - differentiates: True if the method uses differences of samples without a filter, which need a
-      fine encoder and no gaps
-    - comparison: True if the method serves only for comparison with published values. If its force
-      error is large, effects that the model lacks do not widen the intervals
-    - known_terms: name of a function that fits load terms that are already known, or None. Warnings
-      use this function, because the method itself would search the terms again
+    - whole_curve: True if the method fits a curve over speed and no inertia. The parameters of the
+      curve are identified or refused together, never fixed, and not compared with REFERENCE.
+    - differentiates: True if the method uses differences of samples without a filter. Such a method
+      needs a fine encoder and a log without gaps.
+    - comparison: True if the method serves only for comparison with published values. Its intervals
+      are not widened for effects that the model lacks, even if the force error is large.
+    - known_terms: name of the function that fits load terms that are already known, or None. This
+      function is used for warnings, because the method itself would search the terms again.
     """
 
     name: str
@@ -66,7 +66,7 @@ class IdentificationMethod:
         settings: IdentificationSettings,
         terms: tuple[str, ...],
     ) -> SlidingFit:
-        """Return the fit with the load terms `terms`.
+        """Fit the load terms `terms` without a search of terms.
 
         Raises UnusableLogs if the method cannot use the records.
         """
@@ -215,9 +215,9 @@ class MethodOption:
     """Option of some methods: a field of IdentificationSettings or of PublishedFilters.
 
     - kind: int or float
-    - low, high: allowed range; `high` is None without an upper limit
+    - low, high: allowed range; `high` is None if there is no upper limit
     - what: help text with unit
-    - default: default value as text, if there is one
+    - default: default value as text, or None
     - low_open: True if the range excludes `low`
     - odd: True if only odd numbers are allowed
     """
@@ -233,12 +233,12 @@ class MethodOption:
 
     @property
     def flag(self) -> str:
-        """Return the option on the command line."""
+        """Return the name of the option on the command line, such as --time-constant."""
         return f"--{self.name.replace('_', '-')}"
 
     @property
     def readers(self) -> str:
-        """Return the names of the methods that read the option."""
+        """Return the names of the methods that read the option, separated by commas."""
         return ", ".join(name for name, row in METHODS.items() if self.name in row.reads)
 
 
@@ -303,10 +303,11 @@ class IdentificationSettings:
     """Options of the identification methods; None selects the default of the method.
 
     - confidence: confidence of the intervals, 0 to 1
-    - window: smoothing window, samples, odd
+    - window: length of the smoothing window, samples, odd
     - time_constant: time constant of the filter on differences, s
-    - threshold: least speed of a sample in the method `threshold`, rad/s | m/s
-    - forgetting: weight of a squared residual one median stroke before the end, in ]0, 1]
+    - threshold: speed below which the method `threshold` ignores a sample, rad/s | m/s
+    - forgetting: weight of a squared residual one median stroke before the end of the log, in ]0,
+      1]
     - pipeline: filters of inverse-dynamic and friction-force
     - fixed: intervals of the sliding parameters that are not fitted; each parameter is fixed at the
       value of its interval
@@ -322,7 +323,7 @@ class IdentificationSettings:
 
     @classmethod
     def of_options(cls, confidence: float, options: Mapping[str, Any]) -> IdentificationSettings:
-        """Return the settings with the values of OPTIONS in `options`; None selects the default."""
+        """Return settings from option values; None selects the default of a method."""
         names = {one.name for one in fields(cls)}
         filters = {name: value for name, value in options.items() if name not in names}
         pipeline = PublishedFilters(**{n: one for n, one in filters.items() if one is not None})
@@ -346,7 +347,8 @@ class IdentificationRequest:
         True to return a model with the bench's values, marked as such, if the logs give neither
         inertia nor friction. Otherwise NothingIdentified is raised.
     breakaway_table : RateTable or None
-        Single breakaways at several rates of the ramp; they replace the breakaway of ramp logs.
+        Breakaway efforts measured at several rates of the ramp. The table replaces the breakaway of
+        ramp logs.
     """
 
     method: str = DEFAULT
@@ -359,9 +361,9 @@ class IdentificationRequest:
 def run(
     method: str, records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the sliding parameters by a method of METHODS.
+    """Estimate the sliding parameters with a method of METHODS.
 
-    Raises UnusableLogs if the records determine none.
+    Raises UnusableLogs if the records do not determine any parameter.
     """
     _check(method, records, bench)
     return METHODS[method].estimate(records, bench, settings)

@@ -18,13 +18,13 @@ from frictool.documents.quantity import Estimate, Quantity, si_unit
 from frictool.identify.fit_result import CURVE, DIMENSIONS, PARAMETERS
 from frictool.identify.identification import Identification, NothingIdentified
 
-# breakaway over Coulomb friction if nothing is known: expected value (beta of table 4.8) and upper
+# assumed ratio of breakaway to Coulomb friction: expected value (beta of table 4.8) and upper
 # bound (table 4.1)
 BREAKAWAY_RATIO, LARGEST_BREAKAWAY_RATIO = (1.1, 1.5)
 
 
 def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Model:
-    """Return the model document of a result, with a copy of the bench."""
+    """Return the model document of an identification, with a copy of the bench."""
     estimates = {name: _estimate(name, result, bench) for name in PARAMETERS if name != "breakaway"}
     estimates["breakaway"] = _breakaway(result, bench, estimates["coulomb"])
     estimates |= {

@@ -1,9 +1,9 @@
 """Position and effort of one log on a uniform clock, the input of every method.
 
-If the drive has a lag (`loop_time_constant_s` > 0), the logged effort is a continuous signal,
-sampled at the time of its row. Without a lag, the effort of a row is held until the next row. Half
-a sample period T between position and effort changes the inertia by viscous T/2; the record
-therefore states which case applies.
+If the drive has a lag (`loop_time_constant_s` > 0), the logged effort of a sample is the value at
+the time of the sample. Without a lag, the drive holds this effort until the next sample. The two
+cases differ by a shift of half a sample period T between position and effort, which would change
+the fitted inertia by viscous T/2. The record therefore states the lag.
 
 If a log has a measured velocity and no position, the position of its record is the trapezoidal
 integral of the velocity from 0. Second differences of this position are differences of the
@@ -32,14 +32,14 @@ from frictool.logs.quality.time_base import encoder_step
 from frictool.plant.servo_firmware import ServoDrive
 from frictool.typing import IntVector, Vector
 
-JITTER = 0.1  # relative deviation of an interval from the period above which the record is split
-SMALLEST_COUNT = 1e-9  # least count of a velocity relative to its range; a finer one is rounding
+JITTER = 0.1  # relative deviation from the period above which a sample interval is broken
+SMALLEST_COUNT = 1e-9  # smallest count of a velocity, relative to the range of the velocity
 # share of broken intervals above which the clock is not treated as uniform: the record is resampled
 MOST_BROKEN = 0.02
 # relative deviation from the median interval; a record is refused if more than half of its
 # intervals deviate by more
 ERRATIC = 0.5
-LONGEST_BRIDGE = 5.0  # periods; a longer interval of a jittering clock is a gap and ends a piece
+LONGEST_BRIDGE = 5.0  # periods; a longer interval of a jittering clock is a gap
 
 
 P = ParamSpec("P")
@@ -48,14 +48,15 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, eq=False)
 class TemperatureSignal:
-    """Temperature of a record, and the shape of friction over temperature.
+    """Temperature of a record, and the dependence of friction on the temperature.
 
     - values: temperature, (n,), degC
     - reference: temperature for which the sliding parameters are valid, degC
     - viscous_rate, coulomb_rate: approximate relative change of viscous and of Coulomb friction per
       kelvin, 1/K
     - viscous_curvature: coefficient of `excess` squared in the exponent of viscous friction, 1/K^2;
-      0 if the logs do not determine it
+      0
+      if the logs do not determine it
     """
 
     values: Vector
@@ -75,7 +76,7 @@ class ServoSignals:
     """Inputs of a servo's firmware other than the goal, and the pendulum of the log.
 
     - drive: gain, supply voltage and torque switch, each (n,)
-    - pendulum: known pendulum of the log; None without one
+    - pendulum: known pendulum on the axis, or None
     """
 
     drive: ServoDrive
@@ -88,14 +89,14 @@ class MotionRecord:
 
     - position: measured or integrated position, (n,), rad | m
     - effort: measured effort, (n,), N m | N
-    - piece: number of the gap-free part of the log to which each sample belongs, (n,), from 0
+    - piece: for each sample, number of the gap-free part of the log that contains it, (n,), from 0
     - period: sample period, s
     - resolution: one encoder count, rad | m; for a measured velocity, one velocity count times the
       period
-    - lag: time constant of the drive, s; 0 if an effort is held until the next sample
+    - lag: time constant of the drive, s; 0 if the drive holds an effort until the next sample
     - reference: reference of the bench's controller, (n,), rad | m, or None
     - velocity: measured velocity, (n,), rad/s | m/s; None if the position was measured
-    - temperature: temperature and the shape of friction over it; None if it was not measured
+    - temperature: temperature, and the dependence of friction on it; None if it was not measured
     - servo: inputs of a servo's firmware; None for another actuator
     """
 
@@ -114,16 +115,16 @@ class MotionRecord:
 
     @property
     def measured(self) -> Vector:
-        """Return the measured motion signal (n,): the position or, without one, the velocity."""
+        """Return the measured velocity (n,) if there is one, else the measured position (n,)."""
         return self.position if self.velocity is None else self.velocity
 
     @property
     def count(self) -> float:
-        """Return one count of `measured`, rad | m, or rad/s | m/s."""
+        """Return the size of one count of `measured`, rad | m, or rad/s | m/s."""
         return self.resolution if self.velocity is None else self.resolution / self.period
 
     def part(self, kept: slice | IntVector) -> MotionRecord:
-        """Return the record of the samples `kept`, with its pieces numbered from 0."""
+        """Return the record of the samples `kept`; its gap-free parts are numbered from 0."""
         piece = self.piece[kept]
         signals: dict[str, Any] = {
             name: signal[kept]
@@ -171,11 +172,12 @@ def make_record(
     ------
     LogError
         If the time does not increase, if fewer than 3 samples are finite, or if more than half of
-        the intervals differ from their median by more than ERRATIC times the median.
+        the
+        intervals differ from the median interval by more than ERRATIC times the median.
 
     Notes
     -----
-    A record with jittering intervals is interpolated to a uniform grid of its median period.
+    A record with jittering intervals is interpolated to a uniform grid of the median period.
     """
     good = np.isfinite(time) & np.isfinite(position) & np.isfinite(effort)
     time, position, effort = time[good], position[good], effort[good]
@@ -206,18 +208,20 @@ def make_record(
 
 
 def _on_grid(record: MotionRecord) -> MotionRecord:
-    """Return a record with jittering times (n,) on uniform grids, one for each gap-free part.
+    """Return a record with jittering times on uniform grids, one grid for each gap-free part.
 
-    A gap is an interval longer than LONGEST_BRIDGE periods; a part of fewer than 3 grid samples is
-    left out. The position is interpolated by a monotone cubic (Fritsch and Carlson, SIAM J. Numer.
-    Anal. 17, 1980), which does not overshoot between encoder counts. The effort of a drive with a
-    lag is interpolated linearly. The effort of a drive without a lag is averaged over each grid
+    A gap is an interval longer than LONGEST_BRIDGE periods. A gap-free part with fewer than 3 grid
+    samples is left out. The position is interpolated by a monotone cubic (Fritsch and Carlson, SIAM
+    J.
+    Numer. Anal. 17, 1980), which does not overshoot between encoder counts. The effort of a drive
+    with
+    a lag is interpolated linearly. The effort of a drive without a lag is averaged over each grid
     period, which keeps its impulse.
 
     Raises
     ------
     LogError
-        If no part is long enough.
+        If no gap-free part is long enough.
     """
     edges = np.flatnonzero(np.diff(record.time) > LONGEST_BRIDGE * record.period) + 1
     parts: list[tuple[Vector, ...]] = []
@@ -296,10 +300,11 @@ def velocity_record(
 
 
 def velocity_count(velocity: Vector) -> float:
-    """Return the step of a quantised velocity (n,).
+    """Return the quantisation step of a velocity signal (n,).
 
-    If no step is visible, return the step whose rounding noise equals the noise of the velocity,
-    which is computed from fourth differences.
+    If no step is visible, the noise of the velocity is computed from fourth differences. The result
+    is
+    then the step whose rounding error has the same rms as this noise.
     """
     step = encoder_step(np.unique(velocity))
     noise = float(np.sqrt(np.mean(np.diff(velocity, 4) ** 2) / 70.0)) if velocity.size > 4 else 0.0
@@ -307,11 +312,12 @@ def velocity_count(velocity: Vector) -> float:
 
 
 def record_of(log: Log, bench: Bench) -> MotionRecord:
-    """Return the record of a log's main stream.
+    """Return the motion record of a log's main stream.
 
-    The effort is the channel `effort` or, without one, the drive signal times the bench's effort
-    constant. The effort of a servo is computed with the model of its firmware from goal and
-    position. The temperature may be in any stream, and is interpolated.
+    The effort is the channel `effort`. If there is no such channel, the effort is the drive signal
+    times the bench's effort constant. The effort of a servo is computed with the model of its
+    firmware
+    from goal and position. The temperature may be in any stream, and is interpolated.
 
     Raises
     ------
@@ -354,8 +360,9 @@ def _with_servo(record: MotionRecord, log: Log, bench: Bench) -> MotionRecord:
 def _servo_drive(log: Log, stream: Stream, bench: Bench) -> ServoDrive:
     """Return the inputs (n,) of the firmware at the samples of a stream.
 
-    Missing gain and supply are taken from the bench. Without the channel `torque_enabled`, the
-    torque is on.
+    If gain or supply were not logged, the bench's values are used. If the channel `torque_enabled`
+    is
+    missing, the torque is on.
     """
     servo = bench.actuator.servo
     assert servo is not None
@@ -388,8 +395,9 @@ def _with_temperature(record: MotionRecord, log: Log) -> MotionRecord:
 def reference_temperature(measured: Sequence[Vector]) -> float:
     """Return the measured temperature nearest to the mean of all measured temperatures, degC.
 
-    `measured` contains one vector (n,) for each record. The mean itself may lie between a cold and
-    a hot log, where friction was not measured.
+    `measured` contains one vector (n,) for each record. The mean itself is not used: it may lie
+    between
+    a cold and a hot log, where friction was not measured.
     """
     values = np.concatenate(measured)
     return float(values[np.argmin(np.abs(values - np.mean(values)))])
@@ -414,7 +422,7 @@ def _effort(log: Log, stream: Stream, bench: Bench) -> Vector:
 
 
 def _servo_effort(log: Log, stream: Stream, bench: Bench) -> Vector:
-    """Return the effort (n,) of a servo from goal and position with the bench's firmware, N m."""
+    """Return the effort (n,) [N m] of a servo, computed from goal and position."""
     if "reference" not in stream.signals:
         raise LogError(
             log.source,

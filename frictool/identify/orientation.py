@@ -5,7 +5,7 @@ check fits the following model to the samples of a log that certainly slip:
 
     effort = inertia a + friction sign(v) + offset + declared loads
 
-Inertia times rms acceleration and the friction are compared. The directions differ if the larger of
+Inertia times rms acceleration is compared with the friction. The directions differ if the larger of
 the two is significantly negative. The smaller one is ignored, since a delay between position and
 drive can change its sign.
 
@@ -40,7 +40,7 @@ from frictool.typing import Vector
 def reversed_sign(
     records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> str | None:
-    """Return a message if position and drive have opposite signs in a record, else None."""
+    """Return a message if position and drive of a record have opposite signs, else None."""
     for record in records:
         shown = _negative_effort(record, bench, settings)
         if shown is not None:
@@ -49,11 +49,13 @@ def reversed_sign(
 
 
 def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: float) -> str | None:
-    """Return a message if the effort opposes the strokes of a record, else None.
+    """Return a message if the effort of a record opposes its motion, else None.
 
-    The effort is negative if it acts against the stroke. With enough strokes in both directions,
-    the mean effort minus the offset must be significantly negative. Otherwise, the mean effort of
-    every stroke and the net work of the effort must be negative.
+    With enough strokes in both directions, the effort opposes the motion if the mean effort along
+    the
+    strokes minus the offset is significantly negative. Otherwise, the mean effort of every stroke
+    and
+    the net work of the effort must be negative.
     """
     for record in records:
         direction, effort = stroke_efforts(record)
@@ -81,7 +83,7 @@ def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: f
 
 
 def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
-    """Return the directions (s,) and the mean efforts (s,) [N m | N] of s strokes.
+    """Return the direction (+1 or -1) and the mean effort [N m | N] of each stroke, each (s,).
 
     The mean is taken from the first to the last encoder change of the stroke.
     """
@@ -99,9 +101,11 @@ def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
 
 
 def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Interval | None:
-    """Return the mean effort in the direction of the strokes, minus the offset.
+    """Return the mean effort along the strokes minus the offset, with its interval, N m | N.
 
-    Return None if one direction has too few strokes.
+    `direction` (s,) is +1 or -1, and `effort` (s,) is the mean effort of each stroke. Return None
+    if
+    there are too few strokes in one direction.
     """
     if min(np.count_nonzero(direction > 0.0), np.count_nonzero(direction < 0.0)) < FEWEST_STROKES:
         return None
@@ -113,7 +117,7 @@ def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Int
 
 
 def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) -> str:
-    """Return a message with the names of the logs, the evidence and the remedy."""
+    """Return a message with the names of the logs, the evidence `shown` and the remedy."""
     direction = bench.encoder.direction
     return (
         f"{listed([Path(record.name).name for record in records])}: position and drive have "
@@ -127,7 +131,7 @@ def _negative_effort(
 ) -> str | None:
     """Return a text with the negative inertia or friction of a record, or None.
 
-    Only the one that takes more of the effort is tested.
+    Only the larger of inertia times rms acceleration and friction is tested.
     """
     try:
         samples, window = slipping([record], bench, SMALLEST_SHARE, settings.window)

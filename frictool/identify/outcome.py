@@ -1,4 +1,4 @@
-"""Immutable outcome of an identification; each stage adds its part with `merge`."""
+"""Immutable outcome of an identification, to which each stage adds its results with `merge`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class Outcome:
-    """Identified parameters of an axis, reasons for refused ones, and the underlying fits.
+    """Identified parameters of an axis, reasons for refused parameters, and the underlying fits.
 
     A parameter is identified or refused, not both.
 
@@ -32,8 +32,8 @@ class Outcome:
     - refused: parameter -> reason
     - fit: fit of the sliding logs, or None
     - ramp: breakaway of the ramps, or None
-    - laws: laws of friction and load in addition to the parameters; None without any
-    - narrowed: refused parameter -> the bench's range, narrowed by the logs
+    - laws: laws of friction and load in addition to the parameters, or None
+    - narrowed: refused parameter -> intersection of the bench's range and the logs' interval
     """
 
     identified: Mapping[str, Interval] = field(default_factory=dict)
@@ -45,11 +45,11 @@ class Outcome:
 
     @property
     def from_logs(self) -> dict[str, Interval]:
-        """Return the intervals of the identified parameters and the narrowed ranges."""
+        """Return the intervals of identified parameters, and the narrowed ranges of others."""
         return {**self.narrowed, **self.identified}
 
     def merge(self, later: Outcome) -> Outcome:
-        """Return this outcome joined with `later`, whose entries take precedence."""
+        """Return this outcome combined with `later`; entries of `later` take precedence."""
         kept = _without(self.identified, later.refused)
         refused = _without(self.refused, later.identified)
         return Outcome(
@@ -65,7 +65,7 @@ class Outcome:
         )
 
     def without(self, *names: str) -> Outcome:
-        """Return the outcome without the parameters `names`, identified or refused."""
+        """Return the outcome in which the parameters `names` are neither identified nor refused."""
         return Outcome(
             _without(self.identified, names),
             _without(self.refused, names),
@@ -83,10 +83,10 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return an outcome that accepts the informative intervals of `offered` and refuses the others.
+    """Return an outcome in which informative intervals are identified and the others refused.
 
-    The interval of a parameter that this function refuses narrows the bench's range if the two
-    overlap. `reasons`: parameters that the method has refused, with the reasons.
+    If a refused interval overlaps the bench's range of the parameter, the outcome contains their
+    intersection. `reasons` contains parameters that the method has refused, with the reasons.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})
@@ -111,12 +111,12 @@ def accept(
 def sliding_intervals(from_logs: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
     """Return the interval of each sliding parameter: from the logs, else from the bench.
 
-    An offset that neither of them states is 0.
+    An offset that neither the logs nor the bench state is 0.
     """
     return {name: from_logs.get(name) or bench_interval(bench, name) for name in SLIDING}
 
 
 def bench_interval(bench: Bench, name: str) -> Interval:
-    """Return the bench's interval of a sliding parameter; 0 for an undeclared offset."""
+    """Return the bench's interval of a sliding parameter; 0 for an offset that the bench lacks."""
     known: Quantity | None = getattr(bench.mechanics, name)
     return Interval(0.0, 0.0, 0.0) if known is None else Interval(known.value, *known.interval)

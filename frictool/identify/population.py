@@ -6,10 +6,10 @@ w = 1/s^2, Q = sum w (x - mean)^2 has a chi-squared distribution with n - 1 degr
 all estimates have one true value (Cochran 1954). The excess of Q gives the variance that the
 intervals do not explain (DerSimonian and Laird 1986).
 
-A unit is a machine that was tested. If the units are known, Q is the sum of a part within units and
-a part between units. In the test between units, the unexplained scatter within units is added to
-s^2. The drift is the slope over the date, common to all units, with a separate mean for each unit.
-The Birge ratio widens the interval of the drift.
+A unit is a machine that was tested. If the units are known, Q is the sum of a term within units and
+a term between units. In the test between units, the unexplained scatter within units is added to
+s^2. The drift is the slope over the date. The slope is common to all units, and each unit has its
+mean value. The Birge ratio widens the interval of the drift.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class ScatterTest:
 
 @dataclass(frozen=True)
 class ParameterDrift:
-    """Common slope over time [1/day] with its interval, and the p-value of a slope of zero."""
+    """Slope of a parameter over time [1/day], and the p-value of the hypothesis that it is zero."""
 
     slope: Interval
     p: float
@@ -65,12 +65,14 @@ class ParameterDrift:
 class Population:
     """Scatter of one parameter over many models, in SI units.
 
-    - mean: weighted mean
+    - count, units: number of models and of units
+    - mean: mean value, weighted by inverse variances
     - spread: standard deviation of the values
     - expected: standard deviation of the values that the intervals predict
     - whole: test whether all models have one true value
-    - within: test whether the models of each unit have one true value; None without enough models
-    - between: test whether all units have one true value; None without enough units
+    - within: test whether the models of each unit have one true value; None if there are too few
+      models
+    - between: test whether all units have one true value; None if there are too few units
     - alone: unit -> test whether the models of this unit have one true value
     - drift: drift of the parameter with the date; None if the dates do not determine it
     - level: probability that at least one test rejects although all true values are equal
@@ -101,7 +103,7 @@ class Population:
         )
 
     def rejects(self, test: ScatterTest | ParameterDrift | None) -> bool:
-        """Return True if there is a test, and its p-value is below the limit."""
+        """Return True if the p-value of `test` is below the limit; False if `test` is None."""
         return test is not None and test.p < self.limit
 
     @property
@@ -117,7 +119,7 @@ def populations(
 ) -> dict[str, Population]:
     """Return scatter and tests of each parameter with at least two values.
 
-    `confidence` is the confidence of the intervals, and also the probability that no test of any
+    `confidence` is the confidence of the intervals. It is also the probability that no test of any
     parameter rejects if all true values are equal (Bonferroni).
     """
     repeated = {name: estimates for name, estimates in values.items() if len(estimates) >= 2}
@@ -130,7 +132,7 @@ def populations(
 def population(values: Sequence[UnitValue], confidence: float, level: float) -> Population:
     """Return scatter and tests of one parameter with at least two values.
 
-    `level`: probability that at least one test rejects although all true values are equal.
+    `level` is the probability that at least one test rejects although all true values are equal.
     """
     estimates = np.array([one.interval.value for one in values])
     s = _deviations(values, confidence)
@@ -160,7 +162,7 @@ def population(values: Sequence[UnitValue], confidence: float, level: float) -> 
 
 
 def _deviations(values: Sequence[UnitValue], confidence: float) -> Vector:
-    """Return the standard deviations (n,) of the values, from the wider side of each interval."""
+    """Return the standard deviations (n,) of the values, from the longer side of each interval."""
     reach = [
         max(one.interval.high - one.interval.value, one.interval.value - one.interval.low)
         for one in values
@@ -177,7 +179,7 @@ def _mean(values: Vector, s: Vector) -> float:
 
 
 def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
-    """Return the test of the scatter about the mean of each group, or about the mean of all."""
+    """Return the test of the scatter around the mean of each group; None stands for one group."""
     w = s**-2.0
     group = np.zeros(values.size, dtype=np.int64) if group is None else group
     q = 0.0

@@ -1,4 +1,4 @@
-"""Comparison of the identified half widths with those in the `promise.yaml` of the test.
+"""Comparison of the identified half widths with the half widths in the test's `promise.yaml`.
 
 `promise.yaml` states for each parameter the half width to expect from a test of `frictool excite`.
 If an identified half width is larger, the reasons that the log shows are listed in this order:
@@ -27,8 +27,8 @@ from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.from_logs import IdentifiedModel
 from frictool.identify.model_document import unit_of
 
-MORE = 1.2  # largest accepted ratio of a value of the log to the value that the promise assumes
-SHORT = 0.95  # share of the test's duration below which a log is shorter
+MORE = 1.2  # ratio of the log's noise or bound to the promise's above which it is a reason
+SHORT = 0.95  # share of the test's duration below which a log counts as shorter than the test
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class PromisedParameter:
 
     @property
     def kept(self) -> bool:
-        """Return True if the identified half width is at most that in `promise.yaml`."""
+        """Return True if the identified half width is at most the half width in `promise.yaml`."""
         return self.reached is not None and self.reached <= self.promised
 
     def line(self) -> str:

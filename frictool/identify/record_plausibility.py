@@ -11,19 +11,20 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.logs.quality.jumps import JUMPS, PositionJumps, allowance
 
 MOST_COUNTS = 2.0**53  # largest count; beyond it, doubles do not hold every integer
-# largest distance from the median position, in travels; the travel is known only roughly
+# largest distance from the median position, relative to the travel, which is known only roughly
 MOST_TRAVELS = 10.0
-MOST_EFFORT = 10.0  # largest effort, relative to that at the actuator's limit
+MOST_EFFORT = 10.0  # largest effort, relative to the effort at the actuator's limit
 
 
 def implausible(record: MotionRecord, bench: Bench) -> list[str]:
-    """Return warnings about jumps of the record's position.
+    """Return warnings about jumps of the position; raise LogError for impossible values.
 
     Raises
     ------
     LogError
         If a position exceeds the limits of the encoder or of the travel, or if an effort exceeds
-        the actuator's limit. The message states the time.
+        the
+        actuator's limit. The message states the time.
     """
     length, effort = si_unit("position", bench.axis), si_unit("effort", bench.axis)
     counts = MOST_COUNTS * record.resolution
@@ -59,7 +60,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
 
 
 def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
-    """Return True if `warning` is about jumps of which `implausible` also warns."""
+    """Return True if `warning` is about position jumps of which `implausible` also warns."""
     return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 
 

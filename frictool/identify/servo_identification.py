@@ -1,9 +1,11 @@
-"""Identification of a smart servo from its goals and positions; no current or torque is measured.
+"""Identification of a smart servo from goals and positions, without a measured current or torque.
 
-The method is the output error in closed loop: the bench's firmware drives the model along the goal.
-The result contains the axis with the torque enabled, whose viscous friction includes the back-EMF,
-and a bench with the identified constants of the servo. Intervals come from a jackknife over the
-logs or, with few logs, over strokes, because neighbouring samples have dependent errors.
+The parameters are fitted by output error in closed loop: a simulation of the bench's firmware and
+axis follows the logged goal, and the simulated position is compared with the measured one. The
+result contains the axis with the torque enabled, whose viscous friction includes the back-EMF, and
+a bench with the identified constants of the servo. Intervals come from a jackknife over the logs
+or,
+if there are few logs, over strokes, because neighbouring samples have dependent errors.
 """
 
 from __future__ import annotations
@@ -44,19 +46,19 @@ from frictool.identify.rows.load_terms import laws_of
 from frictool.identify.rows.segments import whole
 from frictool.typing import IntVector, Matrix, Vector
 
-LARGEST_ERROR = 0.5  # rms position error relative to the rms motion; a larger one is refused
+LARGEST_ERROR = 0.5  # rms position error relative to the rms motion above which a fit is refused
 # least concentration of the positions about multiples of the encoder step, 0 to 1
 CONCENTRATED = 0.5
 # least change of the simulated position, in counts, over the bench's range of a parameter
 VISIBLE = 1.0
-AT_END = 1e-3  # largest distance from an end of the bench's range that counts as at the end
+AT_END = 1e-3  # distance from an end, relative to the bench's range, that counts as at the end
 METHODS = (DEFAULT, OUTPUT_ERROR)
 NO_OFFSET = "along a goal, a constant effort looks like another zero angle of the pendulum"
 
 
 @dataclass(frozen=True)
 class ServoIdentification:
-    """Identification of a servo, and its bench with the identified constants of the servo."""
+    """Identification of a servo, and the bench with the identified constants of the servo."""
 
     result: Identification
     bench: Bench
@@ -65,13 +67,14 @@ class ServoIdentification:
 def identify_servo(
     records: Sequence[MotionRecord], bench: Bench, method: str, settings: IdentificationSettings
 ) -> ServoIdentification:
-    """Return the identification of the servo of a bench.
+    """Identify the servo of a bench from records of goals and positions.
 
     Raises
     ------
     UnusableLogs
-        If the method does not suit a servo, if the logs show no motion under torque, or if the
-        simulation along the goal does not explain the measured position.
+        If the method does not suit a servo, if the logs show no motion with the torque enabled, or
+        if
+        the simulation along the goal does not explain the measured position.
     LogError
         If a log occurs twice.
     """
@@ -158,8 +161,9 @@ def _free(
 ) -> tuple[str, ...]:
     """Return the parameters to fit.
 
-    A constant of the servo is fitted inside the bench's range, the drive constant only with a known
-    pendulum, and the back-EMF constant only if a log moves without torque.
+    A constant of the servo is fitted if the bench states a range for it. The drive constant is
+    fitted
+    only if the pendulum is known, and the back-EMF constant only if a log moves without torque.
     """
     known = servo_quantities(bench)
     exact = {name for name, one in known.items() if one.interval[0] == one.interval[1]}
@@ -171,7 +175,7 @@ def _free(
 
 
 def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str, str]:
-    """Return a reason for each constant of the servo that does not change the simulation."""
+    """Return a reason for each servo constant that does not change the simulated position."""
     known = servo_quantities(simulated.bench)
     count = simulated.bench.encoder.resolution
     out: dict[str, str] = {}
@@ -187,7 +191,7 @@ def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str,
 
 
 def _without_effect(simulated: ServoSimulation, fit: SimulationFit) -> dict[str, str]:
-    """Return a reason for each constant of the servo that does not change the fitted motion."""
+    """Return a reason for each servo constant that does not change the fitted position."""
     count = simulated.bench.encoder.resolution
     known = servo_quantities(simulated.bench)
     out: dict[str, str] = {}
@@ -222,9 +226,11 @@ def _solution(simulated: ServoSimulation, fit: SimulationFit) -> LeastSquaresSol
 def _rounding(simulated: ServoSimulation, fit: SimulationFit) -> Vector:
     """Return the standard deviation (p,) of the parameters due to errors common to a whole log.
 
-    A position is wrong by up to half an encoder count, because the firmware rounds it, and the
-    firmware's clock is shifted by up to half a period against the log. Both errors are uniform,
-    constant during a log, and independent between logs.
+    A position is wrong by up to half an encoder count, because the firmware rounds it. The clock of
+    the
+    firmware is shifted by up to half a period against the log. Both errors have a uniform
+    distribution,
+    are constant during a log, and are independent between logs.
     """
     inverse = np.linalg.pinv(_of_driven_viscous(simulated.names, fit))
     edges = np.cumsum([one.last - one.first for one in simulated.segments])[:-1]
@@ -243,9 +249,10 @@ def _reported(values: Mapping[str, float], name: str) -> float:
 
 
 def _of_driven_viscous(names: Sequence[str], fit: SimulationFit) -> Matrix:
-    """Return the Jacobian (n, p) with the viscous friction of the enabled torque as a parameter.
+    """Return the Jacobian (n, p) for viscous friction with the torque enabled as a parameter.
 
-    The simulation uses the friction with the torque disabled, which lacks constant times back_emf.
+    The parameter of the simulation is the friction with the torque disabled, which is smaller by
+    constant times back_emf.
     """
     out = fit.jacobian.copy()
     if LOOSE in names:
@@ -257,7 +264,7 @@ def _of_driven_viscous(names: Sequence[str], fit: SimulationFit) -> Matrix:
 
 
 def _clusters(simulated: ServoSimulation) -> IntVector:
-    """Return the cluster (n,) of each sample: its log, or with few logs its stroke."""
+    """Return the cluster (n,) of each sample: the log, or the stroke if there are few logs."""
     segments = simulated.segments
     if len(segments) >= FEWEST_CLUSTERS:
         return np.repeat(np.arange(len(segments)), [one.last - one.first for one in segments])
@@ -321,7 +328,7 @@ def _identified(
 
 
 def _gravity(intervals: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
-    """Return the gravity of the bench's pendulum, or the fitted gravity; empty without either."""
+    """Return the gravity of the bench's pendulum, or the fitted gravity; {} if there is neither."""
     if SINE in intervals:
         return {name: intervals[name] for name in (SINE, COSINE)}
     nominal = pendulum_load(bench.pendulum)
@@ -349,7 +356,7 @@ def _constant_reasons(records: Sequence[MotionRecord], bench: Bench) -> dict[str
 def _constants(
     intervals: Mapping[str, Interval], bench: Bench
 ) -> tuple[dict[str, Quantity], list[str]]:
-    """Return the identified constants of the servo, and warnings about ends of the bench's ranges.
+    """Return the identified servo constants, and a warning for each value at an end of its range.
 
     The interval of a constant is its intersection with the bench's range.
     """

@@ -1,4 +1,4 @@
-"""Sliding parameters of an axis from its logs of motion."""
+"""Estimation of the sliding parameters of an axis from its logs of motion."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from frictool.identify.outcome import Outcome, accept, sliding_intervals
 from frictool.identify.unmodelled_effects import WidenedFit, widened
 
 NO_SLIDING = "no log of sliding motion was provided"
-LARGEST_FORCE_ERROR = 0.5  # above it more than a quarter of the effort's mean square is unexplained
+LARGEST_FORCE_ERROR = 0.5  # a quarter of the effort's mean square is then unexplained
 
 
 def sliding_fit(logs: AxisLogs) -> SlidingFit:
-    """Return the fit of the requested method, with its force error.
+    """Fit the sliding logs with the requested method, and compute the force error.
 
     Raises
     ------
     UnusableLogs
-        If no fit is possible, or if its force error exceeds LARGEST_FORCE_ERROR.
+        If no fit is possible, or if the force error exceeds LARGEST_FORCE_ERROR.
     """
     if not logs.sliding:
         raise UnusableLogs(logs.unmeasured or NO_SLIDING)
@@ -49,9 +49,10 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     """Return the accepted parameters and the final fit, with widened intervals.
 
-    In the final fit, the refused parameters have their values in the model
-    (`fixed_parameter_refit.py`). If this fit does not explain the effort, or refuses a parameter
-    that `fit` identifies, `fit` is the final fit: a value of the bench then contradicts the log.
+    The final fit is a second fit, in which the refused parameters have their values in the model
+    (`fixed_parameter_refit.py`). If the second fit does not explain the effort, or refuses a
+    parameter
+    that `fit` identifies, a value of the bench contradicts the log. The final fit is then `fit`.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
@@ -82,8 +83,9 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    The intervals do not change in two cases: the drive was off, so that no effort shows the
-    effects, or a comparison method has a large force error (`fit_warnings` warns of it).
+    The intervals do not change in two cases. If the drive was off, no effort shows the effects. If
+    a
+    comparison method has a large force error, `fit_warnings` warns of it.
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):
@@ -115,7 +117,7 @@ def with_force_error(
 def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | None:
     """Return the force error if no value in the bench's ranges explains the effort, else None.
 
-    A refused parameter is set to the value in the bench's range that is nearest to its value in
+    Each refused parameter has the value of the bench's range that is nearest to its value in
     `free`.
     """
     assert outcome.fit is not None
@@ -133,7 +135,7 @@ def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | N
 
 
 def without_unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> Outcome:
-    """Return the outcome, without sliding parameters if `unexplained` returns a force error."""
+    """Return the outcome; refuse all sliding parameters if `unexplained` returns a force error."""
     error = unexplained(logs, free, outcome)
     if error is None:
         return outcome

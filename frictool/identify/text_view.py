@@ -27,7 +27,7 @@ REMOVED = frozenset(effect.term for effect in EFFECTS if not effect.needs_temper
 
 
 def law_lines(model: Model) -> list[str]:
-    """Return the lines on the laws of friction and load."""
+    """Return lines of text on the laws of friction and load."""
     if model.laws is None:
         return []
     lines = []
@@ -77,7 +77,7 @@ def law_lines(model: Model) -> list[str]:
 
 
 def temperature_lines(law: FrictionOverTemperature) -> list[str]:
-    """Return the lines on the reference temperature, and on friction over temperature."""
+    """Return lines of text on the reference temperature and on friction over temperature."""
     low, high = law.over.low, law.over.high
     changes = {"viscous": law.viscous, "coulomb": law.coulomb}
     known = {name: one for name, one in changes.items() if one is not None}
@@ -126,7 +126,7 @@ def load_line(load: Load) -> str:
 
 
 def measurement_lines(model: Model) -> list[str]:
-    """Return the lines on measured properties of the bench."""
+    """Return lines of text on the measured properties of the bench."""
     measured = model.measurement
     if measured is None:
         return []
@@ -139,7 +139,7 @@ def measurement_lines(model: Model) -> list[str]:
 
 
 def presliding_lines(model: Model) -> list[str]:
-    """Return the lines on presliding friction."""
+    """Return lines of text on presliding friction."""
     presliding = model.presliding
     if presliding is None:
         return []
@@ -169,7 +169,7 @@ def presliding_lines(model: Model) -> list[str]:
 
 
 def force_line(error: float | None) -> str:
-    """Return the line on the force error."""
+    """Return a line of text on the force error."""
     return (
         "force error unknown: no sample certainly slips, or the drive was off"
         if error is None
@@ -187,7 +187,7 @@ def explanation_place(one: Explanation) -> str:
 
 
 def explanation_line(one: Explanation, unit: str) -> str:
-    """Return the line on one explanation of the effort."""
+    """Return a line of text on one explanation of the effort."""
     place = explanation_place(one)
     verb = "predicts" if len(one.rivals) == 1 else "predict"
     names = " and ".join(one.rivals)
@@ -205,9 +205,9 @@ def explanation_line(one: Explanation, unit: str) -> str:
 
 
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
-    """Return the line on the Stribeck velocities for which the breakaway's interval is valid.
+    """Return a line on the Stribeck velocities for which the breakaway's interval is valid.
 
-    Unless a fit gives the Stribeck velocity, the line also states how to narrow its range.
+    Unless a fit gives the Stribeck velocity, the line also says how to narrow this range.
     """
     if fall.known:
         return (
@@ -224,10 +224,10 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
 
 
 def parameter_lines(model: Model) -> list[str]:
-    """Return the table of the parameters.
+    """Return the table of the parameters as lines of text.
 
-    The intervals are valid for the nominal drive constant. If the bench has an interval of the
-    constant, a further column has intervals that include the error of the constant.
+    The intervals are valid for the nominal drive constant. If the bench states an interval of the
+    constant, another column contains intervals that include the uncertainty of the constant.
     """
     rows = parameter_intervals(model)
     constant = model.bench.actuator.constant
@@ -253,7 +253,7 @@ def parameter_lines(model: Model) -> list[str]:
 
 
 def servo_lines(outcome: IdentifiedModel) -> list[str]:
-    """Return the lines on the constants of a servo, and on the position error along the goals."""
+    """Return lines of text on the constants of a servo and on the position error."""
     fit = outcome.result.fit
     assert fit is not None
     rms, mean = (fit.details[f"position_error_{name}"] for name in ("rms", "mean"))

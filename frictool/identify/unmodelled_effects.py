@@ -6,20 +6,20 @@ therefore does not show the resulting error. Eight sources of this error are exa
 
 1. Residuals that repeat at the same positions, or at the same velocities and signs of the
    acceleration (`regression/multiway.py`). If only few samples determine viscous friction, as in
-   strokes of one speed, the encoder's noise in the acceleration is added. Equal strokes reverse at
+   strokes of one speed, noise of the encoder in the acceleration is added. Equal strokes reverse at
    the same counts and repeat this noise, so that more strokes do not reduce its variance.
 2. A hypothesis of `explanation_search`, such as a spring, that improves the fit.
-3. Smoothing windows of twice the length. Delay and resonance have first-order approximations in the
-   fit; if the fit includes one of them, the change with the longest windows is a further shift.
+3. Smoothing windows of twice the length. The fit approximates a delay and a resonance to first
+   order. If the fit includes one of them, the change with the longest windows is another shift.
 4. An exact delay and an exact lag in place of the approximation, if the fit includes the delay.
-5. An unknown delay, if the model has none, but a regression over windows of twice the length shows
-   one, or if the strokes are few. Without a fit, the delay is known to +- half a sample, because
-   effort and position of a row may have been read half a sample apart. A longer fitted delay is
-   used as it is. The longer windows reduce the encoder's noise, which a servo feeds back into the
-   effort, where it looks like a delay.
+5. An unknown delay that the model does not include, if a regression over windows of twice the
+   length shows a delay, or if the strokes are few. Before the fit, the delay is known to be within
+   half a sample, because effort and position of a row may have been read half a sample apart. If
+   the fitted delay is longer, only the fitted delay is used. A servo feeds noise of the encoder
+   back into the effort, which looks like a delay; longer windows reduce this noise.
 6. The local gain of an eccentric encoder, which changes inertia and viscous friction, if an
    eccentricity would improve the prediction of strokes outside the fit.
-7. Less noise in windows of twice the length, if the encoder's noise hides the inertia.
+7. Windows of twice the length, which reduce noise, if the encoder's noise hides the inertia.
 8. Further orders of friction over position, if the fit includes its first orders
    (`further_orders.py`).
 
@@ -30,9 +30,9 @@ the largest movement is applied. If an interval overlaps the bench's interval, n
 the bench's interval.
 
 Noise in the acceleration makes the inertia of a regression too small. If the inertia decreases by
-more than its half width, noise hides the inertia. It is then fixed at its value in the fit or, if
-the fit has none, in the bench. The same applies to an inertia from the weak form or from means over
-strokes.
+more than its half width, noise hides the inertia. The inertia is then fixed at its value in the fit
+or, if the fit has none, in the bench. An inertia from the weak form or from means over strokes is
+fixed in the same way.
 """
 
 from __future__ import annotations
@@ -65,12 +65,12 @@ from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
-SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
+SMOOTHER = 2.0  # factor on the length of the smoothing windows of the second fit
 READ_APART = 0.5  # longest time between the readings of effort and position in a row, in samples
 # largest relative error of a rotary encoder's local gain: an error of 5 mrad (0.3 degrees) with one
 # cycle per turn, usual for a magnetic encoder at the end of a shaft
 LOCAL_GAIN = 5e-3
-CERTAIN = 1e-4  # significance of an effect that is reported
+CERTAIN = 1e-4  # largest p-value of an effect that is reported
 LONGEST_RATIOS = 40  # most characters that a warning uses for the ratios
 DELAY_STEPS = 3  # Gauss-Newton steps to an exact delay or lag
 SERIES = (DELAY, "resonance")  # effects that the fit approximates to first order
@@ -79,10 +79,12 @@ NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 
 @dataclass(frozen=True)
 class WidenedFit:
-    """Fit with intervals that include unmodelled effects.
+    """Fit whose intervals include unmodelled effects.
 
-    - what: most significant effect; None if it is uncertain or hardly improves the prediction
-    - ratios: new width divided by old width of each interval that becomes much wider
+    - what: name of the most significant effect; None if the effect is uncertain or hardly improves
+      the
+      prediction
+    - ratios: ratio of new to old width of each interval that becomes much wider
     """
 
     fit: SlidingFit
@@ -90,9 +92,9 @@ class WidenedFit:
     ratios: Mapping[str, float] = field(default_factory=dict)
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return a warning that names the effect if it widened intervals in `identified`.
+        """Return a warning that names the effect if it widened intervals of `identified`, else ().
 
-        The effect does not widen intervals that come from ramps.
+        Intervals that come from ramps are not counted, because the effect does not widen them.
         """
         wider = [
             f"{name} {ratio:.2g}"
@@ -110,7 +112,7 @@ class WidenedFit:
 def widened(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> WidenedFit:
-    """Return the fit with the intervals of its sliding parameters widened."""
+    """Return the fit; the intervals of its sliding parameters include unmodelled effects."""
     regression = effect_regression(fit, records, bench, confidence)
     if regression is None:
         return WidenedFit(fit)
@@ -155,10 +157,13 @@ def _of_windows(
 ) -> list[AcceptedEffects]:
     """Return the changes of the parameters with longer windows that chance does not explain.
 
-    `smoother` is the regression over windows of twice the length. A delay and a resonance are
-    approximated to first order in the fit, which is valid if the window is longer than the delay or
-    the period of the resonance. A fit with an approximation is also compared with the regressions
-    over the same windows and over the longest windows.
+    `smoother` is the regression over windows of twice the length. The fit approximates a delay and
+    a
+    resonance to first order, which is valid if the window is longer than the delay or the period of
+    the
+    resonance. A fit with this approximation is also compared with the regressions over the same
+    windows
+    and over the longest windows.
     """
     before = plain.intervals()
     out = []
@@ -176,7 +181,7 @@ def _of_noise(
 ) -> list[AcceptedEffects]:
     """Return the change of the inertia with doubled windows that chance does not explain.
 
-    Noise reduces the fitted inertia, and longer windows have less noise.
+    Noise reduces the fitted inertia, and longer windows reduce the noise.
     """
     fitted = fit.parameters.get("inertia")
     smoother = effect_regression(fit, records, bench, confidence, SMOOTHER, hides=False)
@@ -204,11 +209,13 @@ def _of_delay(
     confidence: float,
     plain: EffectRegression,
 ) -> list[AcceptedEffects]:
-    """Return the shifts by an exact delay and by an exact lag.
+    """Return the shifts of the parameters by an exact delay and by an exact lag.
 
     Each Gauss-Newton step delays or filters the effort by the present estimate and fits the
-    remaining delay to first order. A lag is tried only if the effort is early, since the inverse of
-    a lag would increase the noise of the effort.
+    remaining
+    delay to first order. A lag is tried only if the effort is early, since the inverse of a lag
+    would
+    amplify the noise of the effort.
     """
     late = fit.effects.get(DELAY)
     if late is None:
@@ -238,10 +245,12 @@ def _of_timing(
     confidence: float,
     regressions: tuple[EffectRegression, EffectRegression | None],
 ) -> AcceptedEffects | None:
-    """Return the shift by an unknown delay that the model does not include.
+    """Return the shift of the parameters by an unknown delay that the model does not include.
 
-    `regressions` have the windows of the fit, and windows of twice the length. If noise hides the
-    inertia, both are repeated with the inertia as a parameter, since a delay changes it.
+    `regressions` contains the regression over the windows of the fit, and over windows of twice the
+    length. If noise hides the inertia, both are repeated with the inertia as a parameter, since a
+    delay
+    changes it.
     """
     plain, smoother = regressions
     if plain.noisy:
@@ -263,7 +272,8 @@ def _rates(
     """Return the change of each parameter per second of delay, for the method of stroke means.
 
     The fit is repeated with the effort delayed by `apart` [s], because stroke means do not weight
-    the samples as the regression does. The result is empty for other methods.
+    the
+    samples as the regression does. The result is empty for other methods.
     """
     if fit.method != STROKE_MEANS:
         return {}
@@ -283,13 +293,13 @@ def _rates(
 
 
 def delayed(effort: Vector, samples: float) -> Vector:
-    """Return the effort (n,) delayed by `samples` samples, interpolated linearly."""
+    """Return the effort (n,) delayed by `samples` sample periods, interpolated linearly."""
     index = np.arange(effort.size, dtype=np.float64)
     return np.asarray(np.interp(index - samples, index, effort))
 
 
 def lagging(effort: Vector, samples: float) -> Vector:
-    """Return the effort (n,) after a first-order lag with the time constant `samples`."""
+    """Return the effort (n,) filtered by a first-order lag; time constant: `samples` [samples]."""
     pole = float(np.exp(-1.0 / samples))
     return np.asarray(
         scipy.signal.lfilter([1.0 - pole], [1.0, -pole], effort, zi=[pole * effort[0]])[0]

@@ -1,6 +1,6 @@
 """Observers for velocity, friction and wear: their design, and estimates along a log.
 
-Units of a rotary and of a linear axis are separated by |, as in "rad | m" and "N m | N".
+Docstrings state the units of a rotary and of a linear axis separated by |, as in "rad | m".
 """
 
 from typing import TYPE_CHECKING

@@ -4,7 +4,8 @@
                 ──velocity.py──▶ velocity ───────────────┴─friction_tracker.py──▶ friction
 
 The estimates at a sample use no later sample. A move is the motion from one rest or reversal to the
-next. The wear estimate changes only at the end of a move, and is the prior before the first one.
+next. The wear estimate changes only at the end of a move; before the end of the first move, it is
+the prior.
 """
 
 from __future__ import annotations
@@ -40,11 +41,11 @@ class WearEstimation(Protocol):
         ...
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
-        """Return the estimate after each move that ended in the block."""
+        """Process a block of samples; return an estimate for each move that ended in it."""
         ...
 
     def finish(self) -> list[WearEstimate]:
-        """Return [estimate after an unfinished last move], or [] without such a move."""
+        """Return [estimate after the unfinished last move], or [] if there is no such move."""
         ...
 
 
@@ -52,7 +53,7 @@ class VelocityEstimation(Protocol):
     """Interface of a velocity estimator (velocity.py)."""
 
     def take(self, piece: MotionBlock) -> Matrix:
-        """Return the velocity (3, n) [rad/s | m/s]: value, lower and upper bound at each sample."""
+        """Process a block; return the velocity (3, n) [rad/s | m/s]: value, lower, upper bound."""
         ...
 
     def figures(self) -> dict[str, Any]:
@@ -65,7 +66,9 @@ class EstimateBlock:
     """Estimates at the samples of a block.
 
     - piece: samples of the log
-    - velocity, friction, wear: (3, n), with the rows value, lower and upper bound
+    - velocity [rad/s | m/s], friction [N m | N], wear [1]: (3, n), with the rows value, lower and
+      upper
+      bound
     - second: output of an additional observer, or None
     """
 
@@ -82,7 +85,7 @@ class EstimateBlock:
 
 
 def head(model: Model) -> StreamHeader:
-    """Return the header of the stream of `EstimateBlock.samples`."""
+    """Return the names and units of the columns of `EstimateBlock.samples`."""
     dimension = {"velocity": "velocity", "friction": "effort"}
     units = {name: si_unit(of, model.axis) for name, of in dimension.items()} | {"wear": "1"}
     return StreamHeader(
@@ -102,7 +105,7 @@ def estimate_along(
 ) -> Iterator[EstimateBlock]:
     """Yield the estimates of friction, velocity and wear for each block of samples.
 
-    `second`: additional observer, whose output is part of the blocks.
+    `second` is an additional observer, whose output is part of the blocks.
     """
     friction = FrictionTracker(model, confidence)
     for piece in pieces:
@@ -116,9 +119,9 @@ def estimate_along(
 
 
 def _wear(time: Vector, known: list[tuple[int, WearEstimate]]) -> Matrix:
-    """Return value, low, high (3, n) of the wear at each sample of a block.
+    """Return value, lower and upper bound (3, n) of the wear at each sample of a block.
 
-    `known`: pairs (index of a sample, wear estimate that applies from this sample).
+    `known` contains pairs (index of a sample, wear estimate that applies from this sample).
     """
     counts = np.diff([*(start for start, _ in known), time.size])
     values = np.array(

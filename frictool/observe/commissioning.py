@@ -1,9 +1,10 @@
 """Wear estimate of a unit at commissioning, and the ratio of a later estimate to it.
 
-Common errors of the two estimates cancel in the ratio: a wrong actuator constant
-(wear/constant_error.py), and a factor between the friction of the unit and the model. The error
-FLOOR of the friction's dependence on position and speed (wear/wear_estimator.py) cancels, too, but
-is part of both intervals, so that the interval of the ratio is too wide.
+The wear is the factor between the friction of the unit and the friction of the model. Common errors
+of the two estimates cancel in the ratio: a wrong actuator constant (wear/constant_error.py), and a
+factor between the friction of the new unit and the model. The error FLOOR of the dependence of
+friction on position and speed (wear/wear_estimator.py) cancels, too. It is nevertheless part of
+both intervals, so that the interval of the ratio is too wide.
 """
 
 from __future__ import annotations
@@ -18,20 +19,20 @@ from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 
 @dataclass(frozen=True)
 class Commissioning:
-    """Wear of a unit at commissioning, and the file from which this wear was read."""
+    """Wear of a unit at commissioning, and the file from which the wear was read."""
 
     wear: EstimateRange
     source: str
 
     def ratio(self, estimate: WearEstimate) -> EstimateRange:
-        """Return the wear of `estimate` relative to the wear at commissioning."""
+        """Return the wear of `estimate` divided by the wear at commissioning."""
         return estimate.wear.over(self.wear)
 
 
 def commissioning_of_estimate(estimate: WearEstimate, source: str) -> Commissioning:
-    """Return the wear at commissioning from the estimate of a unit's first log.
+    """Return the wear at commissioning, given by the estimate from a unit's first log.
 
-    Raises InputFileError if the estimate has no wear.
+    Raises InputFileError if the estimate does not determine the wear.
     """
     if not estimate.moves or not estimate.wear.low > 0.0:
         raise InputFileError(
@@ -42,7 +43,7 @@ def commissioning_of_estimate(estimate: WearEstimate, source: str) -> Commission
 
 
 def read_commissioning(path: Path) -> Commissioning:
-    """Return the wear at commissioning from a file with the JSON output of `observe run`.
+    """Read the wear at commissioning from a file with the JSON output of `observe run`.
 
     Raises InputFileError if the file cannot be read or has other contents.
     """

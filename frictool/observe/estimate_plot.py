@@ -1,7 +1,7 @@
 """Plot of wear, friction and velocity against time, each with its interval, as SVG.
 
-The signals are decimated to minima and maxima while the log is read (streamed_decimation.py), so
-that memory does not grow with the length of the log, and peaks stay visible.
+The signals are reduced to minima and maxima while the log is read (streamed_decimation.py), so that
+memory does not grow with the length of the log, and peaks stay visible.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LIMIT = "#b3261e"
 WEAR, FRICTION, VELOCITY = "#1f5fa8", "#c4620a", "#2f7d4f"
 WIDTH, HEIGHT = 7.0, 6.6  # inches
 MARGINS = FigureMargins(left=0.9, right=0.15, bottom=0.5, top=0.15, label=0.22)
-BAND = 0.25  # opacity of an interval's band
+BAND = 0.25  # opacity of the area that shows an interval
 LONG_S, LONGER_S = 600.0, 7200.0  # s, durations above which time is drawn in minutes, in hours
 STYLE: dict[str, Any] = {**PAGE, "lines.linewidth": 1.2}
 
@@ -44,14 +44,14 @@ class EstimatePlot:
         self._trace = DecimatedTrace(9)
 
     def take(self, part: EstimateBlock) -> None:
-        """Add the samples of a block."""
+        """Add the estimates of a block."""
         self._trace.take(part.piece.time, np.concatenate([part.wear, part.friction, part.velocity]))
 
     def drawn(self, name: str, limit: float | None) -> str:
         """Return the plot as an `<svg>` element.
 
         - name: name of the log, for the alternative text
-        - limit: largest allowed wear, or None
+        - limit: largest allowed wear, drawn as a line, or None
         """
         time, low, high = self._trace.drawn()
         scale, unit = _scale(float(time[-1] - time[0]) if time.size else 0.0)

@@ -1,4 +1,4 @@
-"""Canonical log of the estimates, written while they are computed."""
+"""Writer of a canonical log with the estimates, while they are computed."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ ESTIMATE = "estimate"  # metadata record with the final estimate, each value as 
 
 
 def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, notes: Notes) -> None:
-    """Write the estimates of a log.
+    """Write the estimates of a log to `stream`.
 
-    - one: observation of the log
+    - one: observer of the log
     - parts: blocks of estimates
     - notes: additional metadata records
     """

@@ -1,4 +1,4 @@
-"""Observation of the logs of a fleet in parallel; one result per log.
+"""Observation of the logs of a fleet in parallel, with one result per log.
 
 logs ──log_observer.py, shared by workers/──▶ FleetResult, FleetResult, ...
      ──commissioning.py, wear_limit.py──▶ rows (fleet_table.py)
@@ -23,13 +23,13 @@ from frictool.observe.log_observer import (
 from frictool.observe.observation_outcome import ObservationOutcome
 from frictool.workers.file_transfer import share_files
 
-# total size of the logs in bytes; for smaller fleets, parallel processes save no time
+# total size of the logs, bytes, below which parallel processes save no time
 WORTH_SHARING = 50_000_000
 
 
 @dataclass(frozen=True)
 class FleetResult:
-    """Outcome of one log, or the reason why the log has no outcome."""
+    """Outcome of the observation of one log, or the reason why there is no outcome."""
 
     member: FleetLog
     origin: LogOrigin
@@ -52,12 +52,13 @@ def observe_logs(
     cluster: str | None = None,
     tick: Callable[[float], None] = lambda part: None,
 ) -> list[FleetResult]:
-    """Return the result of each log, in the order of `fleet`.
+    """Observe the logs of a fleet, and return one result per log in the order of `fleet`.
 
     - cores: number of processes
     - cluster: address of a Dask cluster, used in place of local processes. If `cores` and `cluster`
-      are None, a small fleet runs in this process
-    - tick: function called with the completed fraction (0 to 1)
+      are
+      None, a small fleet is processed in this process.
+    - tick: callback that takes the completed fraction (0 to 1)
     """
     few = (
         sum(member.path.stat().st_size for member in fleet if member.path.is_file()) < WORTH_SHARING
@@ -75,14 +76,14 @@ def observe_logs(
 
 @dataclass(frozen=True)
 class ObserveJob:
-    """Picklable function that observes one log and returns no samples."""
+    """Picklable callable that observes one log; the result contains no samples."""
 
     model: Model
     settings: ObservationSettings
     estimators: EstimatorFactories = THESE
 
     def __call__(self, paths: tuple[Path, ...], member: FleetLog) -> FleetResult:
-        """Return the result of the only log in `paths`, or the reason why there is no outcome."""
+        """Observe the only log in `paths`; return the outcome, or the reason if there is none."""
         (path,) = paths
         try:
             one = LogObserver(path, self.model, self.settings, member.name, self.estimators)
@@ -104,7 +105,7 @@ class ObserveJob:
             )
 
     def lost(self, member: FleetLog, reason: str) -> FleetResult:
-        """Return the result of a log without an outcome, with the reason."""
+        """Return the result of a log that could not be observed, with the reason."""
         return FleetResult(
             member, origin_by_name(member.name, self.settings.patterns), None, reason
         )

@@ -1,6 +1,6 @@
-"""Table of a fleet as text, CSV, Parquet and JSON: one row per log.
+"""Table of a fleet as text, CSV, Parquet and JSON, with one row per log.
 
-Each row has the wear, and the ratio of this wear to the wear at the unit's commissioning.
+Each row contains the wear, and the wear divided by the wear at the unit's commissioning.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ COLUMNS = (
     "reason",
 )
 TEXTS = ("unit", "date", "file", "kind", "reason")
-# columns on the right of the table, which a narrow terminal cuts off
+# rightmost columns of the table, which a narrow terminal cuts off
 SEEN_LAST = ("kind", "moves", "velocity_rms", "duration_s", "reason")
 
 
@@ -42,9 +42,10 @@ SEEN_LAST = ("kind", "moves", "velocity_rms", "duration_s", "reason")
 class FleetRow:
     """Result for one log.
 
-    - ratio: wear relative to the wear of the unit at commissioning
+    - ratio: wear divided by the wear of the unit at commissioning, or None
+    - verdict: comparison of the wear with its limit; None without a limit or an outcome
     - reason: reason for the verdict, or for a missing result
-    - first: True if this log stands for the commissioning of its unit
+    - first: True if this log is the first of its unit, with which later logs are compared
     """
 
     file: str
@@ -58,11 +59,11 @@ class FleetRow:
 
     @property
     def alarm(self) -> bool | None:
-        """Return True if the wear is above the limit; None if undecided or without a result."""
+        """Return True if the wear is above the limit; None if undecided or without an outcome."""
         return None if self.verdict is None else self.verdict.exceeded
 
     def cells(self) -> dict[str, Any]:
-        """Return column -> value; None for an empty cell."""
+        """Return the value of each column; None marks an empty cell."""
         out = self.outcome
         estimate = None if out is None else out.estimate
         return {
@@ -111,9 +112,12 @@ def rows(
 ) -> list[FleetRow]:
     """Return one row per log, sorted by unit, date and file.
 
-    - limit: largest allowed ratio to commissioning, or largest allowed wear if the ratio is unknown
-    - commissioning: wear at commissioning of all units; None: each unit is compared with the unit's
-      first log with an estimate
+    - limit: largest allowed wear relative to commissioning; if the wear at commissioning is
+      unknown,
+      largest allowed wear
+    - commissioning: wear at commissioning of all units. If None, each unit is compared with its
+      first
+      log that has an estimate.
     """
     first = {} if commissioning is not None else _first_logs(fleet)
     made = [_row(one, limit, commissioning, first) for one in fleet]
@@ -121,7 +125,7 @@ def rows(
 
 
 def _first_logs(fleet: Iterable[FleetResult]) -> dict[str, FleetResult]:
-    """Return unit -> its earliest dated log with an estimate of the wear."""
+    """Return for each unit the earliest dated log that determines the wear."""
     dated = [
         (one.origin.date, one.member.name.file, one)
         for one in fleet
@@ -176,7 +180,7 @@ def counts(table: Sequence[FleetRow]) -> dict[str, int]:
 
 
 def headline(table: Sequence[FleetRow], limit: float | None) -> str:
-    """Summarise the table in one line."""
+    """Return a one-line summary of the table."""
     lost, parts = counts(table)["not_read"], counts(table)["data_lost"]
     units = len({row.unit for row in table if row.unit is not None})
     text = f"{len(table)} log{'s' * (len(table) != 1)}" + (
@@ -195,7 +199,7 @@ def headline(table: Sequence[FleetRow], limit: float | None) -> str:
 
 
 def text_table(table: Sequence[FleetRow]) -> TextTable:
-    """Return the table as text cells; empty columns are left out."""
+    """Return the table as cells of text; empty columns are left out."""
     cells = [{name: _short(value) for name, value in _joined(row).items()} for row in table]
     ordered = [*(name for name in COLUMNS if name not in SEEN_LAST), *SEEN_LAST]
     names = [name for name in ordered if any(one.get(name) for one in cells)]
@@ -204,7 +208,7 @@ def text_table(table: Sequence[FleetRow]) -> TextTable:
 
 
 def _joined(row: FleetRow) -> dict[str, Any]:
-    """Return the cells of a row, with a value and its interval in one cell."""
+    """Return the cells of a row; a value and its interval are joined in one cell."""
     cells = row.cells()
     for value, low, high in (("wear", "low", "high"), ("ratio", "ratio_low", "ratio_high")):
         ends = cells.pop(low), cells.pop(high)

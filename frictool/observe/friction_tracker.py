@@ -1,4 +1,4 @@
-"""Friction along a log with its interval: the model's friction law times the wear.
+"""Friction along a log with its interval: the model's friction times the wear factor.
 
 The computation is in kernels/friction_interval.py.
 """
@@ -30,10 +30,10 @@ from frictool.observe.motion_block import MotionBlock
 from frictool.typing import Matrix, Vector
 
 S = TypeVar("S", bound=msgspec.Struct)
-# rad | m; position of end stops for an axis without end stops
+# position of the end stops of an axis that has none, rad | m
 NEVER = 1e30
 NONE = EstimateRange(0.0, 0.0, 0.0)
-# relative standard deviation of the friction at one position under any model
+# relative standard deviation of the friction at one position around a model's friction
 ROUGH = 0.01
 UNBOUNDED = 1e6  # upper bound of the wear if none is known; a log contains finite numbers only
 # half widths of the backlash and of the friction inside it, relative to the value, if the bench has
@@ -44,7 +44,7 @@ WIDTH, LOOSE = 0.2, 0.4
 class FrictionTracker:
     """Estimator of friction along a log, block by block.
 
-    `confidence`: confidence level of the intervals.
+    `confidence` is the confidence of the intervals, 0 to 1.
     """
 
     def __init__(self, model: Model, confidence: float = 0.95) -> None:
@@ -66,13 +66,14 @@ class FrictionTracker:
     def take(
         self, piece: MotionBlock, velocity: Matrix, known: Sequence[tuple[int, WearEstimate]]
     ) -> Matrix:
-        """Return the friction's value, lower and upper bound (3, n) [N m | N].
+        """Process a block; return value, lower and upper bound of the friction (3, n) [N m | N].
 
         Friction is positive if it opposes a positive velocity.
 
         - velocity: value, lower and upper bound, (3, n), rad/s | m/s
         - known: pairs (index of a sample, wear estimate that applies from this sample); the first
-          pair has index 0
+          pair has
+          index 0
         """
         if not piece.follows:
             self._state[KNOWN], self._state[GAPS:] = 0.0, 0.0
@@ -116,10 +117,11 @@ def _unsure(quantity: Quantity, part: float) -> Vector:
 
 
 def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
-    """Return the kernel's wear factors (3, 3) and zones (k, 5).
+    """Return the arrays `factors` (3, 3) and `zones` (k, 5) of kernels/friction_interval.py.
 
-    kernels/friction_interval.py explains the two arrays. `rough`: relative half width of the
-    friction at one position, added in quadrature to the interval of the wear.
+    `rough` is the relative half width of the friction at one position. It is added in quadrature to
+    the
+    interval of the wear.
     """
     is_added = estimate.kind == "additive" and estimate.added is not None
     both = EstimateRange(1.0, 1.0, 1.0) if is_added else estimate.wear
@@ -178,7 +180,8 @@ def estimate_starts(
     """Return pairs (index of a sample in the block, wear estimate that applies from this sample).
 
     An estimate applies from the sample after the last sample that it uses. If several estimates
-    start at the same sample, the last of them is used.
+    start
+    at the same sample, only the last one is kept.
     """
     starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in estimates)]
     pairs = [

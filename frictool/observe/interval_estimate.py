@@ -1,4 +1,4 @@
-"""Estimates of friction and wear with intervals, as used by estimators, logs and verdicts."""
+"""Estimates of wear with intervals, as used by estimators, logs and verdicts."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class EstimateRange:
     high: float
 
     def over(self, other: EstimateRange) -> EstimateRange:
-        """Return the ratio to another, independent estimate; both values must be positive.
+        """Return the ratio of this estimate to an independent one; both values must be positive.
 
-        The relative half-widths of the intervals are added in quadrature.
+        The relative half widths of the intervals are added in quadrature.
         """
         ratio = self.value / other.value
         below = ((self.value - self.low) / self.value) ** 2 + (
@@ -48,17 +48,21 @@ class WearZone:
 class WearEstimate:
     """Estimate of the wear after some moves.
 
-    - time: time [s] of the last sample used
-    - moves: number of moves used
-    - wear: dry friction divided by the model's dry friction (1: no wear), mean of directions and
+    A move is the motion from one rest or reversal to the next.
+
+    - time: time [s] of the last sample that was used
+    - moves: number of moves that were used
+    - wear: dry friction divided by the model's dry friction (1: no wear), mean over directions and
       zones
     - kind: kind of wear in the data, or `none`
-    - forward, backward: wear of each direction
+    - forward, backward: wear in each direction
     - added: increase of the friction [N m | N], for kind additive
-    - zones: wear by zone, for kind zones
-    - scale: common factor of all wears due to an error of the actuator constant, with an interval
-      from the bench's range of the constant. The factor cancels in a ratio to commissioning; the
-      intervals of the wears do not include the factor
+    - zones: wear in each zone of the travel, for kind zones
+    - scale: common factor of all wear values due to an error of the actuator constant; its interval
+      is
+      the bench's range of the constant. The factor cancels in a ratio to commissioning. The
+      intervals
+      of the wear values do not include it.
     - others: other parameters (inertia, viscous, ...) divided by the model's values
     - warnings: lines of text
     """

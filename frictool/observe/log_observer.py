@@ -30,23 +30,25 @@ from frictool.observe.second_observer import SecondObserver, check_observer
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.wear_estimator import WearEstimator
 
-# K; for logs with a larger temperature range, the model should have friction over temperature
+# temperature range of a log, K, above which the model should have friction over temperature
 LEAST_RANGE = 5.0
-BEYOND = 2.0  # K beyond the temperatures of the model's logs that still are no extrapolation
+BEYOND = 2.0  # K outside the temperatures of the model's logs, above which a warning is issued
 UNKNOWN_LAW = (
     "the model has no friction over temperature: a change of friction with the log's temperature "
     "is part of the wear; identify the model from logs with a temperature"
 )
-OFTEN = 100  # samples per gap; with more gaps, every move contains one
+OFTEN = 100  # samples per gap; if gaps are more frequent, every move contains a gap
 
 
 @dataclass(frozen=True)
 class ObservationSettings:
     """Options for reading and judging logs.
 
-    - topic: name of the stream; None: /axis
-    - confidence: confidence of all intervals
-    - patterns: patterns that take the unit and the date from file names
+    - window: time window of the log that is read
+    - topic: name of the stream; None for /axis
+    - salvage: True to read the undamaged parts of a damaged file
+    - confidence: confidence of all intervals, 0 to 1
+    - patterns: patterns that extract unit and date from file names
     """
 
     window: TimeWindow = EVERYTHING
@@ -57,18 +59,18 @@ class ObservationSettings:
 
 
 def estimated_wear(model: Model, confidence: float) -> WearEstimation:
-    """Return the wear estimator of a model."""
+    """Create the wear estimator for a model."""
     return WearEstimator(model, confidence=confidence)
 
 
 def estimated_velocity(model: Model, confidence: float) -> VelocityEstimation:
-    """Return the velocity estimator of a model."""
+    """Create the velocity estimator for a model."""
     return VelocityEstimator(model, confidence)
 
 
 @dataclass(frozen=True)
 class EstimatorFactories:
-    """Functions that return the wear and velocity estimators for a model and a confidence."""
+    """Functions that create the wear and velocity estimators for a model and a confidence."""
 
     wear: Callable[[Model, float], WearEstimation] = estimated_wear
     velocity: Callable[[Model, float], VelocityEstimation] = estimated_velocity
@@ -78,7 +80,7 @@ THESE = EstimatorFactories()
 
 
 class LogObserver:
-    """Observation of one log: `outcome` is complete after `parts` has yielded all estimates."""
+    """Observer of one log: `parts` yields the estimates, after which `outcome` is complete."""
 
     def __init__(
         self,
@@ -89,13 +91,15 @@ class LogObserver:
         estimators: EstimatorFactories = THESE,
         observer: tuple[Path, Observer] | None = None,
     ) -> None:
-        """Open the log and set up the estimators.
+        """Open the log and create the estimators.
 
-        `observer`: path and document of an additional observer. A tracking observer replaces the
+        `observer` contains path and document of an additional observer. A tracking observer
+        replaces the
         velocity estimator.
 
-        Raises LogError as `open_stream` does, DocumentError if the observer has another kind of
-        axis or another period, and FrictoolError if the model has no dry friction.
+        Raises LogError if the log cannot be observed (`open_stream`), DocumentError if the observer
+        has
+        another kind of axis or another period, and FrictoolError if the model has no dry friction.
         """
         self.name = name or LogName(path.name)
         self.settings = settings
@@ -153,7 +157,7 @@ class LogObserver:
         ]
 
     def _silent(self) -> list[str]:
-        """Return [reason why no wear was estimated], or [] with an estimate."""
+        """Return [reason why no wear was estimated], or [] if the wear was estimated."""
         if self.wear.estimate.moves:
             return []
         if self.feed.gaps * OFTEN > self.feed.samples:
@@ -168,7 +172,7 @@ class LogObserver:
         ]
 
     def _figures(self) -> dict[str, Any]:
-        """Return the velocity errors; `_measured` marks errors relative to a velocity sensor."""
+        """Return the velocity errors by name; `_measured` marks errors relative to a sensor."""
         figures = self.velocity.figures()
         return (
             figures

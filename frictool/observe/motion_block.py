@@ -2,7 +2,7 @@
 
     log ──sample_stream.py──▶ MotionBlock, MotionBlock, ... ──▶ velocity, wear
 
-The block after a gap or a jump of the clock has `follows` False. Estimators then forget the
+After a gap or a jump of the clock, the next block has `follows` False. Estimators then forget the
 position and the motion of the axis, and keep the estimated parameters.
 """
 
@@ -15,14 +15,16 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class MotionBlock:
-    """Consecutive samples at the bench's period.
+    """Consecutive samples at the bench's sample period.
 
     - time, position, effort: finite samples, (n,), s, rad | m, N m | N. The effort is the drive
-      times the actuator constant
+      signal
+      times the actuator constant.
     - follows: True if the first sample is one period after the last sample of the previous block
-    - velocity: velocity of a simulation or a sensor, for comparison only, (n,), rad/s | m/s; None
-      if the log has no velocity
-    - temperature: temperature, (n,), degC; None if the log has none
+    - velocity: velocity from a simulation or a sensor, for comparison only, (n,), rad/s | m/s; None
+      if
+      the log contains no velocity
+    - temperature: temperature, (n,), degC; None if the log contains no temperature
     """
 
     time: Vector

@@ -53,7 +53,8 @@ def observe(
     log : Log, Path or str
         log in memory, or its path
     wear_limit : float, optional
-        limit [1] of the wear, or of its ratio to `commissioning`
+        largest allowed wear [1]; if `commissioning` is passed, relative to the wear at
+        commissioning
     commissioning : Commissioning, optional
         wear of the unit at commissioning
     observer : Observer, optional
@@ -61,7 +62,7 @@ def observe(
     settings : ObservationSettings, optional
         time window, stream, and confidence of the intervals
     provenance : Provenance, optional
-        origin to be written into the estimates; None: the name of this function
+        provenance of the estimates; by default it names this function
 
     Returns
     -------
@@ -71,11 +72,11 @@ def observe(
     Raises
     ------
     LogError
-        the log cannot be read, or does not fit the model's bench
+        if the log cannot be read, or does not fit the model's bench
     DocumentError
-        the observer has another kind of axis or another period
+        if the observer has another kind of axis or another period
     FrictoolError
-        the model has no dry friction
+        if the model has no dry friction
     """
     origin = provenance or provenance_of_call(
         "frictool.observe.observe", model=model, observer=observer

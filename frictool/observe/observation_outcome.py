@@ -1,4 +1,4 @@
-"""Outcome of a log: estimate, velocity figures and verdict, as text and as JSON."""
+"""Outcome of the observation of a log: wear, velocity errors and verdict, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -28,15 +28,21 @@ KINDS = {
 
 @dataclass(frozen=True)
 class ObservationOutcome:
-    """Outcome of observing one log.
+    """Outcome of the observation of one log.
 
     - duration: length of the log [s]
+    - gaps: number of gaps in time
     - period: sample period [s]
+    - estimate: final estimate of the wear
     - figures: velocity errors by name, SI
-    - ratio: wear relative to the wear at commissioning
-    - reference: file with the wear at commissioning
-    - observer: results of the additional observer
+    - ratio: wear divided by the wear at commissioning, or None
+    - reference: file with the wear at commissioning, or None
+    - verdict: comparison of the wear with its limit; None if there is no limit
+    - observer: results of the additional observer, or None
+    - losses: parts of the log that could not be read
+    - remarks: warnings about the log
     - doubts: reasons why the log may be from another rig
+    - confidence: confidence of all intervals, 0 to 1
     """
 
     source: str
@@ -60,7 +66,7 @@ class ObservationOutcome:
 
     @property
     def warnings(self) -> list[str]:
-        """Return all warnings, each one line of text."""
+        """Return all warnings, one line of text each."""
         return [*self.remarks, *self.doubts, *self.estimate.warnings]
 
     def as_json(self) -> dict[str, Any]:
@@ -93,7 +99,7 @@ class ObservationOutcome:
 
 
 def ratio_to(reference: Commissioning | None, estimate: WearEstimate) -> EstimateRange | None:
-    """Return the wear relative to the wear at commissioning; None if either wear is unknown."""
+    """Return the wear divided by the wear at commissioning; None if either is unknown."""
     defined = reference is not None and estimate.moves > 0 and estimate.wear.value > 0.0
     return reference.ratio(estimate) if reference is not None and defined else None
 
@@ -131,7 +137,7 @@ def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
 
 
 def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
-    """Return name -> text for each result of the outcome."""
+    """Return a table with name and text of each result of the outcome."""
     estimate = outcome.estimate
     effort = si_unit("effort", model.axis)
     position = si_unit("position", model.axis)

@@ -1,6 +1,6 @@
 """Run of an observer along a log, block by block.
 
-After a gap the observer forgets the position and the speed of the axis, and keeps its estimate of
+After a gap, the observer forgets the position and the speed of the axis, and keeps its estimate of
 the wear.
 """
 
@@ -18,7 +18,7 @@ from frictool.documents.observer import Observer
 from frictool.observe.motion_block import MotionBlock
 from frictool.typing import Vector
 
-MISS = "miss"  # name of the innovation in control/tracking_observer.py
+MISS = "miss"  # name of the innovation beyond the dead zone in control/tracking_observer.py
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,12 @@ class ObserverOutput:
 
     - time, position, velocity: time and estimated motion, s, rad | m, rad/s | m/s
     - friction: friction with the sign of the velocity, N m | N
-    - wear: factor of the friction, or added friction [N m | N] of an additive observer; None if the
+    - wear: factor of the friction, or added friction [N m | N] for an additive observer; None if
+      the
       observer does not estimate wear
-    - miss: part of (measured - predicted position) beyond the dead zone of a tracking observer,
-      rad | m; None for other observers
+    - miss: innovation (measured minus predicted position) of a tracking observer, reduced by its
+      dead
+      zone, rad | m; None for other observers
     """
 
     time: Vector
@@ -42,7 +44,7 @@ class ObserverOutput:
 
 
 class ObserverRun:
-    """Observer and its state, for a run along successive blocks of samples.
+    """Observer with its state, for a run along successive blocks of samples.
 
     The state is kept from one block to the next unless there is a gap between them.
     """
@@ -69,9 +71,9 @@ class ObserverRun:
         self.is_begun = False
 
     def take(self, piece: MotionBlock) -> ObserverOutput:
-        """Return the estimates at the samples (n,) of a block, which must not be empty.
+        """Process a block, which must not be empty; return the estimates at its samples (n,).
 
-        At the first block and after a gap the observer starts at rest at the first position.
+        At the first block and after a gap, the observer starts at rest at the first position.
         """
         if not (self.is_begun and piece.follows):
             self._start(float(piece.position[0]))
@@ -102,6 +104,6 @@ class ObserverRun:
 
 
 def run_along(observer: Observer, pieces: Iterable[MotionBlock]) -> Iterator[ObserverOutput]:
-    """Yield the observer's output for each block that is not empty."""
+    """Run an observer along blocks; yield the output for each block that is not empty."""
     run = ObserverRun(observer)
     yield from (run.take(piece) for piece in pieces if piece.time.size)

@@ -19,9 +19,9 @@ TONES = {True: "broken", False: "met", None: "open"}
 def page_of_log(
     outcome: ObservationOutcome, model: Model, picture: str, provenance: Provenance
 ) -> str:
-    """Return the HTML text for one log; the same inputs give the same bytes.
+    """Return the HTML page of one log; the same inputs give the same bytes.
 
-    `picture`: the `<svg>` element of the log.
+    `picture` is the plot of the log as an `<svg>` element.
     """
     verdict = outcome.verdict
     caption = (
@@ -43,7 +43,7 @@ def page_of_log(
 def page_of_fleet(
     table: Sequence[FleetRow], limit: float | None, picture: str, provenance: Provenance
 ) -> str:
-    """Return the HTML text for a fleet; `picture` is the `<svg>` element of the trend."""
+    """Return the HTML page of a fleet; `picture` is the plot of the trend as an `<svg>` element."""
     alarms = {row.alarm for row in table} if limit is not None else {None}
     return render_page(
         FOLDER,

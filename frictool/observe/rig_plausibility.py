@@ -1,9 +1,9 @@
-"""Check whether the estimates of a log are plausible for the model's rig.
+"""Check that the estimates of a log are plausible for the model's rig.
 
 The check uses the inertia, which does not change with wear. The estimated inertia must be in the
 bench's range, widened by the uncertainty of the actuator constant and by the spread between units.
-Otherwise the log is from another rig, its clock or drive differs from the bench's, or the logged
-drive saturates.
+If it is not, the log is from another rig, its clock or drive differs from the bench's, or the
+logged drive signal saturates.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ TRY = "check the log's rig and units, actuator.constant, and the drive's signal 
 
 
 def implausible(model: Model, estimate: WearEstimate) -> tuple[str, ...]:
-    """Return one line for each implausible estimate."""
+    """Return one line of text for each implausible estimate."""
     inertia = estimate.others.get("inertia")
     odd = [] if inertia is None or estimate.moves == 0 else _inertia(model, inertia, estimate.scale)
     if estimate.moves and estimate.wear.high <= 0.0:

@@ -1,10 +1,10 @@
-"""Stream of motion blocks from a log of any format, of which only parts are in memory.
+"""Stream of motion blocks from a log of any format; only parts of the log are in memory.
 
     file ──logs/log_assembly.py──▶ samples of one stream, SI ──▶ MotionBlock, MotionBlock, ...
 
-A canonical log is read directly, a raw log with the columns of the model's bench. A gap is an
-interval between two samples that differs from the period by more than a tenth. A gap ends a block,
-and the next block has `follows` False.
+The columns of a raw log are mapped by the model's bench; a canonical log needs no mapping. A gap is
+an interval between two samples that differs from the period by more than a tenth. A block ends at a
+gap, and the next block has `follows` False.
 """
 
 from __future__ import annotations
@@ -41,25 +41,27 @@ from frictool.logs.stream_source import SampleBlock
 from frictool.observe.motion_block import MotionBlock
 from frictool.typing import Vector
 
-JITTER = 0.1  # relative deviation of an interval from the period, above which it is a gap
+JITTER = 0.1  # relative deviation from the period above which an interval is a gap
 MOST_BROKEN = 0.2  # largest fraction of gaps among the intervals of a uniform clock
-FEWEST = 3  # samples, shortest stream that is observed
+FEWEST = 3  # smallest number of samples of a stream that is observed
 LARGEST = 1e12  # largest absolute value of a signal, SI
-# samples, shortest block except the last; each block costs a fixed number of calls
+# least number of samples of a block other than the last; each block has a fixed computing time
 PIECE_SAMPLES = 1 << 14
-# samples, longest beginning that is compared with the bench, if the drive is 0 until then
+# largest number of samples at the beginning that are compared with the bench
 OPENING_SAMPLES = 1 << 16
 
 
 @dataclass
 class SampleStream:
-    """Stream of a log during reading; the fields are complete when the iterator `pieces` has ended.
+    """Stream of samples of a log; the fields are complete when the iterator `pieces` has ended.
 
+    - made: streams of the log, as read from the file
+    - topic: name of the stream
     - period: sample period [s] of the bench, or of the log if the two differ by more than 1 %
-    - truth: True if the velocity in the log is that of a simulation
-    - gaps, longest_gap: number of gaps, and length [s] of the longest one
+    - truth: True if the velocity in the log comes from a simulation
+    - gaps, longest_gap: number of gaps, and length [s] of the longest gap
     - first, last: times of the first and the last sample [s]
-    - coldest, hottest: range of the temperature [degC]; coldest > hottest if the log has none
+    - coldest, hottest: range of the temperature [degC]; coldest > hottest if the log contains none
     """
 
     made: LogAssembly
@@ -81,7 +83,7 @@ class SampleStream:
 
     @property
     def source(self) -> str:
-        """Return the file name for messages."""
+        """Return the file name of the log for messages."""
         return self.made.flows[0].source
 
     @property
@@ -151,7 +153,7 @@ class SampleStream:
             self.hottest = max(self.hottest, float(temperature.max()))
 
     def _parts(self, samples: SampleBlock, before: int | None) -> Iterator[tuple[int, int, bool]]:
-        """Yield (start, end, follows) of each part of a block without a gap."""
+        """Yield (start, end, follows) of each gap-free part of a block."""
         steps = np.diff(samples.time, prepend=samples.time[0] if before is None else before) / NS
         broken = np.abs(steps - self.period) > JITTER * self.period
         broken[0] = before is not None and broken[0]
@@ -189,9 +191,9 @@ def open_stream(
     topic: str | None = None,
     salvage: bool = False,
 ) -> SampleStream:
-    """Open the stream `topic` of a log, by default /axis or the only stream, within a time window.
+    """Open one stream of a log within a time window.
 
-    Raises LogError if
+    `topic` names the stream; the default is /axis or the only stream of the log. Raises LogError if
 
     - the file cannot be read, or does not contain the columns of the bench,
     - the stream is missing, or has no position or no drive,
@@ -222,7 +224,7 @@ def _topic(made: LogAssembly, wanted: str | None) -> str:
 
 
 def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStream:
-    """Return the stream after comparing its beginning with the bench."""
+    """Compare the beginning of a stream with the bench, and return the stream."""
     source = made.flows[0].source
     drive = bench.actuator.drive
     fields = ready.head.fields
@@ -264,7 +266,7 @@ def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStr
 
 
 def _require(source: str, ready: PendingStream, made: LogAssembly, bench: Bench) -> None:
-    """Raise LogError for a stream without a position, or without drive and effort."""
+    """Raise LogError if a stream lacks the position, or both the drive and the effort."""
     fields, drives = ready.head.fields, (bench.actuator.drive, "effort")
     missing = [] if "position" in fields else ["position"]
     missing += (
@@ -286,7 +288,7 @@ def _require(source: str, ready: PendingStream, made: LogAssembly, bench: Bench)
 
 
 def _opening(ready: PendingStream, drive: str) -> list[SampleBlock]:
-    """Return the first blocks, until the drive is not 0 or OPENING_SAMPLES are read."""
+    """Return the first blocks, up to the first nonzero drive or to OPENING_SAMPLES samples."""
     index = ready.head.fields.index(drive) if drive in ready.head.fields else None
     opening: list[SampleBlock] = []
     seen = 0
@@ -308,7 +310,6 @@ def _stream(ready: PendingStream, opening: list[SampleBlock]) -> Stream:
 
 
 def _columns(made: LogAssembly, ready: PendingStream) -> dict[str, dict[str, str]]:
-    """Return the origin of each column, with the stream renamed to /axis."""
     flow = next(one for one in made.flows if one.head.topic == ready.head.topic)
     return (
         {"columns": {f"{MAIN_TOPIC}.{name}": text for name, text in flow.columns.items()}}

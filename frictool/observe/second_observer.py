@@ -23,17 +23,17 @@ SAME_PERIOD = 1e-3  # relative tolerance of the sample period
 
 
 class SecondObserver:
-    """Observer, and the sums of its velocity errors."""
+    """Additional observer, and the sums of its velocity errors."""
 
     def __init__(self, observer: Observer, cutoff: float) -> None:
-        """Set up the observer; `cutoff` [Hz]: cut-off frequency of the zero-phase velocity."""
+        """Create the run; `cutoff` [Hz] is the cut-off frequency of the zero-phase velocity."""
         self.observer = observer
         self._run = ObserverRun(observer)
         self._figures = VelocityErrors(cutoff, observer.sample_period_s)
         self._wear: float | None = None
 
     def take(self, piece: MotionBlock) -> ObserverOutput:
-        """Return the observer's output at the samples of a block."""
+        """Process a block; return the observer's output at its samples."""
         output = self._run.take(piece)
         self._figures.take(piece.position, output.velocity, piece.velocity, piece.follows)
         self._wear = None if output.wear is None else float(output.wear[-1])
@@ -41,9 +41,9 @@ class SecondObserver:
 
     @property
     def head(self) -> StreamHeader:
-        """Return the header of the output stream.
+        """Return the names and units of the columns of the output stream.
 
-        An additive observer has the column `added` (added friction) instead of `wear`.
+        An additive observer has the column `added` (added friction) in place of `wear`.
         """
         axis, kind = self.observer.axis, self.observer.kind
         units = {
@@ -74,7 +74,7 @@ class SecondObserver:
 
 
 def samples_of(output: ObserverOutput) -> SampleBlock:
-    """Return the samples of the output stream."""
+    """Return an output as samples of the output stream."""
     wear = () if output.wear is None else (output.wear,)
     return SampleBlock(
         np.rint(output.time * NS).astype(np.int64),
@@ -83,7 +83,12 @@ def samples_of(output: ObserverOutput) -> SampleBlock:
 
 
 def check_observer(path: Path, observer: Observer, model: Model, period: float) -> None:
-    """Raise DocumentError for `path` if the observer has another kind of axis or period [s]."""
+    """Raise DocumentError if the observer has another kind of axis or another period.
+
+    `path` is the file of the observer, `model` the model that the observer must match, and `period`
+    [s]
+    the sample period of the log.
+    """
     if observer.axis != model.axis:
         raise DocumentError(
             path, f"found {observer.axis}; the model's axis is {model.axis}", line=None, key="axis"

@@ -1,4 +1,4 @@
-"""Decimation of signals for a plot while a log is read: minimum and maximum per column.
+"""Reduction of signals to minimum and maximum per plot column, while a log is read.
 
 A column of the plot is a time interval; the columns become wider as the log grows.
 """
@@ -9,14 +9,15 @@ import numpy as np
 
 from frictool.typing import Matrix, Vector
 
-MOST = 1200  # columns of a plot, about two per printed point; memory has at most twice as many
+MOST = 1200  # least number of columns of a long plot; at most twice as many are in memory
 
 
 class DecimatedTrace:
     """Minimum and maximum of `count` signals in each column of a plot.
 
-    Each column has the same number of consecutive samples, also across gaps. The last column may
-    have fewer samples.
+    Each column contains the same number of consecutive samples, also across gaps. The last column
+    may
+    contain fewer samples.
     """
 
     def __init__(self, count: int) -> None:
@@ -25,7 +26,7 @@ class DecimatedTrace:
         self._per, self._held = 1, 1
 
     def take(self, time: Vector, values: Matrix) -> None:
-        """Add samples: time (n,) [s], values (count, n)."""
+        """Add samples with the times `time` (n,) [s] and the signals `values` (count, n)."""
         missing = min(self._per - self._held, time.size)
         if missing:
             self._low[:, -1] = np.minimum(self._low[:, -1], values[:, :missing].min(axis=1))
@@ -50,7 +51,7 @@ class DecimatedTrace:
         self._per *= 2
 
     def drawn(self) -> tuple[Vector, Matrix, Matrix]:
-        """Return start times (c,), minima and maxima (count, c) of the columns."""
+        """Return start times (c,) [s], minima and maxima (count, c) of the c columns."""
         return self._time, self._low, self._high
 
 

@@ -6,7 +6,7 @@
 
 control/tracking_observer.py defines the observer. If the drive has a lag, the effort of a period is
 the mean of the samples at both ends of the period. The period after the last sample of a block is
-therefore processed with the next block. A drive without a lag holds its value over the period. The
+therefore processed with the next block. A drive without a lag keeps its value over the period. The
 estimate at a sample uses no later sample.
 """
 
@@ -41,8 +41,8 @@ CALIBRATED = NormalDist().inv_cdf(0.975)
 class VelocityEstimator:
     """Estimator of the velocity along a log, block by block.
 
-    - confidence: confidence of the intervals
-    - observer: tracking observer; if None, one is designed from the model
+    - confidence: confidence of the intervals, 0 to 1
+    - observer: tracking observer; None to design one from the model
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class VelocityEstimator:
         self._waiting: tuple[MotionBlock, Vector] | None = None
 
     def take(self, piece: MotionBlock) -> Matrix:
-        """Return value, lower and upper bound (3, n) [rad/s | m/s] at the samples of a block."""
+        """Process a block; return value, lower and upper bound (3, n) [rad/s | m/s]."""
         estimate = self._along(piece)
         half = self._half(piece, estimate)
         self._figures.take(piece.position, estimate.velocity, piece.velocity, piece.follows)

@@ -5,7 +5,7 @@
 
 The zero-phase velocity is the reference from which errors are computed. It needs later samples, and
 is computed in blocks with margins as long as the filter's memory. The comparison favours the
-low-pass, whose cut-off is chosen afterwards.
+low-pass, because its cut-off is chosen with knowledge of the whole log.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from frictool.observe.kernels.low_pass_bank import low_pass_bank
 from frictool.typing import Vector
 
 ORDER = 4  # order of the Butterworth filter, which runs forwards and backwards
-REMEMBERED = 10.0  # periods of the cut-off after which the filter's response is below 1e-9
-BLOCK = 1 << 14  # samples
+REMEMBERED = 10.0  # periods of the cut-off frequency after which the response is below 1e-9
+BLOCK = 1 << 14  # number of samples that are compared at a time
 # lowest cut-off [Hz], and number of low-passes; the highest cut-off is that of the mean of two
 # differences
 SLOWEST_HZ = 1.0
 CUTOFFS = 31
-LEAST = 12  # samples, shortest stretch that is compared
+LEAST = 12  # smallest number of gap-free samples that are compared
 
 
 @dataclass
 class ErrorSums:
-    """Sums of squared errors, and number of samples.
+    """Sums of squared velocity errors, and the number of samples.
 
     - low_passes: sum for each filter of kernels/low_pass_bank.py with m bandwidths, (2 m + 1,)
     - observer: sum for the estimated velocity
@@ -49,7 +49,7 @@ class ErrorSums:
 class PendingSamples:
     """Last samples (n,) of position, estimated and true velocity, kept for the next comparison.
 
-    `compared`: number of these samples that have been compared already.
+    `compared` is the number of these samples that have been compared already.
     """
 
     position: list[Vector] = field(default_factory=list)
@@ -77,9 +77,9 @@ class VelocityErrors:
         self._begin()
 
     def take(self, position: Vector, estimate: Vector, truth: Vector | None, follows: bool) -> None:
-        """Add samples (n,) of a block.
+        """Add the samples (n,) of a block.
 
-        `truth`: velocity from a simulation or a sensor, in all blocks of a log or in none.
+        `truth` is the velocity from a simulation or a sensor; all blocks of a log have it, or none.
         """
         if not follows:
             self._compare(last=True)
@@ -152,7 +152,7 @@ class VelocityErrors:
         sums.samples += difference.size
 
     def _figures(self, ending: str, sums: ErrorSums) -> dict[str, Any]:
-        """Return the rms errors, and the best low-pass filter (order 0: plain difference)."""
+        """Return the rms errors, and order and cut-off of the best low-pass (order 0: none)."""
         names = [
             f"velocity_rms{ending}",
             f"velocity_rms_filter{ending}",

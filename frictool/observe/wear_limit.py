@@ -1,7 +1,7 @@
-"""Comparison of a limit with the ratio of the wear to commissioning or, if unknown, the wear.
+"""Verdict on the wear: comparison of the wear with a limit.
 
-Errors of the actuator's constant cancel in the ratio. The first rule that applies to the estimate's
-interval decides:
+If the wear at commissioning is known, the wear relative to it is compared; errors of the actuator's
+constant cancel in this ratio. The first rule that applies to the interval of the estimate decides:
 
     interval                                   exceeded       certain   reason
     no move yet                                undecided      no        only the prior is known
@@ -12,8 +12,9 @@ interval decides:
     lower end at most 1, limit above 1         undecided      no        the unit may be healthy
     else                                       by the value   no
 
-The mean of all directions and zones hides wear of one of them. The limit is therefore also exceeded
-if the whole interval of a direction or zone is above the limit.
+The mean over all directions and zones may hide wear in one direction or zone. The limit is
+therefore
+also exceeded if the whole interval of one direction or zone is above the limit.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ from dataclasses import dataclass
 from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 
 FEWEST_MOVES = 2  # fewest moves for a verdict if the interval contains the limit
-HEALTHY = 1.0  # wear of a unit like the model
+HEALTHY = 1.0  # wear of a unit with the friction of the model
 
 
 @dataclass(frozen=True)
 class WearVerdict:
-    """Verdict against a limit of the wear.
+    """Verdict on the wear, compared with a limit.
 
     - exceeded: True if the wear is above the limit; None if undecided
     - certain: True if the whole interval is on one side of the limit
@@ -49,10 +50,11 @@ def judge(
     ratio: EstimateRange | None = None,
     doubts: Sequence[str] = (),
 ) -> WearVerdict:
-    """Return the verdict on `ratio`, the wear relative to commissioning, or on the wear if None.
+    """Return the verdict on the wear, or on `ratio`, the wear relative to commissioning, if known.
 
-    `doubts`: reasons why the log may be from another rig (rig_plausibility.py). With doubts, a wear
-    below the limit is undecided; a wear above the limit stays exceeded.
+    `doubts` contains reasons why the log may be from another rig (rig_plausibility.py). If there
+    are
+    doubts, a wear below the limit is undecided; a wear above the limit still exceeds it.
     """
     verdict = _of_all_and_parts(estimate, limit, ratio)
     return verdict if verdict.exceeded or not doubts else WearVerdict(limit, None, False, doubts[0])
@@ -123,7 +125,7 @@ def _judged(name: str, estimate: EstimateRange, moves: int, limit: float) -> Wea
 def _parts(
     estimate: WearEstimate, ratio: EstimateRange | None
 ) -> Iterator[tuple[str, EstimateRange]]:
-    """Yield (name, wear) of each direction or zone, relative to commissioning if that is known."""
+    """Yield name and wear of each direction or zone, relative to commissioning if known."""
     if estimate.kind == "directional":
         sides = (("forward", estimate.forward), ("backward", estimate.backward))
         parts = [(name, worn) for name, worn in sides if worn is not None]

@@ -19,7 +19,7 @@ from frictool.presentation.svg import panels, render
 COLOURS = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f", "#5c6b00", "#8c2f39")
 MARKS = ("o", "s", "^", "D", "v", "P")
 HEIGHT = 3.8  # inches
-MOST_NAMED = 12  # largest number of units in a legend; the colours distinguish no more
+MOST_NAMED = 12  # largest number of units in a legend; colours cannot distinguish more
 UNNAMED = "no unit"
 
 
@@ -27,7 +27,8 @@ def trend(table: Sequence[FleetRow], limit: float | None) -> str:
     """Return the plot as an `<svg>` element.
 
     If ratios to commissioning are known, the plot shows them (1 for the first log of a unit), else
-    the wear. If a log has no date, the abscissa is the order of the logs in the table.
+    the
+    wear. If a log has no date, the abscissa is the order of the logs in the table.
     """
     ratios = any(row.ratio is not None for row in table)
     shown = [(row, estimate) for row in table if (estimate := _shown(row, ratios)) is not None]
@@ -94,7 +95,7 @@ def _draw(axes: Any, number: int, unit: str, points: Sequence[tuple[float, Estim
 
 
 def _shown(row: FleetRow, ratios: bool) -> EstimateRange | None:
-    """Return the drawn estimate of a log; None if the log has no estimate."""
+    """Return the estimate to draw for a log; None if the log has no estimate."""
     if row.outcome is None or not row.outcome.estimate.moves:
         return None
     if ratios:

@@ -1,4 +1,4 @@
-"""Assessment of what a bench can identify, before any measurement (thesis 4.2.1-4.2.4, annex B)."""
+"""Assessment of the parameters that a bench can identify, before any measurement (thesis 4.2)."""
 
 from typing import TYPE_CHECKING
 

@@ -23,7 +23,7 @@ from frictool.plant.polytope import corner_points
 from frictool.runtime.object_view import ResultView
 
 WANTED = 0.05  # default of the requested relative half width
-FINEST = 1e-6  # finest encoder step that is tried, relative to the bench's step
+FINEST = 1e-6  # smallest encoder step that is tried, relative to the bench's step
 BISECTIONS = 40
 USUAL = AssessmentRequest()
 
@@ -31,7 +31,7 @@ USUAL = AssessmentRequest()
 class NotIdentifiable(FrictoolError):
     """Error: a requested precision cannot be reached.
 
-    The message names the parameters, and an encoder with which they can be identified.
+    The message names the parameters, and an encoder that would reach the precision.
     """
 
     exit_code = EXIT_NO
@@ -41,13 +41,14 @@ class NotIdentifiable(FrictoolError):
 class ParameterAssessment:
     """Assessment of one parameter; precisions are relative half widths.
 
+    - verdict: method, test and expected precision with the bench's encoder
     - wanted: requested precision
-    - known: precision of the a-priori interval; None without an interval
+    - known: precision of the a-priori interval; None if the bench states no interval
     - target: the smaller of `wanted` and `known`
     - least: Cramér-Rao bound of the proposed test; None for breakaway and presliding
     - doubled: precision with an encoder of twice the resolution; None if it cannot be computed
-    - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if no
-      step down to FINEST times the bench's step suffices
+    - step: largest encoder step [rad | m] with which the parameter is identifiable; None if no step
+      down to FINEST times the bench's step suffices
     - counts: counts per revolution of an encoder with this step; None for a linear axis
     """
 
@@ -64,10 +65,10 @@ class ParameterAssessment:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assessment(ResultView):
-    """Verdicts on all parameters of a bench.
+    """Assessment of all parameters of a bench.
 
     - bench: assessed bench
-    - facts: inputs from which the verdicts follow
+    - facts: inputs of the assessment
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
@@ -83,7 +84,7 @@ class Assessment(ResultView):
 
 
 def assess(bench: Bench, request: AssessmentRequest = USUAL) -> Assessment:
-    """Return which parameters a bench can identify, and the expected precision.
+    """Assess which parameters a bench can identify, and with which precision.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def assess(bench: Bench, request: AssessmentRequest = USUAL) -> Assessment:
     Returns
     -------
     Assessment
-        Verdict on each parameter, the entropy of the encoder, and the drive's shortest response.
+        Assessment of each parameter, entropy of the encoder, and shortest response of the drive.
 
     Raises
     ------
@@ -140,7 +141,7 @@ def _row(
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
-    """Return the coarsest encoder step, finer than the bench's, that gives the precision `target`.
+    """Return the largest encoder step, at most the bench's, that gives the precision `target`.
 
     Return None if no step down to FINEST times the step of the bench reaches this precision.
     """
@@ -161,7 +162,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the assessments of the parameters in `counted` that cannot be identified as requested.
+    """Return the assessments of those parameters in `counted` that are not identifiable.
 
     Parameters with the a-priori value 0 are left out.
     """

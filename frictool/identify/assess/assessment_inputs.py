@@ -1,4 +1,4 @@
-"""Inputs of the decision scheme: encoder step, period, limits, a-priori axis, and proposed test."""
+"""Inputs of an assessment: encoder step, period, limits, a-priori axis, and proposed test."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class AssessmentInputs:
     """Inputs of the assessment, in SI units.
 
     - axis: a-priori axis
-    - sensing: period, encoder step, noise of the effort
+    - sensing: sample period, encoder step, noise of the effort
     - speed, effort: largest speed, rad/s | m/s, and largest effort, N m | N
     - strokes: strokes of the proposed sines
     - fastest, slowest: shortest and longest a-priori time constant inertia/viscous, s
@@ -34,7 +34,7 @@ class AssessmentInputs:
     - onsets: number of breakaways in the proposed ramps
     - presliding: expected presliding distance, rad | m
 
-    breakaway, rate, onsets and presliding are 0 for recorded motion.
+    If the inputs describe recorded motion, breakaway, rate, onsets and presliding are 0.
     """
 
     axis: PriorAxis
@@ -61,7 +61,7 @@ class AssessmentInputs:
         return replace(self, sensing=replace(self.sensing, step=step))
 
     def value(self, parameter: str) -> float:
-        """Return the a-priori value of a parameter, SI."""
+        """Return the a-priori value of a parameter in SI units."""
         return {"breakaway": self.breakaway, "presliding": self.presliding}.get(parameter) or float(
             getattr(self.axis, parameter)
         )
@@ -74,7 +74,7 @@ class AssessmentRequest:
     Attributes
     ----------
     wanted : mapping of str to float
-        Requested relative half width of each parameter; 0.05 for a missing parameter.
+        Requested relative half width of each parameter; 0.05 for a parameter that is not a key.
     duration : float
         Duration of the proposed sines, s.
     noise : float or None
@@ -84,7 +84,8 @@ class AssessmentRequest:
     presliding : float or None
         Expected presliding distance z_max, rad | m; None for 1e-3 rad or 1e-5 m.
     step : float or None
-        Length of the step whose shortest response is computed, rad | m; None for the travel.
+        Distance of a position step, rad | m, for which the shortest response time is computed; None
+        for the travel.
     """
 
     wanted: Mapping[str, float] = field(default_factory=dict)
@@ -96,7 +97,7 @@ class AssessmentRequest:
 
 
 def facts_of(bench: Bench, request: AssessmentRequest) -> AssessmentInputs:
-    """Return the inputs for a bench and a proposed test.
+    """Return the inputs of the assessment of a bench and a proposed test.
 
     Raises NoSolutionError if the drive does not overcome the friction.
     """
@@ -129,7 +130,7 @@ def time_constants(bench: Bench) -> tuple[float, float]:
 
 
 def known_widths(bench: Bench) -> dict[str, float]:
-    """Return the relative half width of the a-priori interval of each parameter that has one."""
+    """Return the relative half width of each a-priori interval in the bench."""
     names = ("inertia", "viscous", "coulomb", "breakaway")
     return {
         name: width for name in names if (width := _width(getattr(bench.mechanics, name))) > 0.0

@@ -1,4 +1,4 @@
-"""Text and JSON of an assessment."""
+"""Text view and JSON view of an assessment."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _wanted(rows: Sequence[ParameterAssessment]) -> str:
 
 
 def _times_as_long(row: ParameterAssessment) -> float:
-    """Return the factor on the test's duration that gives the precision; inf if unknown."""
+    """Return the factor by which a longer test would reach the precision; inf if unknown."""
     precision = row.verdict.precision
     return math.inf if precision is None else (precision / row.target) ** 2
 
@@ -78,7 +78,7 @@ def json_view(assessment: Assessment) -> dict[str, Any]:
 
 
 def _drive(bound: DriveBound) -> dict[str, Any]:
-    """Return the drive's shortest responses as JSON values; null for a drive that cannot move."""
+    """Return the drive's shortest step responses as JSON values; null if the drive cannot move."""
     times = {"best_s": bound.best, "worst_s": bound.worst}
     return {
         "step": bound.length,

@@ -66,7 +66,7 @@ def scheme(assessment: Assessment) -> list[str]:
 
 
 def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str) -> list[str]:
-    """Return the lines of the scheme on differences of samples, without and with a filter."""
+    """Return the questions on differences of samples, first without and then with a filter."""
     facts = assessment.facts
     raw = raw_bound(row.parameter, assessment.facts)
     lines = [

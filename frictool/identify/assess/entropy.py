@@ -35,14 +35,17 @@ class SensorEntropy(NamedTuple):
 def metric_entropy(measures: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
     """Return the entropy -sum mu ln mu [nats] of a partition (thesis, annex B, equation 4).
 
-    `measures` (n,): measures mu of the cells, with sum 1.
+    `measures` contains the measures mu of the cells, (n,), with sum 1.
     """
     occupied = measures[measures > 0.0]
     return float(-(occupied * np.log(occupied)).sum())
 
 
 def sensor_entropy(travel: float, step: float) -> SensorEntropy:
-    """Return the entropy of an encoder (thesis, annex B, equation 5); travel, step: rad | m."""
+    """Return the entropy of an encoder (thesis, annex B, equation 5).
+
+    `travel` and `step` have the same unit, rad | m.
+    """
     counts = travel / step
     nats = math.log(counts) if counts > 1.0 else 0.0
     return SensorEntropy(counts, nats, math.log(2.0) / nats if nats > 0.0 else math.inf, counts**2)

@@ -1,4 +1,4 @@
-"""Decision which method identifies a parameter precisely enough (thesis, figure 4.4).
+"""Choice of the method that identifies a parameter precisely enough (thesis, figure 4.4).
 
 The target is the requested relative half width. The methods are tried in this order:
 
@@ -10,6 +10,7 @@ The target is the requested relative half width. The methods are tried in this o
                       velocity
 
 (4.3) and (4.8) of the thesis apply to the inertia, (4.4) and (4.9) to viscous and Coulomb friction.
+
 One decision differs from the thesis. If (4.8) exceeds the target for the inertia, the thesis uses
 the a-priori value. However, (4.8) adds the errors of all counts with the worst sign, whereas these
 errors average out over a smoothing window. The weak form, which is least squares over such windows,
@@ -34,8 +35,8 @@ from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke, PriorAxi
 
 CONFIDENCE = 0.95
 QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
-SINES_COUNTS = 20.0  # least length of a stroke beyond the backlash, in encoder counts
-# methods of identify that a verdict proposes
+SINES_COUNTS = 20.0  # least length of a stroke minus the backlash, in encoder counts
+# identification methods that a verdict proposes
 DIFFERENTIATION, WEAK_FORM, STROKE_MEANS = "least-squares", "weak", "sines"
 SINES = "excite --kind sines"
 RAMPS = "excite --kind breakaway"
@@ -46,11 +47,12 @@ LOOPS = "slow effort up and down below the breakaway"
 class Identifiability:
     """Verdict on one parameter; precisions are relative to the a-priori value.
 
+    - identifiable: True if the expected precision meets the target
     - precision: half width of the expected 95 % interval; None if it cannot be computed
-    - bound: largest error that the encoder's quantisation can cause; None without such an error
+    - bound: largest error that the encoder's quantisation can cause; None if it causes no error
     - why: reason for the verdict, as text
     - method, test: proposed method and test, or None
-    - filter: time constant of the proposed low-pass filter, s; None without a filter
+    - filter: time constant of the proposed low-pass filter, s; None if no filter is proposed
     """
 
     identifiable: bool
@@ -63,7 +65,7 @@ class Identifiability:
 
 
 def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifiability:
-    """Return the verdict on a parameter for a requested relative half width.
+    """Return whether and how a parameter can be identified to the relative half width `wanted`.
 
     `parameter` is inertia, viscous, coulomb, breakaway or presliding.
     """
@@ -75,7 +77,7 @@ def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifia
 def differentiation(
     parameter: str, facts: AssessmentInputs, wanted: float
 ) -> Identifiability | None:
-    """Return the verdict for least squares, with a filter if needed.
+    """Return the verdict for least squares on differences of samples, with a filter if needed.
 
     Return None if the worst-case error exceeds the target even with a filter.
     """
@@ -95,7 +97,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return the reason against differences of samples, with the precision of least squares."""
+    """Return why differences of samples are too imprecise, and the precision of least squares."""
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:
@@ -137,12 +139,12 @@ def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
 
 
 def statistical(facts: AssessmentInputs) -> dict[str, float]:
-    """Return the relative 95 % half width of each parameter by least squares over windows."""
+    """Return for each parameter the relative 95 % half width of least squares over windows."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[0]
 
 
 def best_window(facts: AssessmentInputs) -> int:
-    """Return the length [samples] of the smoothing window with the smallest errors."""
+    """Return the length [samples] of the smoothing window that gives the smallest errors."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[1]
 
 

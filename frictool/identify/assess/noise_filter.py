@@ -1,4 +1,4 @@
-"""First-order low-pass filter (thesis 4.2.2): conversion between time constant and passed noise.
+"""First-order low-pass filter (thesis 4.2.2): noise that passes a filter of given time constant.
 
     ratio x = arctan(x),   x = 2 pi tau/T
 
@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 
-LARGEST_RATIO = 0.8  # largest useful ratio; above it the cut-off is beyond the sample rate
+LARGEST_RATIO = 0.8  # ratio above which the cut-off frequency would exceed the sample rate
 CONVERGED = 1e-12
 
 
 def noise_ratio(time_constant: float, period: float) -> float:
-    """Return the share of the power of white noise that passes a low-pass (thesis 4.7).
+    """Return the share of the power of white noise that passes a low-pass filter (thesis 4.7).
 
     The time constant and the period are in s. A time constant of 0 gives 1.
     """
@@ -26,7 +26,7 @@ def noise_ratio(time_constant: float, period: float) -> float:
 def filter_for(ratio: float, period: float) -> float:
     """Return the time constant [s] of the low-pass that passes the share `ratio` of the noise.
 
-    Newton's method solves thesis (4.7); it converges because ratio x - arctan(x) is convex, and
+    Newton's method solves thesis (4.7). It converges because ratio x - arctan(x) is convex, and
     positive at the first guess pi/(2 ratio). Raises ValueError unless 0 < ratio < 1.
     """
     if not 0.0 < ratio < 1.0:

@@ -1,6 +1,6 @@
-"""Worst-case errors of inertia and viscous friction by differences of a quantised position.
+"""Worst-case errors of inertia and viscous friction from differences of a quantised position.
 
-The formulas are thesis (4.3) and (4.4) without a filter, (4.8) and (4.9) with one.
+The formulas are thesis (4.3) and (4.4) without a filter, and (4.8) and (4.9) with a filter.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def acceleration_error(step: float, response: NDArray[np.float64]) -> float:
 def inertia_error(
     inertia: float, step: float, period: float, effort: float, ratio: float = 1.0
 ) -> float:
-    """Return the relative error of the inertia, by thesis (4.3), or (4.8) with a filter.
+    """Return the relative error of the inertia by thesis (4.3), or by (4.8) with a filter.
 
     - inertia: kg m^2 | kg
     - step: encoder step, rad | m
@@ -41,8 +41,8 @@ def inertia_error(
 
 
 def viscous_error(step: float, period: float, speed: float, ratio: float = 1.0) -> float:
-    """Return the relative error of viscous friction at the top speed `speed`, rad/s | m/s.
+    """Return the relative error of viscous friction by thesis (4.4), or by (4.9) with a filter.
 
-    `inertia_error` explains the other arguments.
+    `speed` is the top speed, rad/s | m/s. `inertia_error` explains the other arguments.
     """
     return math.sqrt(ratio) * step / (period * speed)

@@ -4,7 +4,7 @@ A motion is visible when the axis reaches the next encoder edge, after a distanc
 count. If the effort is a ramp of R [N m/s | N/s] and friction does not drop at the onset, the axis
 reaches the edge after the time t = (6 inertia s/R)^(1/3). In this time, the effort grows by R t.
 `identify` subtracts the mean of this growth. Two errors remain: the scatter of s, which averages
-out over the onsets, and the error of the assumed inertia, which does not.
+out over the onsets, and the error of the assumed inertia, which does not average out.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ class RampPrecision(NamedTuple):
 
     - latest: largest excess of the effort over the breakaway when the motion becomes visible
     - deviation: standard deviation of the mean breakaway of all onsets, after subtraction of the
-      mean excess
+      mean
+      excess
     """
 
     latest: float
@@ -31,12 +32,12 @@ class RampPrecision(NamedTuple):
 def ramp_precision(
     rate: float, step: float, period: float, inertia: tuple[float, float, float], onsets: float
 ) -> RampPrecision:
-    """Return the precision of ramps.
+    """Return the precision of the breakaway from ramps.
 
     - rate: slope of the ramps, N m/s | N/s
     - step: encoder step, rad | m
     - period: sample period, s
-    - inertia: lower end, value, upper end
+    - inertia: lower end, value and upper end of the inertia's interval, kg m^2 | kg
     - onsets: number of breakaways
     """
     low, value, high = inertia

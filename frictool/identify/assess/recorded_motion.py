@@ -1,8 +1,7 @@
-"""Motion of a record, from which `assess` chooses an identification method.
+"""Motion of a record as input of `assess`, in place of the motion of a proposed test.
 
-Without a record, `assess` uses the motion of a proposed test. A stroke of a record is treated as a
-half sine with the same distance and duration. MOST strokes, evenly spaced in the order of their
-durations, represent a record with many strokes.
+Each stroke of a record is treated as a half sine with the same distance and duration. A record with
+many strokes is represented by MOST strokes, evenly spaced in the order of their durations.
 """
 
 from __future__ import annotations
@@ -29,11 +28,14 @@ from frictool.identify.rows.smoothing import (
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
 
-MOST = 8  # largest number of strokes that represent all
+MOST = 8  # largest number of strokes that represent a record
 
 
 def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInputs:
-    """Return the inputs for records of sliding motion; raise UnusableLogs if nothing moves."""
+    """Return the inputs of an assessment for records of sliding motion.
+
+    Raises UnusableLogs if the axis never moves.
+    """
     stroke_table = np.concatenate([_strokes(record) for record in records])
     if stroke_table.size == 0:
         raise UnusableLogs("the axis never moves by more than one encoder count")
@@ -71,9 +73,9 @@ def _strokes(record: MotionRecord) -> Vector:
 
 
 def _representatives(strokes: Vector) -> tuple[PlannedStroke, ...]:
-    """Return at most MOST strokes in place of the m rows of `strokes`, (duration, distance).
+    """Return at most MOST strokes that represent the m rows (duration, distance) of `strokes`.
 
-    The repetitions, each in both directions, sum to m/2.
+    The numbers of repetitions, each of which has both directions, sum to m/2.
     """
     order = strokes[np.argsort(strokes[:, 0], kind="stable")]
     count = min(MOST, order.shape[0])

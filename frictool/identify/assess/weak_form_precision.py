@@ -12,9 +12,9 @@ with N = G'G and the covariance C of G'n. The encoder's noise in the regressor c
 fitted inertia by the noise's share of the regressor's power. This error is large if the window is
 too short.
 
-The result exceeds the Cramér-Rao bound, because all rows have equal weight. The result is a
-standard deviation for independent encoder errors, an assumption that holds if the axis moves about
-one count per sample or more; thesis (4.3) and (4.8) are worst-case bounds.
+The result exceeds the Cramér-Rao bound, because all rows have equal weight. It is a standard
+deviation under the assumption of independent encoder errors, which holds if the axis moves about
+one count per sample or more. The formulas (4.3) and (4.8) of the thesis are worst-case bounds.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def weak_deviation(
     """Return the rms errors (4,) of inertia, viscous, Coulomb and offset (SI), and the window.
 
     - window: length of the window in samples; None selects the best window for the inertia
-    - share: share of the acceleration's power that other regressors do not explain
+    - share: fraction of the acceleration's power that the other regressors do not explain
 
     The errors are inf if no stroke is longer than the window.
     """
@@ -108,7 +108,7 @@ def _deviation(
 
 
 def _gram(rows: Vector, kernel: Vector) -> Vector:
-    """Return the covariance (p, p) of rows^T n; n is unit white noise filtered by `kernel`."""
+    """Return the covariance (p, p) of rows^T n; n is white noise of rms 1 filtered by `kernel`."""
     # as scipy.signal.fftconvolve, whose import takes longer than the rest of `identify`
     count = rows.shape[0] + kernel.size - 1
     length = scipy.fft.next_fast_len(count, real=True)

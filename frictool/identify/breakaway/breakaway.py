@@ -3,18 +3,18 @@
 In a breakaway ramp, the effort rises until the axis starts to move: the onset. The thesis takes the
 largest effort before each visible motion. This maximum is too high by several steps of the ramp,
 because the axis moves for some time before the encoder shows it. Here a line is fitted to the
-effort at rest. The breakaway is the value of this line at the time of the onset, which is computed
-from the later motion (`onset`) with the inertia and the friction in slip. The uncertainty of
-inertia and friction widens the interval of the breakaway.
+effort at rest. The breakaway is the value of this line at the time of the onset. This time is
+computed from the later motion (`onset`), with the inertia and the friction in slip. The uncertainty
+of inertia and friction widens the interval of the breakaway.
 
 The breakaway is constant, or a function of position and direction (`position_law`). The friction in
 slip is assumed to be proportional to the breakaway (thesis 4.42).
 
 - The mean over both directions cancels an offset of the effort.
-- After the onset, friction falls from the breakaway to Coulomb friction. The Stribeck velocity of
-  this fall comes from another log, or from the times at which the encoder's count changes
-  (`stribeck_velocity`). If these times agree with an immediate fall, the breakaway is computed for
-  an immediate fall. The interval covers every fall that agrees with the times.
+- After the onset, friction decreases with speed from the breakaway to Coulomb friction (Stribeck
+  curve). The Stribeck velocity comes from another log, or from the times at which the encoder's
+  count changes (`stribeck_velocity`). If the Stribeck velocity 0 agrees with these times, friction
+  is assumed to drop at the onset. The interval covers every Stribeck curve that agrees with them.
 - The interval contains the spread between onsets (jackknife) and the ranges of the axis's
   parameters (`combined_interval`). A sampled ramp rises by one step per sample. Two errors of half
   a step, which do not average out, are added: the breakaway lies anywhere within a step, and the
@@ -47,7 +47,7 @@ from frictool.identify.regression.regression import LeastSquaresSolution, Singul
 from frictool.typing import Vector
 
 UNIFORM = float(np.sqrt(3.0))  # ratio of half a range to its standard deviation
-ROUNDS = 3  # iterations: the shape of friction over position changes the onsets, and vice versa
+ROUNDS = 3  # iterations between the onsets and the shape of friction over position
 GRID_POINTS = 200  # grid points over the range at which the breakaway law must be positive
 
 
@@ -55,8 +55,9 @@ GRID_POINTS = 200  # grid points over the range at which the breakaway law must 
 class BreakawayOverPosition:
     """Breakaway as a polynomial of the position over [low, high], rad | m.
 
-    - forward, backward: mean breakaway of each direction, N m | N
-    - powers: coefficients of the polynomial, forward and backward, in SI units, constant first
+    - forward, backward: mean breakaway in each direction, N m | N
+    - powers: polynomial coefficients of the forward and of the backward direction, in SI units,
+      constant term first
     - coefficients: intervals of these coefficients
     - common: True if both directions have the same polynomial
     """
@@ -72,16 +73,16 @@ class BreakawayOverPosition:
 
 @dataclass(frozen=True)
 class Breakaway:
-    """Mean breakaway of ramp logs.
+    """Breakaway that ramp logs show.
 
-    - interval: mean breakaway, N m | N; with `rising`, the breakaway after a long rest
+    - interval: mean breakaway, N m | N; if `rising` is not None, the breakaway after a long rest
     - forward, backward: mean |effort| at the onsets of each direction, N m | N; NaN without onsets
     - onsets: number of onsets
     - delay: mean effort that was subtracted because the encoder shows the motion late, N m | N
     - position: position of each onset, (n,), rad | m
     - direction: direction of each onset, (n,), +1 or -1
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: falls of friction with speed after the breakaway that `interval` covers
+    - fall: Stribeck curves that `interval` covers
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     """
@@ -100,7 +101,7 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the mean breakaway, of forward ramps only if it varies with position."""
+        """Return the mean breakaway; if it varies with position, the mean of forward ramps."""
         return self.interval if self.by_position is None else self.by_position.forward
 
 
@@ -111,13 +112,14 @@ def breakaway(
     confidence: float,
     stribeck: StribeckVelocityRange | None = None,
 ) -> Breakaway:
-    """Return the breakaway of ramp logs.
+    """Compute the breakaway from records of ramps.
 
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
     - stribeck: Stribeck velocity that was identified from another log; None to use the range that
-      the onsets allow
+      the
+      onsets allow
 
-    If the ramps have one direction only, the offset is subtracted. Raises UnusableLogs if neither
+    If all ramps have the same direction, the offset is subtracted. Raises UnusableLogs if neither
     direction has five onsets, or if a load starts the axis.
     """
     data = onset_data(records, bench)
@@ -201,7 +203,9 @@ def _wider(full: Interval, mean: Interval) -> Interval:
 class BreakawayFit:
     """Breakaway over position as fitted polynomials, and the friction at the onsets.
 
+    - structure: orders of the polynomials
     - shape: breakaway at the onsets divided by its mean, (n,); None if the breakaway is constant
+    - solution: least-squares solution for the coefficients of the polynomials
     - friction: breakaway at the onsets, (n,), N m | N
     """
 
@@ -224,9 +228,9 @@ def _fit(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit:
 
 
 def _levels(structure: PolynomialOrders) -> list[Vector]:
-    """Return, for each direction with onsets, the weights (p,) that give its mean breakaway.
+    """Return weights (p,) for each direction with onsets.
 
-    The mean breakaway is the sum of the fitted coefficients (p,) times these weights.
+    The sum of the fitted coefficients (p,) times these weights is the direction's mean breakaway.
     """
     if structure.common:
         unit = np.eye(structure.orders[0] + 2)
@@ -238,11 +242,11 @@ def _levels(structure: PolynomialOrders) -> list[Vector]:
 
 @dataclass(frozen=True)
 class BreakawayErrors:
-    """Errors of the coefficients (p,) of a fit.
+    """Errors of the coefficients (p,) of the polynomials of a `BreakawayFit`.
 
-    - ranges: changes (p,) of the coefficients if an axis parameter, or the rest position, is at the
-      low and at the high end of its range
-    - falls: changes (p,) of the coefficients with each allowed fall of friction
+    - ranges: for each axis parameter and for the rest position, changes (p,) of the coefficients at
+      the low and at the high end of its range
+    - falls: changes (p,) of the coefficients with each allowed Stribeck curve
     - half_step: half of the increase of a ramp in one sample, N m | N
     """
 

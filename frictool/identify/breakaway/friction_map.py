@@ -1,8 +1,8 @@
 """Friction map over position and speed, from ramps and sliding logs (thesis 4.40 to 4.42).
 
 Sliding logs do not show how friction varies with position; ramps do not show the friction in slip.
-Ramps give the breakaway C_s(x) per direction (`breakaway`). The friction in slip C_r is assumed to
-have the same shape:
+Ramps give the breakaway C_s(x) in each direction (`breakaway`). The friction in slip C_r is assumed
+to have the same shape:
 
     C_r(x, direction) = level(direction) C_s(x, direction)/mean C_s
     beta = mean C_s/mean C_r
@@ -11,7 +11,7 @@ A level is the mean friction in slip of one direction. The levels and the viscou
 means over strokes (`sines`). In the equation of a stroke, C_s/mean C_s is averaged over the
 positions of the stroke, so that strokes may cover different positions. If each direction has a
 separate polynomial, an offset of the effort looks like half the difference between the two levels.
-The bench's offset is then used, or 0 if the bench has none.
+The offset is then the bench's, or 0 if the bench states none.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class IdentifiedFrictionMap:
     """Friction map from sliding logs and ramps.
 
     - fit: fit of the sliding logs, with laws over position and speed
-    - ramp: breakaway, evaluated with the Coulomb friction of the fit
+    - ramp: breakaway, evaluated with the Coulomb friction of `fit`
     - beta: mean breakaway divided by mean friction in slip
     """
 
@@ -66,7 +66,7 @@ def friction_map(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> IdentifiedFrictionMap:
-    """Return the friction map of sliding `records` and `ramps`.
+    """Fit a friction map to sliding `records` and `ramps`.
 
     - first: breakaway of the ramps, which varies with position
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`; the offset is the bench's
@@ -99,9 +99,9 @@ def _fitted(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> tuple[SlidingFit, list[Interval]]:
-    """Return the fit with the shape of `law`, and the levels of friction in slip, forward first.
+    """Return the fit with the shape of `law`, and the mean friction in slip of each direction.
 
-    If both directions have the same polynomial, there is one level.
+    The forward direction is first. If both directions have the same polynomial, there is one mean.
     """
     means = rows.means
     shaped = means.sign * means.mean(shape_along(rows, law))
@@ -138,7 +138,7 @@ def _fitted(
 def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
     """Return the breakaway (n,) at the positions of the samples, divided by its mean.
 
-    Beyond the positions of the ramps, the breakaway at the nearest position is used.
+    Outside the positions of the ramps, the breakaway at the nearest position is used.
     """
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
     forward = np.repeat(rows.means.sign > 0.0, lengths)
@@ -151,7 +151,7 @@ def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
 
 
 def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -> Laws:
-    """Return the laws `sliding`, with the varying breakaway of `ramp` added."""
+    """Return the laws `sliding`, extended by the laws of the breakaway `ramp`."""
     law = ramp.by_position
     laws = sliding or Laws()
     if ramp.rising is not None:

@@ -1,7 +1,7 @@
-"""Time of the onset of motion, from the encoder's changes after the onset.
+"""Time of the onset of motion, computed from the encoder's changes after the onset.
 
-A change is a sample at which the encoder's count differs from the one before. Under an effort that
-grows at a rate r, an axis of inertia J breaks away at t0, and its friction falls immediately to
+A change is a sample at which the encoder's count differs from the previous count. Under an effort
+that grows at a rate r, an axis of inertia J breaks away at t0, and friction drops immediately to
 Coulomb friction. In the time t after t0, the axis moves by
 
     s(t) = excess/J t^2 phi2(-l t) + r/J t^3 phi3(-l t)
@@ -9,18 +9,20 @@ Coulomb friction. In the time t after t0, the axis moves by
     phi2(x) = (e^x - 1 - x)/x^2
     phi3(x) = (phi2(x) - 1/2)/x
 
-On average, the axis passes an edge of the encoder half a sample before the log shows the change.
-At this time s = start + (distance between the first and this change). `start`, the distance from
-the rest position to the first edge, is unknown and at most one count. t0 and `start` minimise the
-sum of the squared differences between this s and s(t). The ramp gives the excess at t0.
+On average, the axis passes an edge of the encoder half a sample before the log shows the change. At
+this time, the axis has moved by s = start + (distance between the first and this change). `start`,
+the distance from the rest position to the first edge, is unknown and at most one count. t0 and
+`start` minimise the sum of the squared differences between this s and s(t). The excess at t0
+follows
+from the ramp.
 
-A further term of the sum prefers the start `expected`, because the changes may not determine
-`start`; a single change never does. The weight `timing` of this term is the variance of s at a
+The changes may not determine `start`; a single change never does. Another term of the sum therefore
+prefers the value `expected` of `start`. The weight `timing` of this term is the variance of s at a
 change due to sampling, divided by the variance of a uniform start, 1/12 count^2.
 
-With a Stribeck velocity v_s, friction at the speed v has fallen by
-excess (1 - exp(-(v/v_s)^exponent)). s(t) is then a table from a numerical integration, with the
-excess at the previous estimate of t0. Table and t0 are computed ROUNDS times.
+If a Stribeck velocity v_s > 0 is assumed, friction at the speed v is lower than the breakaway by
+excess (1 - exp(-(v/v_s)^exponent)). s(t) is then a table from a numerical integration, which uses
+the excess at the previous estimate of t0. Table and t0 are computed ROUNDS times.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Matrix, Vector
 
 Table = NDArray[np.float64]
-Tables = NDArray[np.float64]  # of several onsets
+Tables = NDArray[np.float64]  # tables of several onsets
 OK, NO_MOTION, NOT_POSITIVE = 0, 1, 2
 STATUS = {
     OK: "onset found",
@@ -44,7 +46,7 @@ STATUS = {
 }
 STEPS = 96  # steps of the travel table; step k ends at (k/STEPS)^2 of its duration
 ROUNDS = 4  # iterations between the onset and its excess
-# grid points of the first search; golden-section steps around the best one
+# grid points of the first search; golden-section steps around the best grid point
 COARSE, HALVINGS = 64, 30
 
 
@@ -80,13 +82,18 @@ def travel_tables(
     """Return the travel as cubic polynomials of the time t since the onset, (m, STEPS, 6).
 
     Row k of an onset is valid from t = duration * (k/STEPS)^2 to t = duration * ((k + 1)/STEPS)^2.
-    The columns are the start of this interval [s], 1/length [1/s], and the four coefficients, the
-    constant first, of a cubic in (t - start)/length.
+    The
+    columns are the start of this interval [s], 1/length [1/s], and the four coefficients, constant
+    first, of a cubic in (t - start)/length.
 
-    `duration` [s] and `excess` [N m | N] are (m,); `axes` (m, 3) are inertia, viscous, coulomb of
-    each onset. Friction falls by `excess`, from the breakaway to Coulomb friction, with the
-    Stribeck velocity `velocity`; if `velocity` is inf, friction does not fall. The method is
-    Runge-Kutta of order four, with short steps just after the onset, where friction falls fast. The
+    `duration` [s] and `excess` [N m | N] are (m,); `axes` (m, 3) contains inertia, viscous and
+    Coulomb
+    friction of each onset. Friction decreases by `excess`, from the breakaway to Coulomb friction,
+    with
+    the Stribeck velocity `velocity`; if `velocity` is inf, friction does not decrease. The method
+    is
+    Runge-Kutta of order four, with short steps just after the onset, where friction changes fast.
+    The
     loop over the onsets is the inner one, which is faster.
     """
     m = duration.shape[0]
@@ -140,7 +147,7 @@ def travel_tables(
 
 @kernel
 def looked_up(t: float, duration: float, table: Table) -> float:
-    """Return the travel [rad | m] at t [s] by one table of `travel_tables`; 0 for t <= 0."""
+    """Return the travel [rad | m] at t [s] from one table of `travel_tables`; 0 for t <= 0."""
     if t <= 0.0:
         return 0.0
     k = min(int(STEPS * math.sqrt(t / duration)), STEPS - 1)
@@ -162,20 +169,21 @@ def misfit(
     table_duration: float,
     table: Table,
 ) -> tuple[float, float]:
-    """Return the least weighted sum of squares for the onset `t0` [s], and the start [rad | m].
+    """Return the weighted sum of squares for the onset time `t0` [s], and the best start [rad | m].
 
-    The sum is `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change.
-    The start is the distance from the rest position to the first change.
+    The start is the distance from the rest position to the first change; it minimises the sum. The
+    sum
+    is `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change.
 
     - time: times at which the encoder's count changes, (n,), s
     - seen: distance from the first change to each change, (n,), rad | m
-    - ramp: |effort| at time 0, and its rate per s
-    - axis: inertia, viscous, coulomb
+    - ramp: |effort| at time 0 [N m | N], and its slope [N m/s | N/s]
+    - axis: inertia, viscous and Coulomb friction in SI units
     - expected: preferred start, rad | m
     - timing: weight of the preferred start relative to one change (module docstring)
     - resolution: encoder step, rad | m; the start is between 0 and one step
-    - table, table_duration: one table of `travel_tables`, and its duration, s; a table without
-      rows means that friction falls immediately
+    - table, table_duration: one table of `travel_tables`, and its duration, s; if the table has no
+      rows, friction drops immediately
     """
     excess = ramp[0] + ramp[1] * t0 - axis[2]
     n = time.shape[0]
@@ -210,7 +218,7 @@ def least_misfit(
     table_duration: float,
     table: Table,
 ) -> float:
-    """Return the onset [s] with the smallest `misfit`, at most `span` s before time[0].
+    """Return the onset time [s] with the smallest `misfit`, at most `span` s before time[0].
 
     `misfit` explains the other arguments.
     """
@@ -274,11 +282,11 @@ def onset_times(
     - counts: number of these columns, (m,)
     - ramps, axes: `ramp` and `axis` of each onset, (m, 2) and (m, 3)
     - span: length of the searched interval before the first change, (m,), s
-    - velocity: Stribeck velocity, rad/s | m/s; 0 if friction falls immediately, inf if friction
-      does not fall
-    - exponent: exponent of the fall of friction
-    - immediate: t0 of an immediate fall, with which the iteration begins, (m,); if NaN, it is
-      computed
+    - velocity: Stribeck velocity, rad/s | m/s; 0 if friction drops immediately at the onset, inf if
+      friction does not decrease
+    - exponent: exponent of the Stribeck curve
+    - immediate: t0 computed with the Stribeck velocity 0, from which the iteration starts, (m,), s;
+      computed here if NaN
 
     The other arguments are those of `misfit`.
     """
@@ -343,8 +351,8 @@ def onset_times(
 
 
 def search_span(resolution: float, rate: Vector, inertia: float, counts: float) -> Vector:
-    """Return the times (m,) [s] in which ramps of effort move the inertia by `counts` steps.
+    """Return the times (m,) [s] in which ramps of effort move an inertia by `counts` encoder steps.
 
-    Each ramp starts at 0 and grows by `rate` (m,) per s; no friction acts on the inertia.
+    Each ramp starts at 0 and grows by `rate` (m,) per s. No friction acts on the inertia.
     """
     return np.asarray(np.cbrt(6.0 * counts * resolution * inertia / rate))

@@ -21,11 +21,11 @@ from frictool.plant.weak_form import effort_weights
 from frictool.typing import Vector
 
 MOVED_COUNTS = 0.5  # least net distance of a motion, in counts
-# encoder changes used after an onset; later ones reveal more of the inertia than of the onset
+# number of encoder changes used after an onset; later changes depend more on the inertia
 CHANGES_USED = 4
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
-# distance of the effort below the line, in standard deviations, at which the ramp has ended
+# the ramp has ended if the effort is below the line by more than this many standard deviations
 LEFT_THE_RAMP = 5.0
 
 
@@ -33,7 +33,7 @@ LEFT_THE_RAMP = 5.0
 class BreakawayOnset:
     """One breakaway; the time is 0 at the first visible motion.
 
-    - direction: +1 or -1
+    - direction: direction of the motion, +1 or -1
     - level, rate: value at time 0 [N m | N] and slope [N m/s | N/s] of the line that is fitted to
       |effort| at rest
     - time: times at which the encoder's count changes, (n,), s
@@ -54,21 +54,21 @@ class BreakawayOnset:
 
 
 def is_ramp(record: MotionRecord, bench: Bench) -> bool:
-    """Return True if a log consists of breakaway ramps and has enough of them for `breakaway`."""
+    """Return True if a log consists of breakaway ramps, and has at least FEWEST_ONSETS onsets."""
     if not are_ramps(_rests(record), record.position, record.effort):
         return False
     return len(list(itertools.islice(_onsets(record, bench), FEWEST_ONSETS))) == FEWEST_ONSETS
 
 
 def _rests(record: MotionRecord) -> list[tuple[int, int]]:
-    """Return (start, stop) of each rest; the position changes at the sample `stop`."""
+    """Return (start, stop) of each interval at rest; the position changes at the sample `stop`."""
     return rests_of(
         (np.abs(np.diff(record.position)) > 0.5 * record.resolution) | (np.diff(record.piece) > 0)
     )
 
 
 def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
-    """Return every breakaway under a growing effort, outside the backlash."""
+    """Return every breakaway of a record under a growing effort and outside the backlash."""
     return list(_onsets(record, bench))
 
 
@@ -97,9 +97,9 @@ def _onsets(record: MotionRecord, bench: Bench) -> Iterator[BreakawayOnset]:
 def _onset(
     record: MotionRecord, start: int, end: int, until: int, direction: float
 ) -> BreakawayOnset | None:
-    """Return the breakaway that ends the rest [start, end), with its motion up to `until`.
+    """Return the breakaway after the rest [start, end); the motion is examined up to `until`.
 
-    The result is None if the effort is no ramp or the motion is too small.
+    Return None if the effort is not a ramp or the motion is too small.
     """
     ramp = slice(start + (end - start) // 2, end)
     time = record.time[ramp] - record.time[end]
@@ -141,7 +141,7 @@ def _onset(
 
 
 def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
-    """Return the weight `BreakawayOnset.timing`, the mean square distance in a sample, counts^2."""
+    """Return the weight `timing` of an onset: mean square distance per sample [counts^2]."""
     if time.size < 2:
         return 1.0  # any positive number: one change alone does not determine the position
     return float(
@@ -150,6 +150,6 @@ def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
 
 
 def _above(record: MotionRecord) -> float:
-    """Return the lead [samples] of the acting effort of a ramp over the logged effort."""
+    """Return the time [samples] by which the acting effort of a ramp leads the logged effort."""
     before, _, after = effort_weights(record.period, record.lag)
     return after - before

@@ -2,8 +2,8 @@
 
 The effort at an onset depends on the rest position within an encoder count. The times at which the
 count changes often do not determine this position. However, a test that ends each ramp after a
-fixed number of counts brings the axis to rest at nearly the same position within a count.
-Therefore, the mean rest position of all onsets is used (`OnsetData.rest`).
+fixed number of counts brings the axis to rest at nearly the same position within a count. The mean
+rest position of all onsets is therefore used (`OnsetData.rest`).
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ from frictool.typing import IntVector, Matrix, Vector
 PRIOR = 12.0  # 1/variance of a rest position that is uniform within its count, 1/count^2
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities
 ONSETS_COMPARED = 100
-SURELY = 1.0 + 1e-9  # factor on a limit, for the rounding of a sum in another order
-TOGETHER = 4  # number of onsets that one call of the kernel computes
+SURELY = 1.0 + 1e-9  # factor on a limit, since a sum in another order is rounded differently
+TOGETHER = 4  # largest number of onsets that one call of the kernel computes
 
 
 @dataclass(frozen=True)
 class _Sliding:
-    """Inertia and sliding friction in SI units; `shape` (n,) is a factor of `coulomb`."""
+    """Inertia and sliding friction in SI units; `shape` (n,) multiplies `coulomb` at each onset."""
 
     inertia: float
     viscous: float
@@ -55,16 +55,14 @@ class _Sliding:
 
     @property
     def key(self) -> tuple[float, float, float, float, bytes]:
-        """Return the values as a key of a dictionary."""
         shape = b"" if self.shape is None else self.shape.tobytes()
         return self.inertia, self.viscous, self.coulomb, self.offset, shape
 
 
 class OnsetTable:
-    """Onsets of ramps as arrays, and the results that were computed for them.
+    """Onsets of ramps as arrays, with a cache of the results.
 
-    - times, seen: changes of the encoder's count of each onset (`BreakawayOnset`), (n, k)
-    - level, rate, direction, timing: values of each onset, (n,)
+    - level, rate, direction, timing: values of each onset, (n,) (`BreakawayOnset`)
     - resolution: encoder step, rad | m
     """
 
@@ -92,13 +90,15 @@ class OnsetTable:
         """Return |effort| (m,), rest position (m,) and misfit (m,) of the onsets `which` (m,).
 
         The rest position is a fraction of an encoder count, 0 to 1. The misfit is the sum of the
-        squared differences between computed and logged travel, divided by their variance due to
-        sampling. If `which` is None, all onsets are computed.
+        squared
+        differences between computed and logged travel, divided by their variance due to sampling.
+        If
+        `which` is None, all onsets are computed.
 
         - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
         - shape: factor of `coulomb` at each onset, (n,); None if friction is constant
         - start: expected rest position, 0 to 1
-        - fall: fall of friction with the speed after the onset
+        - fall: Stribeck curve after the onset
         """
         sliding = _Sliding(axis["inertia"], axis["viscous"], axis["coulomb"], axis["offset"], shape)
         which = np.arange(self.level.size) if which is None else which
@@ -113,7 +113,10 @@ class OnsetTable:
     def _begins(
         self, sliding: _Sliding, start: float, fall: StribeckFall, which: IntVector
     ) -> Matrix:
-        """Return time [s], rest position [rad | m] and misfit (m, 3); NaN if not determined."""
+        """Return onset time [s], rest position [rad | m] and misfit (m, 3) of the onsets `which`.
+
+        Results are cached. NaN marks a result that the log does not determine.
+        """
         known = self._results.setdefault(
             (sliding.key, start, fall), np.full((self.level.size, 3), np.nan)
         )
@@ -136,7 +139,6 @@ class OnsetTable:
         fall: StribeckFall,
         immediate: Vector,
     ) -> Matrix:
-        """Return the results of `_begins`; `immediate`: onsets (m,) of an immediate fall [s]."""
         rate = self.rate[which]
         axes = np.empty((which.size, 3))
         axes[:, 0] = sliding.inertia
@@ -169,9 +171,10 @@ class OnsetData:
 
     - table: the onsets as arrays, with the encoder step
     - positions: positions and directions of the onsets
-    - offset: offset of the bench, N m | N; None if all onsets have one direction; the
-      argument `axis` of the methods then contains the offset
-    - fall: assumed fall of friction with the speed
+    - offset: offset of the bench, N m | N. If all onsets have the same direction, it is None, and
+      the
+      argument `axis` of the methods contains the offset.
+    - fall: assumed Stribeck curve after each onset
     """
 
     onsets: list[BreakawayOnset]
@@ -188,10 +191,11 @@ class OnsetData:
         fall: StribeckFall,
         most: float = math.inf,
     ) -> float:
-        """Return the mean misfit (`efforts`) of the onsets for an assumed fall of friction.
+        """Return the mean misfit (`OnsetTable.efforts`) of the onsets for a Stribeck curve.
 
-        Return inf as soon as the sum shows that the mean exceeds `most`. The onsets are evaluated
-        in the order `order`, those with the largest expected misfit first.
+        The onsets are evaluated in the order `order`, those with the largest expected misfit first.
+        The
+        result is inf as soon as the sum shows that the mean exceeds `most`.
         """
         squares: Vector = np.empty(order.size)
         partial_sum = 0.0
@@ -213,7 +217,7 @@ class OnsetData:
     def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
     ) -> StribeckVelocityRange:
-        """Return the falls of friction that agree with the onsets, for any parameters in `axis`."""
+        """Return the Stribeck curves that agree with the onsets, for any parameters in `axis`."""
         nominal = {name: known.value for name, known in axis.items()}
         ends = [
             {**nominal, name: end}
@@ -236,9 +240,12 @@ class OnsetData:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
         The position fitted to an onset is a linear function of the position that the fit assumes:
-        fitted = a + b assumed. The two are equal at a/(1 - b), which depends only on the times at
-        which the count changes. The result is the average of a/(1 - b) and the middle of the count
-        (uniform distribution), with weights 1/variance.
+        fitted =
+        a + b assumed. The two are equal at a/(1 - b), which depends only on the times at which the
+        count
+        changes. The result is the average of a/(1 - b) and the middle of the count (uniform
+        distribution),
+        with weights 1/variance.
         """
         low, high = (
             self.table.efforts(axis, shape, expected, self.fall)[1] for expected in (0.0, 1.0)
@@ -259,7 +266,8 @@ class OnsetData:
     ) -> Vector:
         """Return the friction |effort - offset| (n,) at the onsets [N m | N].
 
-        The assumed rest position is the mean plus `deviations` standard deviations (`rest`).
+        The assumed rest position is its mean plus `deviations` times its standard deviation
+        (`rest`).
         """
         offset = axis["offset"] if self.offset is None else self.offset
         mean, deviation = self.rest(axis, shape)
@@ -269,7 +277,7 @@ class OnsetData:
         )
 
     def shape(self, structure: PolynomialOrders, value: Vector) -> Vector:
-        """Return the fitted friction (n,) at the onsets, relative to its mean."""
+        """Return the fitted friction (n,) at the onsets, divided by its mean."""
         curve = self.positions.design(structure) @ value
         if structure.common:
             curve = curve - value[-1] * self.positions.direction
@@ -277,7 +285,10 @@ class OnsetData:
 
 
 def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
-    """Return the onsets of each direction that has at least FEWEST_ONSETS."""
+    """Return the onsets of the records; a direction with fewer than FEWEST_ONSETS is left out.
+
+    Raises UnusableLogs if no direction has enough onsets.
+    """
     onsets = [onset for record in records for onset in find_onsets(record, bench)]
     used = [
         onset

@@ -1,12 +1,12 @@
-"""Friction over position per direction (thesis 4.44), as polynomials of a tested order.
+"""Friction over position in each direction (thesis 4.44), as polynomials of a tested order.
 
     |friction| = sum_k c_k P_k(xi)
 
 xi is the position scaled to [-1, 1], and P_k is a Legendre polynomial, so that c_0 is the mean over
-the range of positions. Orders are compared by their leave-one-out errors at the same breakaways.
-The chosen order is the lowest with an error within two standard errors of the smallest error. The
-same rule decides between one polynomial per direction and a common polynomial with an offset of the
-effort.
+the range of positions. The orders are compared by their leave-one-out errors at the same
+breakaways. The chosen order is the lowest whose error is within two standard errors of the smallest
+error. The same rule decides between two models: one polynomial for each direction, or a common
+polynomial with an offset of the effort.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ HIGHEST_ORDER = 6
 # number of successive breakaways that are treated as one, and least number of such groups
 FOLLOWING, FEWEST_GROUPS = 4, 12
 SURE = 2.0  # standard errors within which two mean squares are treated as equal
-ROWS_PER_TERM = 6  # breakaways needed for each coefficient
+ROWS_PER_TERM = 6  # number of breakaways needed for each coefficient
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,9 @@ class PolynomialOrders:
     """Polynomial orders of the friction over position.
 
     - orders: order of the forward and of the backward polynomial; -1 for a direction without data
-    - common: True if both directions have one polynomial of order orders[0], plus an offset of the
-      effort
+    - common: True if both directions have the same polynomial, of order orders[0], and the effort
+      has
+      an offset
     """
 
     orders: tuple[int, int]
@@ -47,7 +48,10 @@ class PolynomialOrders:
 
 @dataclass(frozen=True)
 class BreakawayPositions:
-    """Positions (n,) [rad | m] and directions (n,), +-1, of breakaways; range [low, high]."""
+    """Position [rad | m] and direction (+1 or -1) of each breakaway, each (n,).
+
+    The positions are in the range [low, high].
+    """
 
     position: Vector
     direction: Vector
@@ -56,7 +60,7 @@ class BreakawayPositions:
 
     @property
     def scaled(self) -> Vector:
-        """Return xi (n,), the position scaled to [-1, 1]."""
+        """Return the position of each breakaway, scaled to [-1, 1], (n,)."""
         return (
             2.0 * (self.position - self.low) / (self.high - self.low) - 1.0
             if self.high > self.low
@@ -66,7 +70,8 @@ class BreakawayPositions:
     def design(self, structure: PolynomialOrders) -> Matrix:
         """Return the regressors (n, p) of the friction, first forward, then backward.
 
-        With a common polynomial the last column is the direction; its coefficient is the offset.
+        If the polynomial is common, the last column is the direction; its coefficient is the
+        offset.
         """
         if structure.common:
             return np.column_stack((legvander(self.scaled, structure.orders[0]), self.direction))
@@ -77,7 +82,7 @@ class BreakawayPositions:
         return np.column_stack(sides)
 
     def powers(self, coefficients: Vector) -> tuple[float, ...]:
-        """Return the coefficients of position^i (SI, constant first) of a Legendre series."""
+        """Return the coefficients of position^i (SI, constant term first) of a Legendre series."""
         series = Legendre(coefficients, domain=[self.low, self.high])
         return tuple(
             float(c) for c in series.convert(kind=Polynomial, domain=[-1, 1], window=[-1, 1]).coef
@@ -103,7 +108,8 @@ def fit_polynomials(
     """Return the least-squares coefficients of friction over position, in the order of `design`.
 
     Successive breakaways are not independent, because the rest position within an encoder count
-    changes slowly. FOLLOWING successive breakaways are therefore treated as one.
+    changes
+    slowly. FOLLOWING successive breakaways are therefore treated as one.
     """
     together = FOLLOWING if friction.size >= FOLLOWING * FEWEST_GROUPS else 1
     return solve(
@@ -115,9 +121,11 @@ def fit_polynomials(
 
 
 def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector]:
-    """Return the Legendre coefficients of the forward and the backward polynomial, order 0 first.
+    """Split fitted coefficients into those of the forward and those of the backward polynomial.
 
-    `value`: all coefficients in the order of `design`. A direction without data has an empty array.
+    `value` contains all coefficients in the order of `design`. The lowest order is first. A
+    direction
+    without data has an empty array.
     """
     if structure.common:
         return value[:-1], value[:-1]
@@ -126,7 +134,7 @@ def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector
 
 
 def choose_structure(positions: BreakawayPositions, friction: Vector) -> PolynomialOrders:
-    """Return the polynomial orders that the data support; friction (n,) [N m | N]."""
+    """Return the polynomial orders that the friction (n,) [N m | N] at the breakaways supports."""
     forward = positions.direction > 0.0
     present = (bool(np.any(forward)), bool(np.any(~forward)))
     orders = [

@@ -26,7 +26,7 @@ SEPARATOR = re.compile(r"\s*[,;\t]\s*|\s+")
 
 @dataclass(frozen=True)
 class RateTable:
-    """Single breakaways (n,), N m | N, and the rates of their ramps (n,), in any unit."""
+    """Breakaway efforts (n,), N m | N, and the rates of their ramps (n,), in any unit."""
 
     name: str
     effort: Vector
@@ -52,7 +52,9 @@ class BreakawayOverRate:
     """Breakaway as a function of the ramp's rate.
 
     - rates: mean breakaway at each rate, in ascending order of the rate
-    - per_decade: increase of the breakaway for a tenfold rate, N m | N; None for a single rate
+    - per_decade: increase of the breakaway if the rate is ten times as high, N m | N; None if the
+      table
+      has a single rate
     - interval: mean breakaway of all rates, and the range that contains the intervals of all rates
     """
 
@@ -62,7 +64,7 @@ class BreakawayOverRate:
 
 
 def read_rate_table(path: Path) -> RateTable:
-    """Return the table of a CSV file; raise LogError with the number of an invalid line."""
+    """Read a table from a CSV file; raise LogError with the number of an invalid line."""
     if path.stat().st_size > LARGEST:
         raise LogError(str(path), f"is too large for a breakaway table; allowed: {LARGEST} bytes")
     try:
@@ -102,8 +104,8 @@ def read_rate_table(path: Path) -> RateTable:
 def breakaway_over_rate(table: RateTable, confidence: float) -> BreakawayOverRate:
     """Return the breakaway at each rate of a table, and its increase with the rate.
 
-    A rate with a single breakaway is assumed to have the scatter of the other rates. Raises
-    LogError if every rate has a single breakaway.
+    If a rate has a single breakaway, the scatter of the other rates is assumed. Raises LogError if
+    every rate has a single breakaway.
     """
     rates, index = np.unique(table.rate, return_inverse=True)
     count = np.bincount(index)
@@ -134,10 +136,11 @@ def breakaway_over_rate(table: RateTable, confidence: float) -> BreakawayOverRat
 def _rise(
     decades: Vector, mean: Vector, intervals: list[Interval], confidence: float
 ) -> Interval | None:
-    """Return the slope of the mean breakaways (k,) over the logarithms `decades` of the rates (k,).
+    """Return the slope of the mean breakaways (k,) over the logarithms `decades` (k,) of the rates.
 
-    The half width follows from the intervals of the means or, if that is larger, from the scatter
-    of the means about the line.
+    The half width of the slope follows from the intervals of the means or, if that is larger, from
+    the
+    scatter of the means around the line.
     """
     if decades.size < 2:
         return None
@@ -155,7 +158,7 @@ def _rise(
 
 
 def rate_lines(over_rate: BreakawayOverRate, unit: str) -> list[str]:
-    """Return the breakaway at each rate as lines of text."""
+    """Return lines of text on the breakaway at each rate."""
     at = ", ".join(
         f"{one.rate:g}: {one.mean.value:.4g} [{one.mean.low:.4g}, {one.mean.high:.4g}] "
         f"({one.count})"

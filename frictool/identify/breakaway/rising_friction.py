@@ -3,9 +3,10 @@
     F_s(t) = full (1 - (1 - fresh) tau/(tau + t))      t: time at rest before the breakaway
                                                        (friction/rising_breakaway.py)
 
-For a fixed tau the law is linear in `full` and `full (1 - fresh)`; tau is searched. The law is used
+If tau is fixed, the law is linear in `full` and `full (1 - fresh)`; tau is searched. The law is
+used
 only if it predicts breakaways outside the fit better than a constant. The ramps must have different
-rates, because the time at rest hardly varies between ramps of one rate.
+rates, because the time at rest hardly varies between ramps of the same rate.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.typing import Matrix, Vector
 
 SPREAD = 3.0  # least ratio of the 95 % to the 5 % quantile of the times at rest
-REACH = 3.0  # tau is searched up to this factor below and above the times at rest
+REACH = 3.0  # tau is searched from shortest time at rest / REACH to longest time * REACH
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,12 @@ class RisingFriction:
 def rising_friction(
     rested: Vector, direction: Vector, friction: Vector, confidence: float
 ) -> RisingFriction | None:
-    """Return the law, or None if a constant breakaway predicts equally well.
+    """Fit the growth of the breakaway with the time at rest.
+
+    Return None if a constant breakaway predicts equally well.
 
     - rested: time at rest before each breakaway, (n,), s
-    - direction: direction of each breakaway, (n,), +-1
+    - direction: direction of each breakaway, (n,), +1 or -1
     - friction: friction at each breakaway, (n,), N m | N
     """
     shortest, longest = np.quantile(rested, [0.05, 0.95])

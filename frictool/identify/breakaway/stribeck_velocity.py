@@ -1,15 +1,16 @@
 """Range of Stribeck velocities that agree with the logged motion after breakaways.
 
-Friction falls from the breakaway to Coulomb friction with increasing speed (thesis 2.34). With a
-slow fall, the encoder shows the motion later. The breakaway is then too high if an immediate fall
-is assumed.
+With increasing speed, friction decreases from the breakaway to Coulomb friction (thesis 2.34). If
+it decreases slowly, the encoder shows the motion later. The computed breakaway is then too high if
+friction is assumed to drop immediately.
 
 The misfit of an onset of motion is the sum of the squared differences between computed and logged
-travel, divided by their variance (`onset_friction`). A pair of Stribeck velocity and exponent is
-allowed if its mean misfit over all onsets exceeds the least one, with the preferred exponent, by at
-most the chi-square quantile with one degree of freedom. The mean replaces the sum, because timing
-errors are the same at every onset of a repetitive test. The other exponents only widen the
-interval, because they can imitate friction that varies with position.
+travel, divided by their variance (`onset_friction`). The mean misfit over all onsets is computed
+for pairs of Stribeck velocity and exponent. Its smallest value with the preferred exponent is the
+reference. A pair is allowed if its mean misfit exceeds the reference by at most the chi-square
+quantile with one degree of freedom. The mean replaces the sum, because timing errors are the same
+at every onset of a repetitive test. The other exponents only widen the interval, because they can
+imitate friction that varies with position.
 """
 
 from __future__ import annotations
@@ -23,16 +24,16 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import scipy
 
-# Stribeck velocities relative to the speed at which the ramp alone passes a count
+# Stribeck velocities relative to the speed after one count if only the ramp accelerates the axis
 GRID = np.geomspace(0.02, 20.0, 24)
 EXPONENTS = (2.0, 1.0, 0.5)  # exponents of the Stribeck curve in fits, the preferred one first
 
 
 class StribeckFall(NamedTuple):
-    """Fall of friction with the speed v, proportional to 1 - exp(-(v/velocity)^exponent).
+    """Stribeck curve: decrease of friction with the speed v from breakaway to Coulomb friction.
 
-    `velocity`: Stribeck velocity, rad/s | m/s; 0 if friction falls immediately, inf if it does not
-    fall.
+    The decrease is proportional to 1 - exp(-(v/velocity)^exponent). `velocity` is the Stribeck
+    velocity, rad/s | m/s; 0 if friction drops immediately, inf if friction does not decrease.
     """
 
     velocity: float
@@ -44,7 +45,7 @@ NO_FALL = StribeckFall(math.inf)
 
 
 class Misfit(Protocol):
-    """Function that returns the mean misfit of the onsets for a fall of friction."""
+    """Function that returns the mean misfit of the onsets for a Stribeck curve."""
 
     def __call__(self, fall: StribeckFall, most: float) -> float:
         """Return the misfit averaged over the onsets, or inf if the average exceeds `most`."""
@@ -52,10 +53,10 @@ class Misfit(Protocol):
 
 @dataclass(frozen=True)
 class StribeckVelocityRange:
-    """Assumed falls of friction with speed, for which a breakaway and its interval are computed.
+    """Stribeck curves with which a breakaway and its interval are computed.
 
-    - value: fall with which the value of the breakaway is computed
-    - ends: other allowed falls; the interval contains the breakaways computed with them
+    - value: Stribeck curve with which the value of the breakaway is computed
+    - ends: other allowed curves; the interval contains the breakaways computed with them
     - known: True if the range comes from another log and not from the onsets
     """
 
@@ -70,26 +71,26 @@ class StribeckVelocityRange:
 
     @property
     def low(self) -> float:
-        """Return the least Stribeck velocity in the interval, rad/s | m/s."""
+        """Return the smallest Stribeck velocity of `ends`, rad/s | m/s."""
         return min(end.velocity for end in self.ends)
 
     @property
     def high(self) -> float:
-        """Return the largest Stribeck velocity in the interval, rad/s | m/s."""
+        """Return the largest Stribeck velocity of `ends`, rad/s | m/s."""
         return max(end.velocity for end in self.ends)
 
 
 def allowed_fall(
     nominal: Misfit, ends: Sequence[Misfit], scale: float, confidence: float
 ) -> StribeckVelocityRange:
-    """Return the falls of friction after a breakaway that agree with the onsets of motion.
+    """Return the Stribeck curves that agree with the logged motion after breakaways.
 
     Parameters
     ----------
     nominal
-        Misfit function with the axis's most likely parameters.
+        Misfit function for the most likely parameters of the axis.
     ends
-        Misfit functions, each for one parameter of the axis at an end of its interval.
+        Misfit functions; each has one parameter of the axis at an end of its interval.
     scale
         Speed after one count if only the ramp accelerates the axis, rad/s | m/s.
     confidence
@@ -99,8 +100,10 @@ def allowed_fall(
     -------
     StribeckVelocityRange
         For each exponent, the ends are the velocities of the grid just outside the allowed range.
-        The value is an immediate fall if this is allowed, else the fall with the preferred
-        exponent and the least misfit.
+        The
+        value is the Stribeck velocity 0 if it is allowed, else the curve with the preferred
+        exponent
+        and the smallest misfit.
     """
     columns = [
         [IMMEDIATE, *(StribeckFall(scale * step, exponent) for step in steps.tolist()), NO_FALL]

@@ -1,4 +1,4 @@
-"""Excitation tests for a bench, one module per kind, and the information that a test provides."""
+"""Excitation tests for a bench, with the expected precision of the parameters."""
 
 from typing import TYPE_CHECKING
 

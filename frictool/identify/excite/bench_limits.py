@@ -5,8 +5,8 @@ intervals can therefore follow a reference within these limits (thesis 4.2.3):
 
     inertia_high |a| + viscous_high |v| + coulomb_high + |offset| + load.most <= constant_low limit
 
-a is the acceleration, v the velocity, constant the drive constant, and limit the drive's limit;
-low and high are ends of the a-priori intervals.
+a is the acceleration, v the velocity, constant the drive constant, and limit the drive's limit; low
+and high are ends of the a-priori intervals.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from frictool.identify.excite.cramer_rao import DeclaredLoads, PriorAxis, Sensor
 from frictool.identify.rows.load_terms import HARMONICS, declared_terms, wave_number
 from frictool.typing import Vector
 
-MARGIN = 0.05  # share of the travel kept free at either end
+MARGIN = 0.05  # share of the travel that a test does not use at either end
 ROUNDING = 1e-9
 
 
@@ -36,8 +36,8 @@ class BenchLimits:
     - speed: top speed
     - effort: effort of the weakest actuator at the drive's limit
     - inertia, viscous, coulomb, offset: largest a-priori values
+    - drive, drive_limit: name of the drive signal, and its limit, A | V
     - load: largest effort of the declared loads over the travel
-    - drive, drive_limit: drive signal and its limit, A | V
     """
 
     axis: str
@@ -74,7 +74,7 @@ class BenchLimits:
 
 
 def limits_of(bench: Bench) -> BenchLimits:
-    """Return the limits of a bench.
+    """Return the worst-case limits of a bench.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def limits_of(bench: Bench) -> BenchLimits:
 
 
 def known_load(bench: Bench) -> float:
-    """Return the largest effort of the declared loads (`load.most`), N m | N; 0 if undeclared."""
+    """Return the largest effort of the declared loads (`load.most`), N m | N; 0 if not stated."""
     return (
         max(bench.load.most.interval)
         if bench.load is not None and bench.load.most is not None
@@ -126,7 +126,7 @@ def known_load(bench: Bench) -> float:
 
 
 def unsaid_load(bench: Bench) -> str | None:
-    """Return a warning if the bench declares a load over position without `load.most`."""
+    """Return a warning if the bench declares a load over position but no `load.most`, else None."""
     named = [term for term in OVER_POSITION if bench.load is not None and term in bench.load.terms]
     if not named or (bench.load is not None and bench.load.most is not None):
         return None
@@ -138,9 +138,9 @@ def unsaid_load(bench: Bench) -> str | None:
 
 
 def axis_known(bench: Bench) -> PriorAxis:
-    """Return the nominal a-priori axis, but with the largest backlash.
+    """Return the axis with nominal a-priori parameters, but with the largest backlash.
 
-    A friction with the value 0 is replaced by the upper end of its interval.
+    A friction parameter with the value 0 is replaced by the upper end of its interval.
     """
     known = bench.mechanics
     backlash = max(known.backlash.interval) if known.backlash else 0.0
@@ -150,7 +150,7 @@ def axis_known(bench: Bench) -> PriorAxis:
 
 
 def declared_loads(bench: Bench) -> DeclaredLoads:
-    """Return the loads that the bench declares; without any, the only load is a constant effort."""
+    """Return the loads that the bench declares; the default is a constant offset of the effort."""
     if bench.load is None:
         return DeclaredLoads()
     terms = bench.load.terms
@@ -166,7 +166,7 @@ def declared_loads(bench: Bench) -> DeclaredLoads:
 def sensing_of(bench: Bench, noise: float | None = None) -> SensorPrecision:
     """Return sample period, encoder step and effort noise of a bench.
 
-    `noise` is the standard deviation of the measured drive, A | V; None for the default.
+    `noise` is the standard deviation of the measured drive, A | V; None selects 0.2 % of its limit.
     """
     drive = bench.actuator
     measured = DRIVE_NOISE_SHARE * drive.limit.value if noise is None else noise

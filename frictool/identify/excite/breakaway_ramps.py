@@ -1,16 +1,16 @@
 """Breakaway ramps in both directions over the travel (thesis, figure 4.6).
 
-The drive rises from zero until the axis moves; then the drive returns to zero and rises again.
-Each ramp is a segment of the sequence: a pause at zero, then the rise to the largest breakaway.
-The test controller goes on to
+The drive signal rises from zero until the axis moves; then the signal returns to zero and rises
+again. Each ramp is a segment of the sequence: a pause at zero, then the rise to the largest
+breakaway. The test controller goes on to
 
 - the next segment, as soon as the encoder has moved by `advance_on` since the segment began;
 - the first segment of the other direction, as soon as the position passes `low` or `high`.
 
-Without these rules (`open_loop`) the drive reaches the top of every ramp. In both cases the test is
-simulated first on three axes: the nominal axis, the lightest axis with the least friction, and the
-heaviest axis with the most friction. The simulation has no load, since the shape of the load is
-unknown; the tops of the ramps are raised by `load.most`.
+Without these rules (`open_loop`), the drive signal reaches the top of every ramp. In both cases the
+test is simulated first on three axes: the nominal axis, the lightest axis with the least friction,
+and the heaviest axis with the most friction. The simulation has no load, since the shape of the
+load is unknown; the tops of the ramps are raised by `load.most`.
 
 After a breakaway under a ramp of R [N m/s | N/s], the encoder shows a count after at most t =
 (6 inertia step/R)^(1/3), with the encoder step `step`. In this time the effort grows by R t. The
@@ -35,26 +35,26 @@ from frictool.identify.excite.excitation_sequence import ExcitationSequence, com
 from frictool.plant.axis import POSITION, AxisParameters, rest
 from frictool.typing import Vector
 
-LATENESS = 0.05  # growth of the effort until a count shows, relative to the breakaway
-SLOWEST_RISE = 1.0  # s, least duration of a ramp up to the expected breakaway
-PAUSE = 0.05  # s, at zero before each ramp
-# breakaway over Coulomb friction, least, expected and largest, if the bench does not declare it
+LATENESS = 0.05  # growth of the effort until the encoder shows a count, over the breakaway
+SLOWEST_RISE = 1.0  # s, shortest duration of a ramp up to the expected breakaway
+PAUSE = 0.05  # s, pause at zero before each ramp
+# breakaway over Coulomb friction (least, expected, largest) if the bench states no breakaway
 # (tables 4.8 and 4.1)
 RATIOS = (1.0, 1.1, 1.5)
 HEADROOM = 1.1  # top of a ramp relative to the largest breakaway
 SEGMENTS = 40  # number of ramps over the travel
 LEAST_COUNTS = 2.0
-SPARE = 1.5  # segments written, relative to those that the slowest axis needs
+SPARE = 1.5  # number of segments written, relative to the number that the slowest axis needs
 NAMES = ("lightest", "nominal", "heaviest")
 
 
 class Ramp(NamedTuple):
-    """Ramp of the drive, and the rules for playing it.
+    """Ramp of the drive signal, and the rules for playing it.
 
     - rate, top: slope and largest value of the drive signal, A/s | V/s and A | V
     - low, high: positions at which the direction changes, rad | m
     - advance_on: distance after which the next segment begins, rad | m
-    - open_loop: True if the drive reaches the top of every ramp
+    - open_loop: True if the drive signal reaches the top of every ramp
     """
 
     rate: float
@@ -98,7 +98,7 @@ def breakaway_range(bench: Bench) -> tuple[float, float, float]:
 
 
 def effort_rate(bench: Bench) -> float:
-    """Return the rate of the ramps, N m/s | N/s."""
+    """Return the default slope of the ramps, N m/s | N/s."""
     expected = breakaway_range(bench)[1]
     shown = (LATENESS * expected) ** 1.5 / math.sqrt(
         6.0 * bench.mechanics.inertia.value * bench.encoder.resolution
@@ -119,7 +119,8 @@ def breakaway_ramps(
 
     - top: largest drive signal, A | V; None for the default
     - rate: slope of the drive signal, A/s | V/s; None for the default
-    - open_loop: True if the drive reaches the top of every ramp
+    - repetitions: number of rounds, each with ramps forward and backward over the travel
+    - open_loop: True if the drive signal reaches the top of every ramp
     - segments: number of ramps over the travel in each direction
 
     Raises NoSolutionError if a limit is exceeded; the message names the limit.

@@ -3,7 +3,8 @@
 A run is a motion in one direction from rest to rest. Its speed rises and falls as a raised cosine
 and is constant in between. The spare effort (`half_sines.spare_effort`) is the part of the largest
 effort that dry friction and load do not need. Half of it accelerates the axis, and half overcomes
-viscous friction at the top speed. The rise and fall of the fastest run take half of the travel.
+viscous friction at the top speed. The fastest run accelerates and decelerates over half of the
+travel.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from frictool.identify.excite.bench_limits import BenchLimits
 from frictool.identify.excite.half_sines import TOP_SHARE, Motion, joined, spare_effort
 
 SPEEDS = 10  # default number of speeds
-DURATION = 60.0  # s, default duration of all runs without their ramps
+DURATION = 60.0  # s, default total duration of all runs at their constant speeds
 FEWEST_SAMPLES = 400  # least number of samples of a run; `stribeck-curve` leaves out its ends
 FEWEST_COUNTS = 50.0  # least distance of the slowest run, in encoder counts
 RANGE = 1000.0  # largest ratio of two speeds
@@ -38,12 +39,13 @@ def chosen_speeds(
     duration
         Total duration of all runs at their constant speeds [s].
     count
-        Number of speeds, each in both directions.
+        Number of speeds, each of which is run in both directions.
 
     Raises
     ------
     NoSolutionError
-        If friction and load leave no effort, or if the slowest speed is not below the fastest.
+        If friction and load need all of the effort, or if the slowest speed is not below the
+        fastest.
     """
     spare = 0.5 * spare_effort(limits)
     top = TOP_SHARE * limits.speed
@@ -85,9 +87,9 @@ def constant_speeds(
 
 
 def _run(limits: BenchLimits, period: float, speed: float, duration: float) -> Motion:
-    """Return position, velocity and acceleration (n,) of a run from rest at position 0 to rest.
+    """Return position, velocity and acceleration (n,) of one run from rest at position 0 to rest.
 
-    The speed is constant for `duration` [s], or for less if the travel is too short.
+    The speed is constant for `duration` [s], or for a shorter time if the travel is too short.
     """
     acceleration = 0.5 * spare_effort(limits) / limits.inertia
     ramp = max(SHORTEST_RAMP, math.ceil(0.5 * math.pi * speed / acceleration / period))

@@ -1,4 +1,4 @@
-"""Cramér-Rao bound of a sliding test, from its planned trajectory.
+"""Cramér-Rao bound of the sliding parameters for a test with a planned trajectory.
 
 The equation of motion at sample k contains the measured position x and effort u with their errors
 e_x and e_u:
@@ -15,11 +15,11 @@ a stroke has the information
 
 The information of the test is the sum of M over all strokes. No unbiased estimator has a variance
 below the diagonal of the inverse of this sum. If the bench declares loads (`load.terms`), G has an
-additional column for each of their parameters; the strokes are centred on the middle of the travel.
-If the bench declares that there is no offset, G has no column for it.
+additional column for each load parameter; the strokes are centred on the middle of the travel. If
+the bench declares that there is no offset, G has no column for the offset.
 
-Effects that a test must separate from friction and inertia (`PriorAxis.effects`) are further
-columns: a spring has the column x - middle, and a delay of the effort the column -du/dt, where
+Effects that a test must separate from friction and inertia (`PriorAxis.effects`) add columns to G.
+A spring has the column x - middle. A delay of the effort has the column -du/dt, where
 u = inertia a + viscous v between the reversals. Along half sines of equal distance and duration,
 the acceleration is proportional to x - middle, and du/dt is a sum of acceleration, speed and a
 constant. Only strokes of different lengths therefore separate these effects from the parameters.
@@ -43,8 +43,8 @@ from frictool.typing import Vector
 # order of the columns of G and of every bound
 SLIDING = ("inertia", "viscous", "coulomb", "offset")
 DELAY = "delay"
-NOISE_COUNTS = 2.0  # distance beyond the backlash, in counts, at which samples are used
-SLOWEST = 0.02  # least speed relative to the top speed of a stroke
+NOISE_COUNTS = 2.0  # samples closer to the end of the backlash, in counts, are not used
+SLOWEST = 0.02  # smallest speed of a used sample, relative to the top speed of the stroke
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,9 @@ class DeclaredLoads:
 
 @dataclass(frozen=True)
 class PriorAxis:
-    """A-priori axis of a test, in SI units.
+    """Axis with a-priori parameters in SI units, for the design of a test.
 
-    - backlash: full width, rad | m; samples inside the backlash are not used
+    - backlash: full width of the backlash, rad | m; samples inside the backlash are not used
     - loads: declared loads
     - middle: middle of the travel and of the strokes, rad | m
     - effects: effects of unknown size, `delay` or `spring`; each adds a regressor
@@ -104,7 +104,7 @@ class PlannedStroke:
 
     @property
     def duration(self) -> float:
-        """Return the duration of one stroke, s: distance = 2 V duration/pi."""
+        """Return the duration of one stroke, s, from distance = 2 V duration/pi."""
         return TOP_SPEED * self.distance / self.speed
 
     @property
@@ -116,8 +116,9 @@ class PlannedStroke:
 def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
     """Return the information matrix M (p, p) of all strokes, each in both directions.
 
-    Rows and columns are in the order of the columns of `regressors`; the effects are last. Without
-    their rows and columns, M is the information of an axis without these effects.
+    Rows and columns are in the order of the columns of `regressors`; the effects are last. If their
+    rows
+    and columns are removed, M is the information about an axis without these effects.
     """
     total: Vector | None = None
     for stroke in strokes:
@@ -133,12 +134,18 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
 
 
 def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
-    """Return inertia, viscous, Coulomb and offset (4,) of `values` (p,); a missing offset is 0."""
+    """Return the inertia, viscous, Coulomb and offset entries (4,) of `values` (p,).
+
+    If the axis has no offset, this entry is 0.
+    """
     return np.asarray([*values[:3], values[3] if axis.loads.offset else 0.0])
 
 
 def cramer_rao(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
-    """Return the bounds (4,) of inertia, viscous, Coulomb and offset (SI); inf if undetermined."""
+    """Return the bounds (4,) of inertia, viscous, Coulomb and offset (SI); inf if undetermined.
+
+    A bound is a standard deviation.
+    """
     matrix = information(strokes, axis, sensing)
     scale = np.sqrt(np.diag(matrix))
     if not np.all(scale > 0.0):
@@ -154,8 +161,8 @@ def regressors(
 ) -> Vector:
     """Return the regressors (n, p) at the samples of a stroke that slip outside the backlash.
 
-    `side` is 1 for forward and -1 for backward. The columns are inertia, viscous, Coulomb, the
-    offset if the axis has one, the loads, and the effects.
+    `side` is 1 for forward and -1 for backward. The columns are inertia, viscous friction, Coulomb
+    friction, the offset if the axis has one, the loads, and the effects.
     """
     duration = stroke.duration
     samples = max(0, math.floor(duration / sensing.period))
@@ -187,7 +194,7 @@ def regressors(
 
 
 def _of_term(term: str, wave: float, position: Vector, velocity: Vector) -> list[Vector]:
-    """Return the columns (n,) of a term of rows/load_terms.py."""
+    """Return the columns (n,) of a load term of rows/load_terms.py."""
     if wave > 0.0:
         return [np.sin(wave * position), np.cos(wave * position)]
     return [position if term == SPRING else np.minimum(velocity, 0.0)]

@@ -1,4 +1,4 @@
-"""Excitation tests by name: settings and construction."""
+"""Excitation tests by name, and their settings."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from frictool.identify.excite.sines import DURATION, SPEEDS, plan, sines
 from frictool.identify.excite.steps import steps
 
 SINE_DURATION = 10.0  # s, default
-LONGEST = 10_000_000  # samples, longest test; a longer one is a mistaken setting
+LONGEST = 10_000_000  # samples of the longest test; a longer test is probably a wrong setting
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class ExcitationSettings:
     - amplitude: half the distance of a stroke, rad | m; for ramps the largest drive signal, A | V
     - frequency: frequency of the sine, Hz
     - speed: top speed, rad/s | m/s
-    - rate: slope of the ramps, units of the drive per s
+    - rate: slope of the ramps, A/s | V/s
     - duration: duration of the test, s
-    - repetitions, speeds, harmonics: number of each
+    - repetitions, speeds, harmonics: numbers of repetitions, of speeds, and of harmonics
     - seed: seed of the random reversal positions
     - open_loop: True if every ramp is played to its top
     """
@@ -67,12 +67,12 @@ def excite(kind: str, bench: Bench, settings: ExcitationSettings) -> ExcitationS
     bench
         Bench whose limits the test respects.
     settings
-        Settings of the test; None in a field selects the default.
+        Settings of the test; a field that is None selects the default.
 
     Returns
     -------
     ExcitationSequence
-        Reference or drive command, one row per sample, SI units.
+        Reference or drive command in SI units, one row per sample.
 
     Raises
     ------
@@ -116,8 +116,8 @@ def _stroke(
 ) -> PlannedStroke:
     """Return the stroke with the top speed 2 pi f A, from frequency f and amplitude A.
 
-    Settings that are None are as large as the limits allow. Without any setting, the best stroke is
-    chosen.
+    A setting that is None becomes as large as the limits allow. If all settings are None, the best
+    stroke is chosen.
     """
     speed, frequency = settings.speed, settings.frequency
     if settings.amplitude is None and speed is None and frequency is None:

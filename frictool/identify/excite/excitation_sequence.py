@@ -18,7 +18,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ExcitationSequence(ResultView):
-    """Test sequence, one row per sample.
+    """Test sequence with one row per sample.
 
     - period: sample period, s
     - columns: samples (n,) of each signal by its name, SI units
@@ -36,18 +36,18 @@ class ExcitationSequence(ResultView):
 
     @property
     def time(self) -> Vector:
-        """Return the time (n,) in s."""
+        """Return the time (n,) of each sample, s."""
         return np.asarray(
             np.arange(next(iter(self.columns.values())).size) * self.period, dtype=np.float64
         )
 
     @property
     def duration(self) -> float:
-        """Return the duration in s."""
+        """Return the duration of the sequence, s."""
         return next(iter(self.columns.values())).size * self.period
 
     def as_log(self, source: str) -> Log:
-        """Return the sequence as a log, with rule and figures as metadata."""
+        """Return the sequence as a log, with `rule` and `figures` as metadata."""
         about = {
             "kind": self.kind,
             "rule": self.rule,
@@ -71,7 +71,7 @@ class ExcitationSequence(ResultView):
 def reference_sequence(
     kind: str, bench: Bench, motion: tuple[Vector, Vector, Vector], figures: dict[str, float]
 ) -> ExcitationSequence:
-    """Return a reference sequence of position, velocity and acceleration, each (n,)."""
+    """Return a sequence with the reference position, velocity and acceleration, each (n,)."""
     position, velocity = si_unit("position", bench.axis), si_unit("velocity", bench.axis)
     names = ("reference", "reference_velocity", "reference_acceleration")
     units = dict(zip(names, (position, velocity, f"{velocity}^2"), strict=True))

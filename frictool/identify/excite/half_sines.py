@@ -11,14 +11,14 @@ from frictool.identify.excite.bench_limits import BenchLimits
 from frictool.typing import Vector
 
 Motion = tuple[Vector, Vector, Vector]  # position, velocity and acceleration, each (n,)
-# share of the worst axis's speed and effort that is used; the rest is for the position loop
+# used share of the worst axis's speed and effort; the position loop needs the remainder
 TOP_SHARE = 0.9
 
 
 def half_sine(start: float, end: float, speed: float, period: float) -> Motion:
-    """Return position, velocity and acceleration (n,) of a half sine.
+    """Return position, velocity and acceleration (n,) of a half sine from `start` to `end`.
 
-    The half sine goes from `start` to one sample before `end`; its top speed is at most `speed`.
+    The last sample is one sample before `end`; the top speed is at most `speed`.
     """
     samples = max(2, math.ceil(0.5 * math.pi * abs(end - start) / (speed * period)))
     rate = math.pi / (samples * period)
@@ -40,7 +40,7 @@ def joined(parts: list[Motion], end: float) -> Motion:
 
 
 def spare_effort(limits: BenchLimits) -> float:
-    """Return TOP_SHARE times the effort at the drive's limit, minus dry friction and load, N m | N.
+    """Return 90 % of the effort at the drive's limit, minus dry friction and load, N m | N.
 
     Raises NoSolutionError if the result is not positive.
     """
@@ -59,9 +59,11 @@ def reachable_speed(limits: BenchLimits, distance: float) -> float:
     """Return the largest top speed of a half sine over `distance`, rad/s | m/s.
 
     Along a half sine, the acceleration and the speed are 90 degrees out of phase. The largest
-    effort is therefore sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load, with the
-    top speed V and w = 2 V/distance. The largest effort must not exceed TOP_SHARE of the effort at
-    the drive's limit. Raises NoSolutionError if friction and load need all of this effort.
+    effort is
+    therefore sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load, with the top speed
+    V
+    and w = 2 V/distance. The largest effort must not exceed TOP_SHARE of the effort at the drive's
+    limit. Raises NoSolutionError if friction and load need all of this effort.
     """
     left = spare_effort(limits)
     fourth = (2.0 * limits.inertia / distance) ** 2

@@ -3,7 +3,7 @@
     v(t) = V sum_k cos(2 pi k f t + phase_k)
     phase_k = -pi k (k - 1)/K      (Schroeder 1970)
 
-V is the speed amplitude, K the number of harmonics, and f the frequency of the first one. The
+V is the speed amplitude, K the number of harmonics, and f the frequency of the first harmonic. The
 search starts from Schroeder's phases (Van der Ouderaa, Schoukens and Renneboog 1988). In each
 iteration, the speed is clipped over time; the harmonics of the clipped speed give the next phases,
 and the amplitudes are reset to V.
@@ -20,7 +20,7 @@ from frictool.identify.excite.half_sines import TOP_SHARE, Motion, spare_effort
 from frictool.typing import Vector
 
 HARMONICS = 10
-POINTS = 64  # number of points of a period, divided by the number of harmonics
+POINTS = 64  # number of points per period and harmonic
 CLIP = 0.9
 SWAPS = 200
 SLOWEST = 0.2  # Hz, lowest frequency if the travel is endless
@@ -33,15 +33,15 @@ def schroeder(harmonics: int) -> Vector:
 
 
 def crest(phases: Vector) -> float:
-    """Return the crest factor (largest absolute value/rms) of equal cosines with these phases."""
+    """Return the crest factor (largest absolute value/rms) of equal cosines with `phases`."""
     speed = _period(phases)
     return float(np.abs(speed).max() / np.sqrt(np.mean(speed**2)))
 
 
 def low_crest(harmonics: int) -> Vector:
-    """Return the phases (harmonics,) in rad with the lowest crest factor of the search.
+    """Return the phases (harmonics,) in rad with the lowest crest factor that the search reaches.
 
-    This crest factor is never above the crest factor of Schroeder's phases.
+    The crest factor is never above the crest factor of Schroeder's phases.
     """
     phases = best = schroeder(harmonics)
     for _ in range(SWAPS):
@@ -64,7 +64,7 @@ def _circle(phases: Vector) -> Vector:
 def _sums(angle: Vector, phases: Vector) -> tuple[Vector, Vector, Vector]:
     """Return position, speed and acceleration at angles (n,) [rad] of the first harmonic.
 
-    Each harmonic has the speed amplitude 1; the first has the frequency 1 rad/s.
+    Each harmonic has the speed amplitude 1; the first harmonic has the frequency 1 rad/s.
     """
     k = np.arange(1, phases.size + 1)
     terms = np.outer(angle, k) + phases
@@ -81,10 +81,13 @@ def multisine(
 ) -> tuple[Motion, dict[str, float]]:
     """Return position, velocity and acceleration (n,), and numbers that describe the motion.
 
+    - period: sample period, s
     - phases: phases of the harmonics, (harmonics,), rad
     - frequency: frequency of the first harmonic, Hz; None for the frequency at which travel and
-      speed both reach their limits
-    - amplitude: half the range of positions, rad | m; None: as large as the limits allow
+      speed
+      both reach their limits
+    - amplitude: half the range of positions, rad | m; None for the largest that the limits allow
+    - repetitions: number of periods
     """
     coarse = _sums(_circle(phases), phases)
     reach = 0.5 * float(np.ptp(coarse[0]))
@@ -126,7 +129,7 @@ def multisine(
 
 
 def _effort_bound(limits: BenchLimits, velocity: Vector, acceleration: Vector) -> float:
-    """Return the largest factor by which a motion can be scaled so that the worst axis follows."""
+    """Return the largest factor on a motion with which the worst axis can still follow it."""
     return spare_effort(limits) / float(
         np.abs(limits.inertia * acceleration + limits.viscous * velocity).max()
     )

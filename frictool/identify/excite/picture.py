@@ -8,7 +8,7 @@ from frictool.identify.excite.excitation_sequence import ExcitationSequence
 from frictool.presentation.decimation import decimated_indices
 from frictool.presentation.svg import drawing, render
 
-WIDTH, HEIGHT = 7.0, 1.8  # inches, of each axes
+WIDTH, HEIGHT = 7.0, 1.8  # size of each panel, inches
 
 
 def picture(sequence: ExcitationSequence) -> str:

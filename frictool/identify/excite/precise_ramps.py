@@ -1,8 +1,8 @@
 """Breakaway ramps that reach a requested precision in the shortest time.
 
-An onset is the moment at which a ramp starts to move the axis. The error of the breakaway has a
-part that averages out over onsets, and a part due to the range of the inertia
-(assess/ramp_precision.py). Both parts grow with the rate of the ramps, whereas the duration of a
+An onset is the moment at which a ramp starts to move the axis. The breakaway has two errors: one
+averages out over the onsets, the other is due to the range of the inertia
+(assess/ramp_precision.py). Both errors grow with the rate of the ramps, whereas the duration of a
 ramp decreases. The rate with the shortest test is searched on a grid.
 """
 
@@ -27,11 +27,11 @@ from frictool.identify.excite.breakaway_ramps import (
 from frictool.identify.excite.precise_strokes import QUANTILE, PreciseTest, PrecisionRequest
 
 RATES = np.geomspace(0.02, 1.0, 35)  # relative to the rate of `excite --kind breakaway`
-FEWEST_ONSETS = 24  # least number in both directions; `identify` needs 5, and may drop half
+FEWEST_ONSETS = 24  # least number of onsets in both directions together
 
 
 def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
-    """Return ramps with the requested precision of the breakaway.
+    """Design ramps that give the breakaway with a requested precision.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def _onsets(single: float, common: float, limit: float) -> float:
 
 
 def _middle_part(limits: BenchLimits, segments: int) -> BenchLimits:
-    """Return the limits with only the middle of the travel, in which `segments` ramps are played.
+    """Return limits that allow only the middle of the travel, long enough for `segments` ramps.
 
     A ramp then moves the axis as far as a ramp of `excite --kind breakaway`.
     """

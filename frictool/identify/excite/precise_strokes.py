@@ -30,11 +30,11 @@ from frictool.typing import Vector
 
 CONFIDENCE = 0.95  # confidence of the promised intervals
 QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
-# half width of `identify` relative to that of least squares over windows, if not yet simulated
+# assumed half width of `identify` over half width of least squares over windows, before simulation
 EXPECTED_FACTOR = 1.3
 PAUSE = 0.1  # s, duration of one pause
 KIND = "strokes"
-# largest number of corrections of the limits by the ratio of expected deviation to bound
+# largest number of corrections of the variance limits by the ratio of expected deviation to bound
 CORRECTIONS = 8
 MORE = 1.02  # factor on this ratio, so that the corrections end
 
@@ -45,14 +45,15 @@ class PrecisionRequest:
 
     - wanted: requested half width of the 95 % interval of each parameter, relative to the bench's
       value
-    - duration: duration of the most precise test, s; None for the shortest test
+    - duration: duration of the most precise test, s; None to design the shortest test
     - longest: longest allowed duration of the shortest test, s
     - noise: standard deviation of the measured drive, A | V; None for 0.2 % of its limit
     - seed: seed of the random reversal positions
     - robust: True if the strokes must separate EFFECTS from inertia and friction, and if no
-      parameter may be much less precise than the others
-    - factors: half width that `identify` reports divided by the expected half width, for each
-      parameter; EXPECTED_FACTOR for a parameter that is not a key
+      parameter
+      may be much less precise than the others
+    - factors: for each parameter, half width that `identify` reports divided by the expected half
+      width; EXPECTED_FACTOR for a parameter that is not a key
     """
 
     wanted: Mapping[str, float]
@@ -64,7 +65,7 @@ class PrecisionRequest:
     factors: Mapping[str, float] = field(default_factory=dict)
 
     def factor(self, name: str) -> float:
-        """Return the factor of a parameter in `factors`, by default EXPECTED_FACTOR."""
+        """Return the entry of a parameter in `factors`; EXPECTED_FACTOR if there is none."""
         return self.factors.get(name, EXPECTED_FACTOR)
 
     @property
@@ -77,8 +78,10 @@ class PrecisionRequest:
         """Return the relative half widths for which the test is designed.
 
         If the request is robust, the target of a sliding parameter is the geometric mean of its
-        requested half width and the smallest requested one, because the error of an imprecise
-        parameter affects the others.
+        requested
+        half width and the smallest requested half width, because the error of an imprecise
+        parameter
+        affects the others.
         """
         targets = self.only(SLIDING)
         if not self.robust or not targets:
@@ -95,7 +98,9 @@ class PrecisionRequest:
 class PreciseTest:
     """Test with the precision to expect from it, in SI units.
 
-    - half_widths: half width of the interval of each parameter, from simulations of the test
+    - sequence: reference or drive command of the test
+    - half_widths: half width of the interval of each parameter that `identify` is expected to
+      report
     - bounds: half width of each parameter at the Cramér-Rao bound
     """
 
@@ -122,7 +127,7 @@ def bench_value(bench: Bench, name: str) -> float:
 
 
 def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
-    """Return a test of strokes with the requested precision.
+    """Design a test of strokes that gives parameters with a requested precision.
 
     Parameters
     ----------
@@ -130,7 +135,8 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
         Bench whose limits the test respects on every axis within the a-priori intervals.
     request
         Requested precisions of inertia, viscous friction, Coulomb friction and offset; precisions
-        of other parameters are ignored.
+        of
+        other parameters are ignored.
 
     Returns
     -------
@@ -197,7 +203,7 @@ def _expected_deviation(
 ) -> Vector:
     """Return the standard deviations (p,) of least squares over windows; 0 for loads.
 
-    The result exceeds the Cramér-Rao bound. `identify` uses this estimator or a better one.
+    The deviations exceed the Cramér-Rao bound. `identify` uses this estimator or a better one.
     """
     strokes = [
         replace(one.stroke, times=float(count))
@@ -213,7 +219,7 @@ def _expected_deviation(
 def _without_effects(
     bench: Bench, request: PrecisionRequest, program: StrokeProgram
 ) -> StrokeProgram:
-    """Return the program for an axis without the effects, which are its last parameters."""
+    """Return the program for an axis without effects; the effects are its last parameters."""
     size = program.limit.size - len(worst_axis(bench, request.effects).effects)
     return replace(
         program, information=program.information[:, :size, :size], limit=program.limit[:size]
@@ -223,12 +229,12 @@ def _without_effects(
 def stroke_program(
     bench: Bench, request: PrecisionRequest, candidates: list[StrokeCandidate]
 ) -> StrokeProgram:
-    """Return the convex program for `candidates`, followed by a pause as last candidate.
+    """Return the convex program for `candidates` and a pause, which is the last candidate.
 
     Raises
     ------
     NoSolutionError
-        If the bench has no value of a parameter with a requested precision.
+        If a precision is requested for a parameter of which the bench states no value.
     """
     size = candidates[0].information.shape[0]
     limit = np.full(size, math.inf)
@@ -255,9 +261,11 @@ def stroke_motion(
 ) -> Motion:
     """Return the motion in which each of the k candidates is repeated.
 
-    `times` (k + 1,): repetitions of each candidate, then the number of pauses, which are spread
-    evenly. The ends of the strokes vary at random by up to SPREAD times `reach`, so that the
-    encoder errors differ between strokes.
+    `times` (k + 1,) contains the number of repetitions of each candidate, then the number of
+    pauses,
+    which are spread evenly. The ends of the strokes vary at random by up to SPREAD times `reach`,
+    so
+    that the encoder errors differ between strokes.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0

@@ -1,4 +1,4 @@
-"""Changes of bench or duration with which a refused precision can be reached."""
+"""Changes of bench or test duration that make an unreachable precision reachable."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ FACTORS = (2.0, 4.0, 16.0)
 
 
 def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> list[str]:
-    """Return a text for each single change with which the precision is reached.
+    """Return a text for each single change with which the requested precision is reached.
 
-    `needed`: shortest duration on the unchanged bench, s; None if no duration suffices.
+    `needed` is the shortest duration on the unchanged bench, s; None if no duration suffices.
     """
     shown = [] if needed is None else [f"a test of {needed:.3g} s"]
     for change in REMEDIES:
@@ -38,7 +38,7 @@ def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> l
 
 
 def _duration(bench: Bench, request: PrecisionRequest) -> float:
-    """Return the shortest duration [s] with which a test on `bench` is precise enough, or inf."""
+    """Return the duration [s] of the shortest test on `bench` that is precise enough, or inf."""
     try:
         program = stroke_program(
             bench, request, stroke_candidates(bench, request.noise, request.effects)

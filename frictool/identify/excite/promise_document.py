@@ -17,9 +17,9 @@ METHOD = "auto"  # method of `identify` in the simulations of the test
 def promise_of(
     tests: Sequence[PreciseTest], bench: Bench, noise: float | None, provenance: Provenance
 ) -> Promise:
-    """Return `promise.yaml`: the precision to expect from the tests of a bench.
+    """Return the document `promise.yaml` for the tests of a bench.
 
-    `noise`: standard deviation of the drive's noise, A | V; None for the default.
+    `noise` is the standard deviation of the measured drive, A | V; None selects 0.2 % of its limit.
     """
     actuator = bench.actuator
     assumed = DRIVE_NOISE_SHARE * actuator.limit.value if noise is None else noise

@@ -21,16 +21,16 @@ from frictool.identify.excite.cramer_rao import (
 )
 from frictool.identify.excite.half_sines import Motion, half_sine, joined, reachable_speed
 
-BEST_SPEED = math.sqrt(2.0)  # top speed at which (4.30) is least
-SHORTEST_COUNTS = 20.0  # least length of a stroke beyond the backlash, in encoder counts
+BEST_SPEED = math.sqrt(2.0)  # top speed with the smallest condition number (4.30)
+SHORTEST_COUNTS = 20.0  # least length of a stroke minus the backlash, in encoder counts
 CHOICES = 24  # number of distances tried
 
 
 def condition(speed: float) -> float:
-    """Return the condition number of the regression of friction on a sine (thesis 4.30).
+    """Return the condition number of the regression of friction along a sine (thesis 4.30).
 
-    The regression has the regressors of viscous and Coulomb friction. `speed` is the sine's top
-    speed, rad/s | m/s.
+    The regressors are those of viscous and Coulomb friction. `speed` is the top speed of the sine,
+    rad/s | m/s.
     """
     half = 0.5 * speed**2 + 1.0
     product = speed**2 * (0.5 - 4.0 / math.pi**2)
@@ -40,7 +40,7 @@ def condition(speed: float) -> float:
 
 
 def longest_distance(limits: BenchLimits) -> float:
-    """Return the longest stroke [rad | m]: the travel.
+    """Return the length of the longest stroke, which is the travel, rad | m.
 
     If the travel is infinite, return the stroke of a 1 Hz sine at top speed.
     """
@@ -50,7 +50,7 @@ def longest_distance(limits: BenchLimits) -> float:
 def best_stroke(
     limits: BenchLimits, axis: PriorAxis, sensing: SensorPrecision, duration: float
 ) -> PlannedStroke:
-    """Return the sine of `duration` [s] with the smallest relative bound (`worst`)."""
+    """Return the stroke of a sine test of `duration` [s] with the smallest `worst` bound."""
     longest = longest_distance(limits)
     shortest = min(longest, max(longest / 50.0, axis.backlash + SHORTEST_COUNTS * sensing.step))
     strokes = [
@@ -79,7 +79,8 @@ def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
     """Return position, velocity and acceleration (n,) of a sine around the middle of the travel.
 
     The motion starts at the lowest position. The number of periods is `stroke.times`, rounded, but
-    at least one.
+    at
+    least one.
     """
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     low = middle - 0.5 * stroke.distance

@@ -17,7 +17,7 @@ from frictool.identify.excite.sine import longest_distance
 
 SPEEDS = 6
 SLOWEST_SHARE = 0.2  # slowest speed relative to the fastest; slower strokes stick
-SPREAD = 0.1  # share of the distance at either end over which the turns vary
+SPREAD = 0.1  # share of the distance at either end over which the reversal positions vary
 DURATION = 30.0  # s, default
 
 
@@ -27,7 +27,7 @@ def plan(
     speeds: int = SPEEDS,
     distance: float | None = None,
 ) -> list[PlannedStroke]:
-    """Return the mean stroke of each speed, with its number of repetitions.
+    """Return the mean stroke of each speed, with the number of its repetitions.
 
     Each speed has an equal share of `duration` [s].
     """
@@ -44,9 +44,9 @@ def plan(
 
 
 def sines(strokes: list[PlannedStroke], limits: BenchLimits, period: float, seed: int) -> Motion:
-    """Return position, velocity and acceleration (n,) of the strokes, one speed after the other.
+    """Return position, velocity and acceleration (n,) of strokes, one speed after the other.
 
-    The reversal positions are random.
+    `seed` determines the random reversal positions.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0

@@ -1,4 +1,4 @@
-"""Steps of the position over the travel, for validation: half sines with rests between them."""
+"""Steps of the position over the travel, for validation: half sines with pauses between them."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from frictool.identify.excite.sine import longest_distance
 
 # positions relative to the distance: long and short steps in both directions
 LEVELS = (0.0, 1.0, 0.0, 0.6, 0.2, 0.5, 0.4)
-REST = 0.5  # s, after each step
+REST = 0.5  # s, pause after each step
 
 
 def steps(limits: BenchLimits, period: float, amplitude: float | None, repetitions: int) -> Motion:
-    """Return position, velocity and acceleration (n,) through LEVELS, `repetitions` times.
+    """Return position, velocity and acceleration (n,) of steps through LEVELS.
 
-    `amplitude` [rad | m] is half the distance between the outermost levels.
+    The levels are repeated `repetitions` times. `amplitude` [rad | m] is half the distance between
+    the
+    outermost levels.
     """
     distance = 2.0 * amplitude if amplitude else longest_distance(limits)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0

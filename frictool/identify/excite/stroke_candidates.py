@@ -1,16 +1,17 @@
 """Candidate strokes of an optimal test: distances and speeds within the bench's limits.
 
-Each candidate is one stroke forward and one backward. Its information matrix and its drive are
-computed for the worst axis within the a-priori intervals:
+Each candidate is one stroke forward and one backward. Its information matrix and its drive signal
+are computed for the worst axis within the a-priori intervals:
 
 - Inertia and viscous friction are at their upper ends. The covariance of the noise, noise^2 I +
   step^2/12 T T' with T = inertia D2 + viscous D1, grows with both, so that every other axis gives
   more information (cramer_rao.py explains the symbols).
-- The drive constant is the largest for the noise of the effort, and the smallest for the drive.
+- The drive constant is the largest for the noise of the effort, and the smallest for the drive
+  signal.
 - A spring and a delay have unknown sizes, since `identify` allows for both effects in its
   intervals. Only a mix of strokes can separate them from inertia and friction.
-- The backlash is at its upper end. Samples inside the backlash are excluded, and samples slower
-  than 2 % of the stroke's top speed, where the axis may stick.
+- The backlash is at its upper end. Two kinds of samples are excluded: samples inside the backlash,
+  and samples slower than 2 % of the stroke's top speed, where the axis may stick.
 """
 
 from __future__ import annotations
@@ -52,8 +53,9 @@ class StrokeCandidate:
     - stroke: mean stroke; the reversal positions vary by the share SPREAD of `reach`
     - reach: largest distance between two reversals, rad | m
     - information: information matrix of both directions, (p, p); its last rows and columns belong
-      to the effects
-    - mean_square: mean square of the drive divided by its limit, on the worst axis
+      to
+      the effects
+    - mean_square: mean square of the drive signal divided by its limit, on the worst axis
     """
 
     stroke: PlannedStroke
@@ -63,7 +65,7 @@ class StrokeCandidate:
 
     @property
     def duration(self) -> float:
-        """Return the duration of both directions, s."""
+        """Return the duration of both directions together, s."""
         return 2.0 * self.stroke.duration
 
 
@@ -86,7 +88,7 @@ def worst_axis(bench: Bench, effects: tuple[str, ...] = ()) -> PriorAxis:
 def worst_sensing(bench: Bench, noise: float | None) -> SensorPrecision:
     """Return period, encoder step and effort noise for the largest drive constant.
 
-    `noise` is the standard deviation of the measured drive, A | V; None for the default.
+    `noise` is the standard deviation of the measured drive, A | V; None selects 0.2 % of its limit.
     """
     constant = bench.actuator.constant
     sensing = sensing_of(bench, noise)
@@ -96,7 +98,7 @@ def worst_sensing(bench: Bench, noise: float | None) -> SensorPrecision:
 def stroke_candidates(
     bench: Bench, noise: float | None, effects: tuple[str, ...] = EFFECTS
 ) -> list[StrokeCandidate]:
-    """Return the candidates of a bench.
+    """Return the candidate strokes for a bench.
 
     Parameters
     ----------
@@ -141,7 +143,7 @@ def _stroke(limits: BenchLimits, reach: float, share: float) -> PlannedStroke:
 
 
 def mean_square(stroke: PlannedStroke, limits: BenchLimits) -> float:
-    """Return the mean square of the drive divided by its limit, on the worst axis."""
+    """Return the mean square of the drive signal divided by its limit, on the worst axis."""
     share = (np.arange(DRIVE_POINTS) + 0.5) / DRIVE_POINTS
     _, speed, acceleration = unit_profile(share)
     effort = (

@@ -11,11 +11,11 @@ of the parameters i is the solution of
 
 (Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). e_i is the i-th unit vector. q_i is
 the expected half width of parameter i divided by its standard deviation at the Cramér-Rao bound.
-rms_k is the rms drive of candidate k, and rms the largest allowed rms drive of the test, both
-divided by the drive's limit.
+rms_k is the rms drive signal of candidate k, and rms the largest allowed rms drive signal of the
+test, both divided by the drive's limit.
 
 The most precise test of a given duration minimises the largest ratio of a parameter's variance to
-its limit. A pause is a candidate without information and drive.
+its limit. A pause is a candidate whose information matrix and drive signal are 0.
 
 All x_k are rounded up. Repetitions are then removed one by one, the longest strokes first, as long
 as every constraint is met.
@@ -31,7 +31,7 @@ import numpy as np
 from frictool.lmi.optimal_design import optimal_shares
 from frictool.typing import IntVector, Matrix, Vector
 
-FEWEST_PAIRS = 8  # least number of repetitions in a test; an interval needs several strokes
+FEWEST_PAIRS = 8  # least number of strokes forward and backward; intervals need several strokes
 NEGLIGIBLE = 1e-4  # number of repetitions, or share of the duration, that is treated as 0
 SCALES = 8.0  # decades below and above 1 in which the common factor of the limits is searched
 BISECTIONS = 24
@@ -43,11 +43,12 @@ SINGULAR = 1e12  # condition number above which information is singular
 class StrokeProgram:
     """Convex program for the numbers of repetitions of k candidates and p parameters.
 
-    - information: matrices of the candidates, (k, p, p)
-    - duration: durations (k,), s
-    - mean_square: mean square of the drive divided by its limit, (k,)
-    - limit: largest variance of each parameter, (p,); inf for a parameter that is not requested
-    - rms: largest allowed rms of the drive over the test, divided by the drive's limit
+    - information: information matrices of the candidates, (k, p, p)
+    - duration: durations of the candidates, (k,), s
+    - mean_square: mean square of the drive signal divided by its limit, (k,)
+    - limit: largest allowed variance of each parameter, (p,); inf for a parameter that is not
+      requested
+    - rms: largest allowed rms drive signal of the test, divided by the drive's limit
     """
 
     information: Matrix
@@ -76,7 +77,7 @@ class StrokeProgram:
         return float((self.variances(times)[known] / self.limit[known]).max())
 
     def allowed(self, times: Vector) -> bool:
-        """Return True if the drive's rms is within its limit and there are enough strokes."""
+        """Return True if the rms drive signal is within its limit and there are enough strokes."""
         total = float(times @ self.duration)
         square = float((times * self.duration) @ self.mean_square)
         moving = float(times[self.mean_square > 0.0].sum())
@@ -84,7 +85,7 @@ class StrokeProgram:
 
     @property
     def requested(self) -> IntVector:
-        """Return the indices of the parameters with a limit."""
+        """Return the indices of the parameters for which a precision is requested."""
         return np.asarray(np.flatnonzero(np.isfinite(self.limit)), dtype=np.int64)
 
 
@@ -97,8 +98,8 @@ def shortest(program: StrokeProgram) -> Vector | None:
 def best_within(program: StrokeProgram, duration: float) -> Vector | None:
     """Return the repetitions (k,) of the most precise test of at most `duration` [s].
 
-    Return None if there is no such test. A bisection searches a common factor of all limits for
-    which the shortest test has this duration.
+    Return None if there is no such test. All limits are multiplied by a common factor, which a
+    bisection chooses such that the shortest test has this duration.
     """
     shares = _shares(program)
     if shares is None:
@@ -133,7 +134,7 @@ def _one_more(times: Vector, index: int) -> Vector:
 
 
 def _shares(program: StrokeProgram) -> Vector | None:
-    """Return the shares (k,) of the duration with the smallest `worst`; None if there are none."""
+    """Return the shares (k,) of the duration with the smallest `worst` ratio, or None."""
     rate = program.information / program.duration[:, None, None]
     shares = optimal_shares(rate, program.limit, program.mean_square - program.rms**2)
     if shares is None:
@@ -143,7 +144,7 @@ def _shares(program: StrokeProgram) -> Vector | None:
 
 
 def _pruned(program: StrokeProgram, times: Vector) -> Vector:
-    """Return the repetitions `times` (k,) without those that no constraint needs."""
+    """Add strokes to `times` (k,) until all constraints hold, then remove those not needed."""
     while not program.allowed(times) or program.worst(times) > 1.0:
         support = np.flatnonzero(times)
         scores = [program.worst(_one_more(times, int(one))) for one in support]
@@ -165,7 +166,7 @@ def _pruned(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
-    """Return `times` (k,) with one more stroke or, if the drive needs a rest, one more pause."""
+    """Return `times` (k,) with one more stroke or, if the drive needs to cool, one more pause."""
     pauses = np.flatnonzero(program.mean_square == 0.0)
     moving = np.flatnonzero((times > 0.0) & (program.mean_square > 0.0))
     short = times[moving].sum() < FEWEST_PAIRS or not pauses.size
@@ -174,7 +175,7 @@ def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _shortened(program: StrokeProgram, times: Vector) -> Vector:
-    """Return `times` (k,) with strokes exchanged for shorter ones, if the limits permit."""
+    """Return `times` (k,) with strokes replaced by shorter ones where the limits permit."""
     if times.sum() > MOST_EXCHANGED:
         return times
     by_duration = np.argsort(program.duration, kind="stable")

@@ -1,7 +1,7 @@
-"""Motion of one stroke from rest to rest: a half sine of the speed.
+"""Motion of one stroke from rest to rest, with a half sine as speed over time.
 
-Trapezoids of the speed have no advantage with fine encoders. With coarse encoders they need far
-longer tests.
+Trapezoidal speed profiles have no advantage with fine encoders, and need far longer tests with
+coarse encoders.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ import numpy as np
 
 from frictool.typing import Vector
 
-TOP_SPEED = 0.5 * math.pi  # of a stroke of distance 1 and duration 1
+TOP_SPEED = 0.5 * math.pi  # top speed of a stroke of distance 1 and duration 1
 
 
 def unit_profile(share: Vector) -> tuple[Vector, Vector, Vector]:
     """Return position, speed and acceleration (n,) of a stroke of distance 1 and duration 1.
 
-    `share` (n,) are times relative to the duration, 0 to 1.
+    `share` contains the times (n,), relative to the duration, 0 to 1.
     """
     angle = math.pi * share
     return (

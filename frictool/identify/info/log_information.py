@@ -1,4 +1,4 @@
-"""Survey of a log and of the methods that can use it: the function of `frictool info`.
+"""Survey of a log and of the methods that can use it: the function behind `frictool info`.
 
 file -> assemble() -> streams, each read twice -> logs/quality/survey.py
      -> StreamSurvey per stream -> facts -> text_view.py -> text
@@ -43,7 +43,7 @@ class Information(ResultView):
 
     - facts: output of `--json`: one row per signal, and properties of the whole log
     - surveys: survey of each stream
-    - assembly: streams of the log, as read
+    - assembly: streams of the log, as read from the file
     """
 
     facts: dict[str, Any]
@@ -52,14 +52,14 @@ class Information(ResultView):
 
     @property
     def warnings(self) -> list[str]:
-        """Return those warnings of the reader that `facts` does not contain."""
+        """Return the warnings of the reader that `facts` does not contain."""
         return [text for text in self.assembly.warnings if text not in self.facts["odd"]]
 
 
 def info(
     log: Log | Path | str, bench: Bench | None = None, window: TimeWindow = EVERYTHING
 ) -> Information:
-    """Return the survey of a log. The log is read twice, in bounded memory.
+    """Survey the contents and the quality of a log, which is read twice in bounded memory.
 
     Parameters
     ----------
@@ -142,9 +142,9 @@ def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
 
 
 def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, Any]]:
-    """Return the offset and drift of each further stream's clock relative to the main stream's.
+    """Return offset and drift of each other stream's clock relative to the main stream's clock.
 
-    The clocks are compared by the first signal that both streams have.
+    The clocks are compared by the first signal that both streams contain.
     """
     clocks = []
     for other in surveys:
@@ -159,7 +159,7 @@ def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, A
 
 
 def _test(made: LogAssembly, main: StreamSurvey) -> tuple[str | None, bool]:
-    """Return the kind of test, and True if this kind was declared to `ingest`."""
+    """Return the kind of test, and True if this kind was declared to `ingest` (not detected)."""
     recorded = made.notes.get(KIND, {}).get(TEST)
     return (recorded, True) if recorded else (kind_of(main.opening), False)
 

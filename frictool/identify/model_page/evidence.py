@@ -1,4 +1,4 @@
-"""Data of a model's figures: samples in slip with residuals, and predicted strokes."""
+"""Data for the figures of a model: slipping samples with residuals, and predicted strokes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from frictool.identify.rows.segments import whole
 from frictool.identify.validate.validation import parameter_values, replayed_position
 from frictool.typing import Vector
 
-CELLS = 720  # cells of the travel over which the residual is averaged
+CELLS = 720  # number of cells of the travel; the residual is averaged in each cell
 SPECTRUM_POINTS = 600
 FEWEST_CELLS = 16  # least number of cells with samples that give a spectrum
 
@@ -35,7 +35,7 @@ FEWEST_CELLS = 16  # least number of cells with samples that give a spectrum
 class SlipSamples:
     """Samples (n,) of all logs that certainly slip, smoothed (`force_error.py`), in SI units.
 
-    - time: time with all logs placed one after the other, s
+    - time: time, with all logs placed one after the other, s
     - position, velocity: smoothed motion, rad and rad/s | m and m/s
     - residual: measured effort minus the effort of the model, N m | N
     - friction: mean friction of the model over the travel plus direction times residual, N m | N
@@ -49,7 +49,10 @@ class SlipSamples:
 
 
 def friction_over_speed(model: Model, speed: Vector, direction: float) -> Vector:
-    """Return the mean friction in slip (n,), N m | N, at speeds (n,) >= 0 in a direction (+-1)."""
+    """Return the mean friction in slip (n,) [N m | N] at speeds (n,) >= 0.
+
+    `direction` is +1 or -1. The mean is taken over the position.
+    """
     laws = model.laws and msgspec.structs.replace(model.laws, position=None)
     velocity = direction * np.maximum(speed, np.finfo(float).tiny)
     values = parameter_values(model)
@@ -57,7 +60,7 @@ def friction_over_speed(model: Model, speed: Vector, direction: float) -> Vector
 
 
 def slip_samples(model: Model, records: Sequence[MotionRecord]) -> SlipSamples | None:
-    """Return the samples in slip of all records, or None if no sample certainly slips."""
+    """Return the slipping samples of all records; None if no sample certainly slips."""
     values = parameter_values(model)
     times = []
     rows = []
@@ -91,8 +94,9 @@ def slip_samples(model: Model, records: Sequence[MotionRecord]) -> SlipSamples |
 def mean_over_position(samples: SlipSamples, sign: float) -> tuple[Vector, Vector]:
     """Return cell centres (m,) [rad | m] over the travel, and mean residuals (m,) [N m | N].
 
-    The travel is divided into CELLS cells of equal length. `sign`: direction +-1, 0 for both. Cells
-    without samples are left out.
+    The travel is divided into CELLS cells of equal length. `sign` is the direction of motion, +1 or
+    -1,
+    or 0 for both directions. Cells without samples are left out.
     """
     chosen = samples.velocity * sign >= 0.0
     position, residual = samples.position[chosen], samples.residual[chosen]
@@ -111,8 +115,9 @@ def mean_over_position(samples: SlipSamples, sign: float) -> tuple[Vector, Vecto
 def position_spectrum(samples: SlipSamples) -> tuple[Vector, Vector] | None:
     """Return wave numbers (p,), 1/rad | 1/m, and amplitudes (p,), N m | N, of the mean residual.
 
-    The spectrum is the Lomb-Scargle periodogram of the mean residuals per cell, from one cycle per
-    travel to one cycle per four cells. The result is None if too few cells have samples.
+    The spectrum is the Lomb-Scargle periodogram of the mean residual in each cell, from one cycle
+    per
+    travel to one cycle per four cells. The result is None if too few cells contain samples.
     """
     centre, mean = mean_over_position(samples, 0.0)
     if centre.size < FEWEST_CELLS:
@@ -139,9 +144,10 @@ class PositionPrediction:
 class HeldOutPositions:
     """Positions of each half of the logs, predicted by a model identified from the other half.
 
-    - held_out: False if the logs are too short for halves; the model then simulates the logs of its
-      fit
-    - segments: one for each gap-free part of the records, placed one after the other in time
+    - held_out: False if the logs are too short for halves; the model then predicts the logs from
+      which
+      it was identified
+    - segments: predictions, one for each gap-free part of the records
     """
 
     held_out: bool
@@ -158,7 +164,7 @@ class HeldOutPositions:
 
 
 def sliding_records(outcome: IdentifiedModel) -> list[MotionRecord]:
-    """Return the records of motion, without breakaway ramps."""
+    """Return the records of motion; breakaway ramps are left out."""
     kinds = outcome.result.kinds
     return [record for record in outcome.records if kinds.get(record.name) != RAMP_LOG]
 
@@ -166,7 +172,7 @@ def sliding_records(outcome: IdentifiedModel) -> list[MotionRecord]:
 def held_out_positions(
     outcome: IdentifiedModel, request: IdentificationRequest
 ) -> HeldOutPositions | None:
-    """Return the positions of each half of the logs, predicted with the other half.
+    """Predict the positions of each half of the logs with a model from the other half.
 
     The result is None if no log has a measured position, or if the simulation fails.
     """

@@ -1,11 +1,11 @@
 """Panels of friction over speed, position and temperature.
 
-- Over speed: every sample in slip, and the curve of the model with the interval of friction. If
+- Over speed: every slipping sample, and the curve of the model with the interval of friction. If
   friction depends on position, this dependence is subtracted from the samples.
 - Over position, if there are ramps: each breakaway, and for each direction a polynomial fitted to
   the breakaways, with the interval of its mean.
 - Over position and speed, if friction depends on position: friction of the model in slip.
-- Over temperature, if the model has this dependence: factors of viscous and Coulomb friction.
+- Over temperature, if friction depends on it: factors of viscous and Coulomb friction.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from frictool.typing import Vector
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# a dashed curve leaves a curve beneath it visible
+# the second curve is dashed, so that a curve below it stays visible
 SIDES = ((1.0, FORWARD, "forward", "-"), (-1.0, BACKWARD, "backward", (0, (4, 2))))
 POINTS = 201  # number of points of a curve
 LEVELS = 15  # number of colours of the map
 REACH = 1.05  # largest speed of a curve, relative to the fastest sample
-MARGIN = 0.03  # free share of an axis beyond the data
+MARGIN = 0.03  # margin of a plot around the data, relative to the range of the data
 
 
 def friction_panels(
     model: Model, samples: SlipSamples | None, ramp: Breakaway | None
 ) -> list[FigurePanel]:
-    """Return the panels of friction for which the logs have data."""
+    """Return the friction panels for which model, samples and ramps contain data."""
     laws = model.laws
     mapped = (
         laws is not None
@@ -56,10 +56,11 @@ def friction_panels(
 
 
 def band_half_width(model: Model, samples: SlipSamples | None, speed: Vector) -> Vector:
-    """Return the half width (n,), N m | N, of the friction's interval at speeds (n,).
+    """Return the half width (n,) [N m | N] of the friction's interval at speeds (n,).
 
     The half width follows from the intervals of Coulomb and viscous friction and from the
-    correlation of the two estimates, -mean(v)/rms(v), with the speed v of the samples.
+    correlation of
+    the two estimates, -mean(v)/rms(v), with the speed v of the samples.
     """
     coulomb, viscous = (_half(getattr(model.parameters, name)) for name in ("coulomb", "viscous"))
     correlation = 0.0

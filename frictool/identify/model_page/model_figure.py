@@ -13,5 +13,5 @@ if TYPE_CHECKING:
 
 
 def model_figure(model: Model) -> Figure:
-    """Return the panels of friction that need no logs."""
+    """Draw the friction panels that need no logs."""
     return panel_figure(friction_panels(model, None, None))

@@ -22,11 +22,11 @@ from frictool.identify.text_view import explanation_place, force_line, law_lines
 from frictool.presentation.page import render_page
 from frictool.presentation.sections import TextTable
 
-WIDE = 0.1  # relative half width above which the page says how to narrow an interval
+WIDE = 0.1  # relative half width above which the page advises how to narrow an interval
 
 
 def model_panels(outcome: IdentifiedModel, request: IdentificationRequest) -> list[FigurePanel]:
-    """Return all panels for which the logs of an identification have data."""
+    """Return all panels for which the logs of an identification contain data."""
     model = outcome.model
     records = sliding_records(outcome)
     samples = slip_samples(model, records)
@@ -41,12 +41,12 @@ def model_panels(outcome: IdentifiedModel, request: IdentificationRequest) -> li
 
 
 def model_picture(outcome: IdentifiedModel, panels: Sequence[FigurePanel]) -> str:
-    """Return `model_panels` as one `<svg>` element; equal identifications give identical bytes."""
+    """Return the panels as one `<svg>` element; equal identifications give identical bytes."""
     return picture(panels, f"{outcome.model.name}: identified model")
 
 
 def model_page(outcome: IdentifiedModel, panels: Sequence[FigurePanel]) -> str:
-    """Return the HTML text with `model_panels`; equal identifications give identical bytes."""
+    """Return the HTML page of a model with `panels`; equal identifications give identical bytes."""
     model, result = outcome.model, outcome.result
     rows = parameter_intervals(model)
     identified = sum(row.identified for row in rows)

@@ -1,4 +1,4 @@
-"""Panel of a model's figures, drawn alone or below other panels in one picture."""
+"""Panel of a model's figures, drawn alone or as one of several panels in a picture."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ class FigurePanel:
 
 
 def picture(panels: Sequence[FigurePanel], label: str) -> str:
-    """Return one `<svg>` element with all panels, one below the other, with their titles."""
+    """Return one `<svg>` element with all panels and their titles, one below the other."""
     with drawing("identify", STYLE):
         return render(panel_figure(panels), label)
 
 
 def panel_figure(panels: Sequence[FigurePanel]) -> Figure:
-    """Return a figure with all panels, one below the other, with their titles."""
+    """Return a figure with all panels and their titles, one below the other."""
     with drawing("identify", STYLE):
         figure = Figure(
             figsize=(PICTURE_WIDTH, HEIGHT * len(panels)), layout="constrained", dpi=DOTS_PER_INCH
@@ -64,7 +64,7 @@ def panel_figure(panels: Sequence[FigurePanel]) -> Figure:
 
 
 def scatter(axes: Axes, abscissa: Vector, ordinate: Vector, colour: str, label: str) -> None:
-    """Draw samples (n,) as faint dots, in one image because a log has many samples."""
+    """Draw samples (n,) as faint dots, as a raster image because a log has many samples."""
     axes.plot(
         abscissa,
         ordinate,

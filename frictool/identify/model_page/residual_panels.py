@@ -1,4 +1,4 @@
-"""Panels of the residual, the intervals compared with the bench's, and the predicted strokes."""
+"""Panels of the residual, of the intervals next to the bench's, and of the predicted strokes."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from frictool.presentation.decimation import decimated_indices
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ROW = 0.28  # half height of a bar, relative to the distance between two rows
+ROW = 0.28  # half of a bar's height, relative to the distance between two rows
 
 
 def residual_panels(samples: SlipSamples, axis: Axis, has_position: bool) -> list[FigurePanel]:
     """Return panels of the residual: over position, over time, and its spectrum over position.
 
-    `has_position`: False for velocity logs, whose absolute position is unknown.
+    `has_position` is False for logs of the velocity, whose absolute position is unknown.
     """
     over_time = _residual_over_time(samples, axis)
     if not has_position:
@@ -107,9 +107,9 @@ def _spectrum(numbers: np.ndarray, amplitudes: np.ndarray, axis: Axis) -> Figure
 
 
 def interval_panel(rows: Sequence[ParameterIntervals]) -> FigurePanel:
-    """Return a panel of the intervals as deviations from the bench's values, per cent.
+    """Return a panel of the intervals as deviations from the bench's values, in per cent.
 
-    The deviation from a bench value of 0 is shown relative to the bench's Coulomb friction.
+    If a bench value is 0, the deviation is relative to the bench's Coulomb friction.
     """
     coulomb = next((row.bench for row in rows if row.name == "coulomb"), None)
     scaled = []

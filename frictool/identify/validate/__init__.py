@@ -1,4 +1,4 @@
-"""Comparison of a model with a measured log."""
+"""Validation of a model: comparison of a simulation with a measured log."""
 
 from typing import TYPE_CHECKING
 

@@ -20,13 +20,13 @@ from frictool.typing import Vector
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DETAIL_COLUMNS = 4000  # number of columns of samples in the data of a zoom
+DETAIL_COLUMNS = 4000  # number of columns to which samples are decimated for a zoomed figure
 REFERENCE = "#1f5fa8"
 DASHES = (0, (4, 2))
 
 
 def validation_panels(validation: Validation) -> list[FigurePanel]:
-    """Return the panels of a validation; only a closed loop has a panel of the effort."""
+    """Return the panels of a validation; an effort panel exists only for a closed loop."""
     panels = [_signal(validation, "position"), _position_error(validation)]
     panels += [
         _signal(validation, name) for name in ("velocity", "effort") if _has(validation, name)

@@ -1,4 +1,4 @@
-"""Page of a validation: errors, and the figures of the measured and simulated motion."""
+"""Page of a validation: errors, and figures of the measured and simulated motion."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def validation_page(
     warnings: Sequence[str],
     provenance: Provenance,
 ) -> str:
-    """Return the HTML text of a validation; equal arguments give equal texts."""
+    """Return the HTML page of a validation; equal arguments give equal texts."""
     unit = si_unit("position", validation.axis)
     return render_page(
         Path(__file__).parent,

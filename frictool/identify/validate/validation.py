@@ -1,17 +1,18 @@
 """Comparison of a simulated model with the measured axis.
 
 In an open loop, the measured effort drives the model. In a closed loop, the bench's controller
-drives the model along the measured reference, and the effort has an error, too. If the model has a
-servo, its firmware drives the model along the logged goal.
+drives the model along the measured reference, and the effort has an error, too. If the bench has a
+servo, the servo's firmware drives the model along the logged goal.
 
-If the model and the log have a temperature, the friction of the model is computed for the log's
-mean temperature.
+If the friction of the model depends on temperature and the log contains a temperature, the friction
+is computed for the log's mean temperature.
 
 The error of a signal is the norm of measured minus simulated values divided by the norm of the
 measured values, without the first `skip` samples. Velocity and acceleration are differences of the
 measured and the simulated position after the low-pass of the published pipeline
-(`inverse_dynamic`). The force error is that of `identify` (`force_error.py`): the part of the
-measured effort that the model does not explain for the measured motion, over the samples that
+(`inverse_dynamic`). The force error has the definition of `identify` (`force_error.py`): the part
+of
+the measured effort that the model does not explain for the measured motion, over the samples that
 certainly slip.
 """
 
@@ -63,12 +64,12 @@ class ValidationRequest:
     skip : int
         Number of samples left out at the start of each gap-free part of the log.
     cutoff_hz : float
-        Cut-off of the low-pass for velocity and acceleration, Hz.
+        Cut-off frequency of the low-pass for velocity and acceleration, Hz.
     servo : PositionServo or None
-        Gains from position to effort, for a closed loop along the measured reference. None: the
-        measured effort drives the model.
+        Gains from position to effort, for a closed loop along the measured reference. If None, the
+        measured effort drives the model (open loop).
     moving : bool
-        True to start with the measured speed, False to start at rest.
+        True to start the simulation at the measured speed, False to start at rest.
     """
 
     skip: int = 20
@@ -84,7 +85,7 @@ USUAL = ValidationRequest()
 class Validation(ResultView):
     """Measured and simulated signals of a model, and their errors, as JSON and as text.
 
-    - axis: kind of the axis
+    - axis: `rotary` or `linear`
     - loop: `open`, `closed` or `servo`
     - skip: number of samples left out at the start of each gap-free part of the log
     - time: time of each sample, (n,), s
@@ -107,7 +108,7 @@ class Validation(ResultView):
     reference: Vector | None = None
 
     def as_json(self) -> dict[str, Any]:
-        """Return loop, numbers of samples and errors as a JSON object."""
+        """Return loop, number of samples and errors as a JSON object."""
         unit = si_unit("position", self.axis)
         return {
             "loop": self.loop,
@@ -119,7 +120,7 @@ class Validation(ResultView):
         }
 
     def lines(self) -> list[str]:
-        """Return loop, numbers of samples and errors as lines of text."""
+        """Return loop, number of samples and errors as lines of text."""
         unit = si_unit("position", self.axis)
         how = {
             OPEN: "the measured effort drives the model",
@@ -252,14 +253,14 @@ def _compared(
 
 
 def _relative(measured: Vector, simulated: Vector) -> float | None:
-    """Return the relative error over the samples that have a value, or None if none has."""
+    """Return the relative error over the samples with finite values; None if there are none."""
     known = np.isfinite(measured) & np.isfinite(simulated)
     size = float(np.linalg.norm(measured[known]))
     return float(np.linalg.norm((measured - simulated)[known])) / size if size > 0.0 else None
 
 
 def parameter_values(model: Model) -> dict[str, float]:
-    """Return the values of the model's parameters, SI."""
+    """Return the values of the model's parameters by name, in SI units."""
     return {
         name: estimate.value
         for name in FIELDS
@@ -329,10 +330,12 @@ def _servo_position(model: Model, piece: RecordSegment) -> Vector:
 
 
 def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
-    """Return the parameters of the axis without end stops, and its state at the piece's start.
+    """Return the parameters of the axis without end stops, and the state at the start of the piece.
 
-    The lag is taken from the record. The contact of a presliding law starts without deflection. If
-    the model and the record have a temperature, the friction is computed for the mean temperature
+    The lag is taken from the record. Presliding friction starts without deflection. If friction
+    depends
+    on temperature and the record contains a temperature, friction is computed for the mean
+    temperature
     of the piece. Raises NoSolutionError if the model's presliding law does not support the axis.
     """
     axis = axis_of(model)
@@ -355,10 +358,10 @@ def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
 
 
 def replayed_position(model: Model, piece: RecordSegment) -> Vector:
-    """Return the position (n,), rad | m, of the model driven by the measured effort of a segment.
+    """Return the position (n,) [rad | m] of a model that is driven by the measured effort.
 
-    The simulation starts at the measured position and speed. Raises NoSolutionError if the
-    simulation fails.
+    The simulation covers one segment of a record, and starts at the measured position and speed.
+    NoSolutionError is raised if the simulation fails.
     """
     n = piece.last - piece.first
     position, velocity = np.empty(n), np.empty(n)

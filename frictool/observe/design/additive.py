@@ -5,8 +5,8 @@
 
 X is position and speed, y the measured position, u the effort, and f^ the friction map. ^ marks an
 estimate, + the value at the next sample; L_X and L_alpha are the gains. mode_matrices.py defines
-A_i, B_i and C. A positive alpha increases friction in both directions, as in thesis (6.25); thesis
-(6.22) has another sign.
+A_i, B_i and C. A positive alpha increases friction in both directions, as in thesis (6.25); in
+thesis (6.22), the sign is different.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from frictool.observe.design.switched_settings import SwitchedObserverSettings
 
 
 def design(model: Model, settings: SwitchedObserverSettings, provenance: Provenance) -> Observer:
-    """Return the observer with verified gains for the three modes.
+    """Design the observer, with verified gains for the three modes (backward, stuck, forward).
 
     Raises NoSolutionError if the inequalities have no solution or the gains fail verification.
     """

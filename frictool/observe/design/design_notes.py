@@ -9,9 +9,9 @@ from frictool.documents.observer import Observer, Switched
 from frictool.documents.quantity import si_unit
 from frictool.observe.design.friction_map import KNEES, left_out
 
-DEAR = 1.5  # gamma divided by the gamma without a decay, above which a note is due
-SLOW_S = 10.0  # s, time constant of alpha above which a note is due
-# relative deviation of the friction that is assumed if friction is constant; scales only gamma
+DEAR = 1.5  # ratio of gamma to gamma without a decay, above which a note is given
+SLOW_S = 10.0  # s, time constant of alpha above which a note is given
+# assumed relative deviation of a friction that is constant over position; it scales only gamma
 UNIT_DEVIATION = 0.01
 KNOWN_BY_TRACKING = (KNEES,)
 # speed of one count per sample, relative to the switch speed, above which the encoder is coarse
@@ -19,7 +19,7 @@ COARSE = 0.1
 
 
 def notes(observer: Observer, model: Model) -> list[str]:
-    """Return the notes, one line each."""
+    """Return the notes on a designed observer, one line each."""
     switched = observer.switched
     if switched is None:
         return [line for line in [_left_out(model, KNOWN_BY_TRACKING)] if line]
@@ -59,7 +59,7 @@ def _encoder(observer: Observer, switched: Switched) -> str:
 
 
 def _constant(switched: Switched) -> str:
-    """Return a note if friction is constant over position, since its error is then assumed."""
+    """Return a note if friction is constant over position, so that its error is assumed."""
     chosen = [
         mode
         for mode in switched.modes
@@ -97,7 +97,7 @@ def _any_interval(switched: Switched) -> bool:
 
 
 def _turning(observer: Observer, switched: Switched) -> str:
-    """Return a note if a motion may reverse without passing mode 0 (stuck)."""
+    """Return a note if a motion may reverse without a sample in mode 0 (stuck)."""
     actuator = observer.bench.actuator
     change = (
         actuator.constant.value
@@ -158,5 +158,5 @@ def _left_out(model: Model, known: tuple[str, ...]) -> str:
 
 
 def time_constant(radius: float, period: float) -> float:
-    """Return the time constant [s] of a mode's slowest error; `radius`: spectral radius."""
+    """Return the time constant [s] of a mode's slowest error from its spectral radius."""
     return -period / math.log(radius) if 0.0 < radius < 1.0 else 0.0

@@ -5,7 +5,7 @@
 e contains the errors of position x, speed v and d/J (d: disturbance effort, J: inertia). n is a
 white error of the measured position, a a white error of the acceleration. F and B follow from the
 model x'' = a + d/J over one period. L are the gains, and C = [1 0 0]. Smith's doubling method
-computes the steady covariance of e. With the period as the unit of time, the matrices depend on the
+computes the steady covariance of e. If time is expressed in periods, the matrices depend on the
 gains only.
 """
 
@@ -19,14 +19,15 @@ from frictool.errors import NoSolutionError
 from frictool.typing import Matrix
 
 DOUBLINGS = 60  # most steps of Smith's method
-CONVERGED = 1e-12  # relative size of the last step
+CONVERGED = 1e-12  # relative change below which Smith's method stops
 
 
 class ErrorGains(NamedTuple):
-    """Standard deviation of the velocity error divided by that of a position error [1/s].
+    """Standard deviation of the velocity error, divided by that of a position error [1/s].
 
-    - rounding: ratio for a white error of the measured position
-    - misfit: ratio for the error of the predicted position due to a white error of the acceleration
+    - rounding: the position error is a white error of the measured position
+    - misfit: the position error is the prediction error that a white error of the acceleration
+      causes
     """
 
     rounding: float
@@ -38,7 +39,7 @@ def error_gains(gains: tuple[float, float, float], inertia: float, period: float
 
     - gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]
     - inertia: kg m^2 | kg
-    - period: s
+    - period: sample period, s
 
     Raises NoSolutionError if the observer's error does not decay.
     """

@@ -18,7 +18,8 @@ def friction_map(model: Model) -> FrictionMap:
 
     In each direction, the Coulomb friction is multiplied by the normalised position polynomial. The
     viscous coefficient is the mean of both directions at low speeds. The map does not include the
-    Stribeck curve, knees of the viscous friction, the time at rest, and loads (`left_out`).
+    Stribeck curve, changes of the viscous coefficient with speed, the time at rest, and loads
+    (`left_out`).
     """
     today, laws = model.parameters, model.laws
     opposite = laws.backward if laws is not None else None
@@ -61,7 +62,10 @@ def left_out(model: Model) -> list[str]:
 
 
 def friction_at(friction: FrictionMap, direction: int, x: Vector | float) -> Vector:
-    """Return the friction [N m | N] in slip at x [rad | m], constant outside the map's travel."""
+    """Return the friction in slip [N m | N] at the positions x [rad | m].
+
+    Outside the travel of the map, the friction at the nearest end is used.
+    """
     powers = friction.forward if direction > 0 else friction.backward
     inside = np.clip(x, friction.over.low, friction.over.high)
     return np.asarray(np.maximum(np.polynomial.polynomial.polyval(inside, powers), 0.0))

@@ -27,8 +27,9 @@ from frictool.lmi.switched_observer_gains import ObserverMode
 
 @dataclass(frozen=True)
 class ModeConstants:
-    """Constants that all modes share, SI.
+    """Constants that all modes of an observer have in common, in SI units.
 
+    - wear: kind of wear that the observer estimates
     - viscous: coefficient of the viscous friction
     - stuck_speed: factor h of the estimated speed in each sample of mode 0
     - weights: weights of the errors of position, speed and wear, the diagonal of C-bar
@@ -64,7 +65,7 @@ def subsystem(
     """Return the matrices A (3, 3), C (1 or 2, 3), Q (3, 1) and C-bar (3, 3) of a mode.
 
     - direction: direction s of the motion, 1 or -1; 0 for the stuck mode
-    - friction, deviation: f_m(i) and Delta_f(i) of the mode's interval [N m | N]
+    - friction, deviation: f_m(i) and Delta_f(i) in the position interval of the mode [N m | N]
     """
     gain = facts.period / facts.inertia
     a = np.array([[1.0, facts.period, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
@@ -83,7 +84,10 @@ def subsystem(
 
 
 def subsystems(observer: Observer) -> dict[int, ObserverMode]:
-    """Return the matrices of a switched observer by mode; raise ValueError for other observers."""
+    """Return the matrices of each mode of a switched observer.
+
+    Raises ValueError for other observers.
+    """
     facts = ModeConstants.of(observer)
     switched = observer.switched
     assert switched is not None

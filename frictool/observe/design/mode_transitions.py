@@ -1,9 +1,9 @@
-"""Allowed switches of modes from one sample to the next (thesis, figure 6.3).
+"""Allowed transitions between modes from one sample to the next (thesis, figure 6.3).
 
-Mode i > 0 is forward motion in position interval i, mode -i backward motion in interval i of the
-backward direction, and mode 0 a stuck axis. A moving mode may stay, switch to the next interval in
-the direction of motion, or switch to mode 0. From mode 0 every mode is allowed. A motion that
-reverses therefore passes mode 0.
+Mode i > 0 is forward motion in position interval i, mode -i is backward motion in interval i of the
+backward direction, and mode 0 is a stuck axis. From a moving mode, three transitions are allowed:
+to the same mode, to the next interval in the direction of motion, and to mode 0. From mode 0, every
+mode is allowed. A motion that reverses therefore passes mode 0.
 
 If repeated reversals without mode 0 were allowed, the inequalities of the design would have no
 solution (docs/theory/observers.md).
@@ -19,11 +19,12 @@ Switch = tuple[int, int]
 
 
 def switches(forward: int, backward: int, allowed: Transitions) -> tuple[Switch, ...]:
-    """Return the allowed switches as sorted pairs (mode, mode at the next sample).
+    """Return the allowed transitions as sorted pairs (mode, mode at the next sample).
 
-    - forward, backward: number of intervals of each direction
-    - allowed: with `neighbours`, a moving mode may switch to the next interval in the direction of
-      motion; with `direction`, to any interval of the same direction
+    - forward, backward: number of position intervals of each direction
+    - allowed: if `neighbours`, a moving mode may change to the next interval in the direction of
+      motion;
+      if `direction`, to any interval of the same direction
     """
     modes = [*range(-backward, 0), 0, *range(1, forward + 1)]
     pairs = {(i, i) for i in modes} | {(i, 0) for i in modes} | {(0, i) for i in modes}

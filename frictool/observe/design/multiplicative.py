@@ -16,10 +16,11 @@ from frictool.observe.design.switched_settings import SwitchedObserverSettings
 
 
 def design(model: Model, settings: SwitchedObserverSettings, provenance: Provenance) -> Observer:
-    """Return the observer with verified gains for each interval and direction of the friction.
+    """Design the observer, with verified gains for each position interval and direction.
 
     Raises NoSolutionError if there are too few intervals, if the inequalities have no solution, or
-    if the gains fail verification.
+    if
+    the gains fail verification.
     """
     friction = friction_map(model)
     forward, backward = (

@@ -34,15 +34,15 @@ def design_observer(
     kind : {"multiplicative", "additive", "tracking"}
         kind of the observer
     settings : SwitchedObserverSettings, optional
-        settings of a multiplicative or additive observer; None: the defaults
+        settings of a multiplicative or additive observer
     bandwidth_rad_s : float, optional
-        bandwidth [rad/s] of a tracking observer; None: the default of `tracking.bandwidth_of`
+        bandwidth [rad/s] of a tracking observer; by default computed by `tracking.bandwidth_of`
     drive_noise : float, optional
-        standard deviation of the measured drive [A or V], tracking only
+        standard deviation of the measured drive [A or V], for a tracking observer only
     inertia : float, optional
-        inertia [kg m2 or kg], tracking only; None: the model's
+        inertia [kg m2 or kg], for a tracking observer only; by default the model's inertia
     provenance : Provenance, optional
-        origin to be written into the document; None: the name of this function
+        provenance of the document; by default it names this function
 
     Returns
     -------
@@ -52,9 +52,9 @@ def design_observer(
     Raises
     ------
     FrictoolError
-        `kind` is unknown
+        if `kind` is unknown
     NoSolutionError
-        there is no observer for these settings, or it fails the verification
+        if there is no observer for these settings, or if it fails the verification
     """
     if kind not in get_args(Kind):
         raise FrictoolError(f"kind: found {kind!r}; allowed: {', '.join(get_args(Kind))}")

@@ -1,9 +1,10 @@
 """Position intervals with nearly constant friction (thesis 6.15 to 6.17).
 
-In each interval the friction must be monotone, so that it stays between the values at the ends.
-Each extremum is therefore an edge between two intervals. A monotone section is divided into
-intervals with equal change of friction. Delta_f is half the range of the friction in an interval.
-The sections get numbers of intervals that make the largest Delta_f as small as possible.
+In each interval, the friction must be monotone, so that it stays between the values at the ends.
+Each extremum is therefore an end of two intervals. A monotone section between two extrema is
+divided into intervals with equal change of friction. Delta_f is half the range of the friction in
+an interval. The numbers of intervals of the sections are chosen such that the largest Delta_f is as
+small as possible.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from frictool.errors import NoSolutionError
 from frictool.friction.polynomial_minimum import sign_changes
 from frictool.observe.design.friction_map import friction_at
 
-FLAT = 1e-9  # friction is constant if its range, relative to its mean, is below FLAT
+FLAT = 1e-9  # range of the friction, relative to its mean, below which friction is constant
 
 
 @dataclass(frozen=True)
@@ -33,10 +34,11 @@ class FrictionInterval:
 
 
 def intervals(friction: FrictionMap, direction: int, count: int) -> list[FrictionInterval]:
-    """Return the position intervals of one direction in ascending order, at most `count`.
+    """Return at most `count` position intervals of one direction, in ascending order.
 
     If friction is constant, there is one interval. Raises NoSolutionError if `count` is less than
-    the number of monotone sections.
+    the
+    number of monotone sections.
     """
     edges = turning_points(friction, direction)
     levels = friction_at(friction, direction, np.array(edges))
@@ -83,7 +85,7 @@ def turning_points(friction: FrictionMap, direction: int) -> list[float]:
 
 
 def _where(friction: FrictionMap, direction: int, low: float, high: float, part: float) -> float:
-    """Return the position between `low` and `high` at which friction has changed by `part`.
+    """Return the position between `low` and `high` at which the friction has changed by `part`.
 
     `part` is a fraction, 0 to 1, of the change between the two positions.
     """

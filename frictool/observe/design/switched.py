@@ -23,7 +23,7 @@ from frictool.observe.design.switched_settings import (
 from frictool.observe.design.verification import motion_samples, verify
 from frictool.typing import Matrix
 
-DIGITS = 10  # significant digits of a stored gain
+DIGITS = 10  # number of significant digits of a stored gain
 
 
 def facts_of(
@@ -32,7 +32,7 @@ def facts_of(
     friction: FrictionMap,
     wear: Literal["multiplicative", "additive"],
 ) -> ModeConstants:
-    """Return the constants that all modes of the observer share."""
+    """Return the constants that all modes of the observer have in common."""
     inertia = settings.inertia if settings.inertia is not None else model.parameters.inertia.value
     return ModeConstants(
         wear,
@@ -53,7 +53,7 @@ def design_switched(
     modes: list[Mode],
     allowed: tuple[Switch, ...],
 ) -> Observer:
-    """Return the observer with gains for `modes`.
+    """Design a switched observer with verified gains for `modes`.
 
     Raises NoSolutionError if the inequalities have no solution or the gains fail the verification.
     """
@@ -107,10 +107,11 @@ def design_switched(
 def _synthesised(
     posed: dict[int, ObserverMode], allowed: tuple[Switch, ...], decay: float, quiet: float | None
 ) -> tuple[SwitchedGains, float | None]:
-    """Return the gains, and their noise gain.
+    """Return the gains of the modes, and their noise gain.
 
-    If `quiet` is None, the gains follow from thesis (6.6), and the noise gain is None. Otherwise
-    the gains pass less noise.
+    If `quiet` is None, the gains follow from thesis (6.6), and the noise gain is None. Otherwise,
+    the
+    gains pass less noise of the encoder.
     """
     if quiet is None:
         return switched_gains(posed, allowed, decay), None

@@ -25,13 +25,14 @@ class SwitchedObserverSettings:
     - intervals: number of position intervals of each direction, if friction varies with position
     - switch_speed: speed Sigma below which the axis is treated as stuck [rad/s | m/s]
     - weights: weights of the errors of position, speed and wear alpha
-    - decay: largest factor lambda by which a sample multiplies the error
-    - inertia: inertia that replaces the model's [kg m2 | kg]
-    - transitions: allowed switches of a moving axis: `neighbours`, to the next interval in the
+    - decay: largest factor lambda by which the error is multiplied in each sample
+    - inertia: inertia that replaces the model's inertia [kg m2 | kg]
+    - transitions: allowed transitions of a moving axis: `neighbours`, to the next interval in the
       direction of motion; `direction`, to any interval of the same direction
-    - stuck_speed: factor of the estimated speed in each sample of mode 0: 1 or 0 (thesis 6.18)
+    - stuck_speed: factor of the estimated speed in each sample of mode 0, 0 or 1 (thesis 6.18)
     - quiet: largest bound gamma of the error, relative to the smallest possible gamma; the gains
-      then pass less encoder noise (lmi/quiet_observer_gains.py). None: the smallest gamma
+      then
+      pass less encoder noise (lmi/quiet_observer_gains.py). None selects the smallest gamma.
     """
 
     intervals: int = 10
@@ -44,7 +45,7 @@ class SwitchedObserverSettings:
     quiet: float | None = None
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a stuck_speed or weights out of range."""
+        """Raise ValueError if `stuck_speed` or `weights` is out of range."""
         if not 0.0 <= self.stuck_speed <= 1.0:
             raise ValueError(f"stuck_speed: found {self.stuck_speed:g}; allowed: 0 to 1")
         if min(self.weights) < 0.0 or self.weights[1] <= 0.0:
@@ -59,10 +60,11 @@ class UnsuitableSetting(NoSolutionError):
 
 
 def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
-    """Return the decay factor lambda per sample.
+    """Return the factor lambda by which the estimation error decays per sample.
 
-    Without a setting, the time constant is fixed for periods up to DECAY_PERIOD. For longer periods
-    lambda is fixed, because a smaller lambda makes the bound gamma of the error larger.
+    If the settings do not state it, the time constant is fixed for periods up to DECAY_PERIOD. For
+    longer periods, lambda is fixed, because a smaller lambda makes the bound gamma of the error
+    larger.
     """
     return (
         settings.decay

@@ -11,7 +11,7 @@ from frictool.observe.design.design_notes import count_speed, notes, time_consta
 
 
 def text(observer: Observer, model: Model) -> str:
-    """Return the design as text."""
+    """Return the design of an observer as text."""
     switched = observer.switched
     if switched is None:
         return "\n".join(
@@ -42,7 +42,7 @@ def text(observer: Observer, model: Model) -> str:
 
 
 def json_view(observer: Observer, model: Model) -> dict[str, Any]:
-    """Return the design as a JSON object."""
+    """Return the design of an observer as a JSON object."""
     switched, tracking = observer.switched, observer.tracking
     if switched is None:
         assert tracking is not None

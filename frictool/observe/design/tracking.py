@@ -5,13 +5,13 @@
     delta_a = ((uncertainty of inertia) (largest effort) + uncertainty of friction + noise)/J
 
 w is the bandwidth, T the period, J the inertia, `step` the encoder step, and delta_a the possible
-error of the acceleration. With the gains L1 to L3, the error in slip has three poles at p; the
-model is x'' = (effort + d)/J, d' = 0 with the position x and the disturbance effort d.
+error of the acceleration. The model in slip is x'' = (effort + d)/J, d' = 0 with the position x and
+the disturbance effort d. The gains L1 to L3 place all three poles of the estimation error at p.
 
 An error delta_a causes a speed error of about delta_a/w, until the estimate of d compensates
 delta_a. An innovation of one encoder step causes a speed error of about step w. The sum of the two
-errors has a flat minimum at w = sqrt(delta_a/step), where they are equal. RATE and CELL are from a
-sweep (docs/theory/velocity.md).
+errors has a flat minimum at w = sqrt(delta_a/step), where they are equal. The values of RATE and
+CELL were found by a parameter sweep (docs/theory/velocity.md).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from frictool.observe.design.switched_settings import UnsuitableSetting
 
 RATE = 0.6  # bandwidth relative to sqrt(delta_a/step)
 CELL = 0.5  # dead zone of the innovation, relative to an encoder step
-LEAST_UNSURE = 0.02  # least relative uncertainty of an inertia
+LEAST_UNSURE = 0.02  # smallest relative uncertainty of the inertia that is assumed
 ASSUMED_BREAKAWAY = 1.0  # breakaway relative to the friction in slip, for a model without friction
 
 
@@ -39,12 +39,12 @@ def design_tracking(
     cell: float = CELL,
     inertia: float | None = None,
 ) -> Observer:
-    """Return the tracking observer of a model, at the bench's period.
+    """Design the tracking observer for a model, at the bench's sample period.
 
     - bandwidth_rad_s: bandwidth w [rad/s]; None for the value of `bandwidth_of`
     - drive_noise: standard deviation of the measured drive [A | V]
     - cell: dead zone of the innovation, in encoder steps
-    - inertia: inertia J [kg m2 | kg]; None for the model's
+    - inertia: inertia J [kg m2 | kg]; None for the model's inertia
 
     Raises UnsuitableSetting if the bandwidth is above 1/period.
     """
@@ -82,14 +82,17 @@ def design_tracking(
 
 
 def gains(bandwidth: float, period: float, inertia: float) -> tuple[float, float, float]:
-    """Return the gains L1 [1], L2 [1/s], L3 [N m/rad | N/m] for a bandwidth [rad/s]."""
+    """Return the gains L1 [1], L2 [1/s] and L3 [N m/rad | N/m] for a bandwidth [rad/s]."""
     pole = math.exp(-bandwidth * period)
     rest = -math.expm1(-bandwidth * period)
     return 1.0 - pole**3, 1.5 * rest**2 * (1.0 + pole) / period, inertia * rest**3 / period**2
 
 
 def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None = None) -> float:
-    """Return the default bandwidth w [rad/s] of this module for the noise `drive_noise` [A | V]."""
+    """Return the default bandwidth w [rad/s] of a tracking observer.
+
+    `drive_noise` is the standard deviation of the measured drive [A | V].
+    """
     bench = model.bench
     period = model.bench.sample_period_s
     believed = model.parameters.inertia.value if inertia is None else inertia
@@ -104,8 +107,9 @@ def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None =
 def spread(model: Model) -> tuple[float, float]:
     """Return the relative uncertainty of the inertia and the uncertainty of dry friction [N m | N].
 
-    An uncertainty is half the width of the model's interval; without an interval, half the width of
-    the bench's range over the product's life.
+    An uncertainty is half the width of the model's interval. If the model has no interval, it is
+    half
+    the width of the bench's range over the product's life.
     """
     known = model.bench.mechanics
     today = model.parameters
@@ -127,7 +131,10 @@ def _breakaway(model: Model) -> float:
 
 
 def _knees(model: Model) -> tuple[Knee, ...]:
-    """Return speed and increase of the viscous coefficient (mean of directions) of each knee."""
+    """Return each speed at which the viscous coefficient changes, and the change.
+
+    The coefficients are means of both directions.
+    """
     laws, today = model.laws, model.parameters
     if laws is None:
         return ()
@@ -148,7 +155,7 @@ def _knees(model: Model) -> tuple[Knee, ...]:
 
 
 def _backlash(model: Model) -> ObserverBacklash | None:
-    """Return the backlash; the friction inside is `backlash_coulomb` or all Coulomb friction."""
+    """Return the backlash and the friction inside it: `backlash_coulomb` or Coulomb friction."""
     known = model.bench.mechanics
     if known.backlash is None or known.backlash.value == 0.0:
         return None

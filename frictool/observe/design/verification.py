@@ -2,19 +2,20 @@
 
 The estimation error e follows e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (thesis
 6.5). Delta is the model error, and z the weighted error (lmi/switched_observer_gains.py). P_i is
-the Lyapunov matrix of mode i, lambda the decay factor. For every sequence of allowed switches, the
-inequalities guarantee two properties. With Delta = 0, each sample multiplies e' P_i e by at most
-lambda^2. From zero error, |z| <= gamma |Delta|.
+the Lyapunov matrix of mode i, lambda the decay factor. For every sequence of allowed transitions
+between modes, the inequalities guarantee two properties. If Delta = 0, each sample multiplies
+e' P_i e by at most lambda^2. If the initial error is zero, |z| <= gamma |Delta|.
 
 The verification simulates the recursion, independently of the inequalities, with every allowed
-switch, every pair of modes that may alternate, and random allowed sequences. Delta is white noise,
-a constant, and the worst Delta, which iterations of the recursion and the adjoint recursion find.
+transition, every pair of modes that may alternate, and random allowed sequences. Delta is white
+noise, a constant, and the worst Delta, which iterations of the recursion and the adjoint recursion
+find.
 
-A rest needs a separate bound, because the error of the wear alpha stays constant at rest
-(eigenvalue 1). The verification computes the largest growth of e' P e in two cases: from the start
-of a rest of any length to the first sample after the rest, and at a switch between two moving modes
-that is not allowed. The report states how long the axis must then move until e' P e has decayed by
-the same factor.
+A rest of the axis needs a separate bound, because the error of the wear alpha stays constant at
+rest (eigenvalue 1). The verification computes the largest growth of e' P e in two cases: from the
+start of a rest of any length to the first sample after the rest, and at a transition between two
+moving modes that is not allowed. The report states how long the axis must then move until e' P e
+has decayed by the same factor.
 """
 
 from __future__ import annotations
@@ -36,15 +37,13 @@ SAMPLES = 600  # samples of a simulated sequence
 WORST_ROUNDS = 6  # iterations of the search for the worst disturbance
 RANDOM_SEQUENCES = 64
 SEED = 8
-LONGEST_REST = 4096  # samples; the errors of position and speed decay in a much shorter time
+LONGEST_REST = 4096  # samples of the longest rest; errors of position and speed decay much faster
 ROUNDING = 1e-6  # relative tolerance of gain and decay in the simulation
 
 
 @dataclass(frozen=True)
 class ObserverVerification:
-    """Results of the verification.
-
-    The module defines the symbols.
+    """Results of the verification, with the symbols of this module.
 
     - gamma: proved bound of |z|/|Delta|
     - radii: spectral radius of A_i - L_i C_i by mode
@@ -52,8 +51,9 @@ class ObserverVerification:
       modes that may alternate
     - simulated_gain: largest |z|/|Delta| in simulation
     - rest: largest growth factor of e' P e from the start of a rest of any length to the first
-      sample after the rest
-    - turn: largest growth factor of e' P e at a switch between moving modes that is not allowed
+      sample
+      after the rest
+    - turn: largest growth factor of e' P e at a transition between moving modes that is not allowed
     """
 
     gamma: float
@@ -65,9 +65,9 @@ class ObserverVerification:
 
 
 def motion_samples(growth: float, decay: float) -> float | None:
-    """Return the number of samples in which the Lyapunov function e' P e falls by `growth`.
+    """Return the number of samples in which e' P e decays by the factor `growth`.
 
-    `decay`: decay factor lambda. The result is None if lambda is 1.
+    `decay` is the decay factor lambda. The result is None if lambda is 1.
     """
     return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 
@@ -125,7 +125,7 @@ def radius(matrix: Matrix) -> float:
 
 
 def _sequences(switches: Sequence[Switch]) -> NDArray[np.intp]:
-    """Return k sequences of modes with allowed switches, (k, SAMPLES + 1)."""
+    """Return k sequences of modes that contain only allowed transitions, (k, SAMPLES + 1)."""
     allowed = set(switches)
     after = {i: sorted(j for i_, j in allowed if i_ == i) for i in sorted({i for i, _ in allowed})}
     first = np.arange(SAMPLES + 1) <= SAMPLES // 2
@@ -157,9 +157,9 @@ def _simulated(
     sequences: NDArray[np.intp],
     solution: SwitchedGains,
 ) -> float:
-    """Return the largest gain |z|/|Delta| from disturbance to weighted error in all sequences.
+    """Return the largest gain |z|/|Delta| from model error to weighted error over all sequences.
 
-    Raises NoSolutionError if a sample without disturbance multiplies e' P e by more than lambda^2.
+    Raises NoSolutionError if a sample with Delta = 0 multiplies e' P e by more than lambda^2.
     """
     numbers = sorted(modes)
     index = np.searchsorted(numbers, sequences).T  # (SAMPLES + 1, k)
@@ -245,7 +245,8 @@ def _over_rest(
     """Return the largest growth of e' P e from the start of a rest to the first sample after it.
 
     The estimate of the wear alpha is constant during the rest. Raises NoSolutionError if the errors
-    of position and speed do not decay in a rest.
+    of
+    position and speed do not decay in a rest.
     """
     resting = mode.a - gains[:, :1] @ mode.c[:1]
     resting[2] = (0.0, 0.0, 1.0)
@@ -274,7 +275,7 @@ def _over_rest(
 def _over_turn(
     loops: Mapping[int, Matrix], switches: Sequence[Switch], solution: SwitchedGains
 ) -> float:
-    """Return the largest growth of e' P e at a switch that is not allowed, between moving modes."""
+    """Return the largest growth of e' P e at a forbidden transition between moving modes."""
     posed = {
         i: np.linalg.solve(solution.t, loop @ solution.t)
         @ np.linalg.inv(np.linalg.cholesky(solution.p[i])).T

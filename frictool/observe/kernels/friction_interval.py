@@ -29,15 +29,15 @@ from frictool.typing import Matrix, Vector
 # backlash
 LAST_X, LAST_EFFORT, KNOWN, NOISE, WEIGHT, GAPS = 0, 1, 2, 3, 4, 5
 STATE_SIZE = GAPS + 3
-FORGET = 1.0 / 256.0  # weight of a new sample at rest in the mean square of the noise
+FORGET = 1.0 / 256.0  # weight of each new sample at rest in the mean square of the noise
 VALUE, LOW, HIGH = 0, 1, 2
 ROUNDING = 1e-9  # relative tolerance of half a backlash
-ZONE_SIZE = 5  # from, to, wear, low, high
+ZONE_SIZE = 5  # columns of `zones`: start, end, then value, low and high of the wear
 
 
 @kernel
 def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
-    """Return the dry friction F [N m | N] in slip; p (EXTENDED_SIZE,): parameters of the axis."""
+    """Return the dry friction F [N m | N] in slip; `p` contains the parameters of the axis."""
     level = float(coulomb_at(p, direction, x))
     if p[STRIBECK_VELOCITY] > 0.0:
         fall = math.exp(-((speed / p[STRIBECK_VELOCITY]) ** p[STRIBECK_EXPONENT]))
@@ -47,9 +47,9 @@ def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
 
 @kernel
 def viscous_friction(p: Vector, direction: float, speed: float) -> float:
-    """Return the viscous friction [N m | N] of an axis, including the knees of the speed regimes.
+    """Return the viscous friction [N m | N] at a speed; its coefficient may change with speed.
 
-    p (EXTENDED_SIZE,): parameters of the axis.
+    `p` (EXTENDED_SIZE,) contains the parameters of the axis.
     """
     added, viscous = straight_line(p, direction, speed)
     return added + viscous * speed
@@ -57,7 +57,7 @@ def viscous_friction(p: Vector, direction: float, speed: float) -> float:
 
 @kernel
 def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[float, float, float]:
-    """Return the wear at the position x, and both ends of its interval.
+    """Return value, lower and upper bound of the wear at the position x.
 
     `friction_along` explains `factors` and `zones`.
     """
@@ -70,7 +70,7 @@ def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[f
 
 @kernel
 def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Matrix) -> float:
-    """Return the largest static friction [N m | N] at position x, with the largest wear."""
+    """Return the largest static friction [N m | N] at the position x for the largest wear."""
     worn = (
         breakaway_at(p, direction, x, math.inf) * _worn(factors, zones, x, direction)[HIGH]
         + factors[2, HIGH]
@@ -93,7 +93,8 @@ def _in_slip(
     """Return value, low, high of the friction in slip at the position x and the velocity v.
 
     `loose` is the fraction that `_play` returns. The factors of viscous and dry friction are those
-    at the temperature of the sample.
+    at
+    the temperature of the sample.
     """
     direction = 1.0 if v > 0.0 else -1.0
     speed = abs(v)
@@ -153,7 +154,7 @@ def friction_along(
     state: Vector,
     out: Matrix,
 ) -> None:
-    """Fill `out` (3, n) with the friction of consecutive samples: value, low, high [N m | N].
+    """Fill `out` (3, n) with value, low and high of the friction at each sample [N m | N].
 
     - axes: (3, EXTENDED_SIZE), parameters of the axis with nominal, least and largest viscous
       friction
@@ -164,7 +165,7 @@ def friction_along(
       count
     - factors: (3, 3), rows: wear forward, wear backward, added friction; columns as in `gap`
     - zones: (k, 5), columns: start, end [rad | m], then value, low and high of the wear
-    - quantile: quantile of the normal distribution
+    - quantile: quantile of the normal distribution for the intervals
     - x, effort: position [rad | m] and effort [N m | N], (n,)
     - v: (3, n), value, low and high of the velocity [rad/s | m/s]
     - warm: (2, n), factors of viscous and dry friction at the temperature of each sample

@@ -38,7 +38,8 @@ def low_pass_bank(
         (3, m): input, output of the first stage and output of the second stage at the previous
         sample; updated in place.
     squares
-        (2 m + 1,): sums of (output - reference)^2 in the order of the module's table, updated.
+        (2 m + 1,): sums of (output - reference)^2 in the order of the module's table; updated in
+        place.
     """
     bank = pole.shape[0]
     before, once, twice = state[0], state[1], state[2]

@@ -5,17 +5,17 @@
 
     G_n, G_a   velocity error per position error: fields `rounding` and `misfit` of `ErrorGains`
                (observe/design/error_gains.py)
-    ROUNDED    part of a count's rounding that passes the observer's dead zone
-    h          predicted misfit |delta_a - low-pass of delta_a|/w with the bandwidth w;
+    ROUNDED    fraction of a count's rounding error that passes the observer's dead zone
+    h          predicted error |delta_a - low-pass of delta_a|/w with the bandwidth w;
                delta_a = unsure a + friction sign(v) is the possible error of the model's
                acceleration a (unsure, friction: VelocityIntervalConstants). The disturbance
                estimate compensates a constant delta_a; a change of delta_a acts for about 1/w
-    s          observed misfit: rms of (measured - predicted position) beyond the error of
-               rounding, over about MEMORY samples in motion
-    r          peak of the observed misfit, for example after an impact; r decays as fast as the
+    s          observed error: rms of (measured - predicted position) beyond the rounding error,
+               over about MEMORY samples in motion
+    r          peak of the observed error, for example after an impact; r decays as fast as the
                observer's error
 
-The predicted and the observed misfit estimate the same error; the larger one is used. ROUNDED and
+The predicted and the observed error estimate the same quantity; the larger one is used. ROUNDED and
 the factor 1.2 are explained in docs/theory/velocity.md.
 """
 
@@ -27,18 +27,18 @@ from typing import NamedTuple
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-QUANTILE = 1.959964  # of the normal distribution, for 95 %
-ROUNDED = 0.75  # part of a count's rounding that passes the observer's dead zone
-MODEL_PART = 1.2  # weight of the predicted misfit
+QUANTILE = 1.959964  # quantile of the normal distribution for an interval at 95 %
+ROUNDED = 0.75  # fraction of a count's rounding error that passes the observer's dead zone
+MODEL_PART = 1.2  # weight of the predicted error h
 PASSED = 2.0  # largest distance moved since the last count, in counts
-MEMORY = 100.0  # samples, time constant of the observed misfit's mean square
+MEMORY = 100.0  # samples, time constant of the mean square of the observed error
 # indices of `state`: low-pass of delta_a, predicted misfit [rad/s | m/s], time since the last count
 # [s], last position, mean square and peak of the observed misfit
 LOW_PASS, LEFT, SINCE, SHOWN, MEAN_SQUARE, PEAK, STATE_SIZE = 0, 1, 2, 3, 4, 5, 6
 
 
 class VelocityIntervalConstants(NamedTuple):
-    """Constants of the interval.
+    """Constants of the velocity's interval.
 
     - unsure: relative uncertainty of the inertia
     - friction: (uncertainty of the dry friction)/inertia [rad/s2 | m/s2]
@@ -74,8 +74,8 @@ def velocity_interval(
     - velocity: estimated velocity, (n,), rad/s | m/s
     - acceleration: acceleration of the model, (n,), rad/s^2 | m/s^2
     - position: measured position, (n,), rad | m
-    - miss: part of (measured - predicted position) beyond the observer's dead zone, (n,), rad | m
-    - state: values between samples, in the order of the module's constants, (6,), updated
+    - miss: innovation (measured minus predicted position) reduced by the dead zone, (n,), rad | m
+    - state: values between samples, in the order of the module's constants, (6,); updated in place
     """
     step, period = sizes.step, sizes.period
     pole = math.exp(-sizes.bandwidth * period)

@@ -3,15 +3,15 @@
     effort = C theta + errors           prior theta ~ N(mean, P), errors ~ N(0, 1)
 
 C is the matrix of the data rows. Let G = C' C, b = C' effort, M = (P^-1 + G)^-1 = (I + P G)^-1 P,
-and let `best` be the least-squares fit, G best = b. P may be singular, because it may tie
-parameters together. Then
+and let `best` be the least-squares fit, G best = b. P may be singular, because a prior may require
+that parameters are equal. Then
 
     theta given the rows ~ N(mean + M (b - G mean), M)
     ln p(effort) = -1/2 ln det(I + G P)
                  - 1/2 (best - mean)' (I + G P)^-1 G (best - mean) + const
 
-where const depends on the rows only. This form contains no difference of large numbers, but only
-the distance of the prior mean from the best fit.
+where const depends on the rows only. This form is numerically accurate: it contains the distance of
+the prior mean from the best fit, and no difference of large numbers.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ import scipy
 from frictool.typing import Vector
 
 RANK = 1e-13  # smallest eigenvalue that is used, relative to the largest
-NEGLIGIBLE = 1e-3  # smallest weight of a component of a mixture that is used
+NEGLIGIBLE = 1e-3  # weight below which a component of a mixture is not used
 
 
 def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tuple[Vector, Vector]:
-    """Return the posterior mean (p,) and covariance (p, p).
+    """Return the posterior mean (p,) and covariance (p, p) of the parameters.
 
     - gram, right: C' C and C' effort with the matrix C of the data rows
     - mean, belief: mean and covariance of the prior

@@ -7,7 +7,7 @@ standard deviation (h'S^-1 h)^-1/2, because the innovations are white. To detect
 single move shows, numerators and denominators of successive moves are summed: for each q in
 MEMORIES, a move that is j moves old has the weight q^j.
 
-A change of one parameter resembles changes of others. Therefore only the most likely change is
+A change of one parameter resembles changes of others. Only the most likely change is therefore
 reported. The log prior of a change of the wear exceeds the log prior of other changes by FAVOUR.
 """
 
@@ -18,8 +18,8 @@ import numpy as np
 from frictool.typing import Vector
 
 MEMORIES = np.array([0.0, 0.8, 0.95])  # weight of a move relative to the next move
-SURPRISE = 4.0  # standard deviations, threshold of a change
-FAVOUR = 6.0  # log prior ratio of a change of the wear to one of another parameter
+SURPRISE = 4.0  # standard deviations above which a step is a change
+FAVOUR = 6.0  # log of the prior odds of a change of the wear against a change of another parameter
 EXPLAINED = 2.0  # size of a change, in standard deviations of the random step that explains it
 
 
@@ -37,10 +37,13 @@ class ChangeDetector:
         )
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
-        """Return the standard deviations (k, n) of random steps that explain a change; 0 for none.
+        """Add a move; return the standard deviations (k, n) of random steps that explain a change.
 
-        `step`, `weight`: (k, n), numerator and denominator of the maximum-likelihood step (see the
-        module). A filter that reports a change restarts its sums.
+        The result is 0 for a parameter without a change. `step` and `weight` (k, n) are numerator
+        and
+        denominator of the maximum-likelihood step (see the module). If a filter reports a change,
+        its sums
+        restart.
         """
         self._steps = MEMORIES * self._steps + step[..., None]
         self._weights = MEMORIES * self._weights + weight[..., None]

@@ -1,7 +1,7 @@
 """Effect of a wrong actuator constant on the estimates.
 
-The logged effort is the constant times the drive. An error of the constant therefore scales all
-estimates by the same factor:
+The logged effort is the constant times the drive signal. An error of the constant therefore scales
+all estimates by the same factor:
 
     estimate = (true value) (constant of the bench)/(constant of the unit)
 
@@ -15,13 +15,13 @@ from __future__ import annotations
 from frictool.documents.model import Model
 from frictool.observe.interval_estimate import EstimateRange
 
-QUANTILE = 1.96  # of the normal distribution; the bench's range is treated as a 95 % interval
+QUANTILE = 1.96  # quantile of the normal distribution; the bench's range is a 95 % interval
 
 
 def scale_of(model: Model) -> EstimateRange | None:
     """Return the common factor of all estimates: 1, with an interval from the bench's range.
 
-    The result is None if the bench has no range of the actuator's constant.
+    The result is None if the bench states no range of the actuator constant.
     """
     known = model.bench.actuator.constant
     low, high = known.interval
@@ -29,6 +29,6 @@ def scale_of(model: Model) -> EstimateRange | None:
 
 
 def relative_deviation(model: Model) -> float:
-    """Return the relative standard deviation of the actuator's constant; 0 without a range."""
+    """Return the relative standard deviation of the actuator constant; 0 without a range."""
     low, high = model.bench.actuator.constant.interval
     return 0.5 * (high - low) / (QUANTILE * model.bench.actuator.constant.value)

@@ -1,4 +1,4 @@
-"""Bank of filters, updated by moves; the filters allow different slopes of friction against speed.
+"""Bank of filters for wear and friction parameters, each with another slope of friction over speed.
 
     each move         P' = (P^-1 + A/r)^-1      m' = m + P' (b - A m)/r
     then              a random step of the wear, which increases P'
@@ -9,11 +9,11 @@ deviations. A = C'C and b = C' effort with the rows C of the move. The rows over
 errors are correlated. r is the variance of a row's residual, estimated from the moves, times
 `inflation`, the number of overlapping rows that are as precise as one independent row.
 
-If all moves are alike, a slope of friction against speed that the model does not include looks like
-wear. A filter without the slope is biased on a plant with the slope; a filter with the slope is
-less precise. The evidence of the moves decides between the filters (docs/theory/wear.md). Similar
-moves repeat the rounding errors of the encoder; the evidence of a move is therefore multiplied by
-EVIDENCE and decays within MEMORY moves.
+If all moves are alike, a slope of friction over speed that the model does not include looks like
+wear. If the friction of the axis has such a slope, a filter that does not allow for it is biased; a
+filter that allows for it is less precise. The evidence of the moves decides between the filters
+(docs/theory/wear.md). Similar moves repeat the rounding errors of the encoder; the evidence of a
+move is therefore multiplied by EVIDENCE and decays within MEMORY moves.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # log prior probability of each slop
 UNMODELLED = tuple(UnmodelledFriction(slope, 0.5 * slope, 0.3 * slope) for slope in SLOPES)
 EVIDENCE = 0.5  # weight of a move's log evidence
 MEMORY = 50.0  # moves, time constant of forgetting the evidence
-RESTLESS = 0.5  # size of an enlarged random step at the next move, relative to that of this move
+RESTLESS = 0.5  # factor on an enlarged random step from one move to the next
 PRIOR_ROWS = 20.0  # number of rows that has the same weight as the prior variance
 # a move's variance is used if it exceeds the known variance by this number of standard deviations
 NOISIER = 5.0
@@ -46,13 +46,16 @@ class FilterBank:
     """Bank of k filters for the same n parameters.
 
     After each move, the parameter `name` makes a random step with the standard deviation `walk`
-    [SI]. The other parameters make a step only after a detected change.
+    [SI].
+    The other parameters make a step only after a detected change.
 
-    - restrictions: map from the parameters to a row for each filter; the maps differ only in the
-      prior
+    - restrictions: for each filter, map from the parameters to the coefficients of a row; the maps
+      differ only in the prior
     - variance: prior variance of a row's residual, (N m)^2 | N^2
+    - inflation: number of overlapping rows that are as precise as one independent row
     - states, spreads: means (k, n) and covariances (k, n, n), relative to the prior mean, in units
-      of the prior standard deviations
+      of
+      the prior standard deviations
     """
 
     def __init__(
@@ -149,7 +152,8 @@ class FilterBank:
     def _information(self, move: Move) -> tuple[Vector, Vector, Vector]:
         """Return A (k, n, n), b (k, n) and the sum of the squared efforts (k,) of a move.
 
-        All are relative to the prior mean; A and b are in units of the prior standard deviations.
+        All three are relative to the prior mean; A and b are in units of the prior standard
+        deviations.
         """
         size = move.gram.shape[0] - 1
         columns = move.gram[:size, :size]
@@ -167,11 +171,13 @@ class FilterBank:
         )
 
     def _noise_of(self, information: Vector, missed: Vector, left: Vector, rows: int) -> float:
-        """Return the noise variance r of a move [(N m)^2 | N^2].
+        """Return the noise variance r for a move [(N m)^2 | N^2].
 
         r is the variance learned so far. If the residual of the move is significantly larger, r
-        includes this residual: a noisy first move must not have the weight that follows from the
-        prior variance. `left`: squared residuals of the present filters, (k,).
+        includes
+        this residual: a noisy first move must not have the weight that follows from the prior
+        variance.
+        `left` contains the squared residuals of the present filters, (k,).
         """
         known = noise = self.noise
         # fitted without earlier moves, because a changed parameter is not noise
@@ -199,7 +205,7 @@ class FilterBank:
         return noise
 
     def _learn(self, left: Vector, rows: int) -> None:
-        """Update the variance with a move's sums of squared residuals `left` (k,)."""
+        """Update the learned variance with the sums of squared residuals `left` (k,) of a move."""
         self._squares = self._squares + np.maximum(left, 0.0)
         self._rows = self._rows + rows
         if self._rows > MEMORY_ROWS:

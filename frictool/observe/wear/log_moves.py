@@ -1,4 +1,4 @@
-"""Moves of a log, each stored as one Gram matrix of its weak-form rows."""
+"""Moves of a log, each stored as the Gram matrix of its weak-form rows."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ class Move:
     """Motion from one rest or reversal to the next.
 
     - gram: sum of row' row over the weak-form rows of the move, (p + 1, p + 1). The first p columns
-      of a row are `WeakFormLayout.names`, the last column is the effort [N m | N]
+      of
+      a row are `WeakFormLayout.names`, the last column is the effort [N m | N].
     - rows: number of rows
     - time: time [s] of the last sample of the last row
     - direction: 1 or -1
     - speed: mean speed over the rows [rad/s | m/s]
-    - excess: temperature at `time` minus the reference of the model [K]; 0 if unknown
+    - excess: temperature at `time` minus the reference temperature of the model [K]; 0 if unknown
     """
 
     gram: Vector
@@ -35,7 +36,7 @@ class Move:
 
 
 class MoveCollector:
-    """Collector of moves along a log, with a few windows of samples and a Gram matrix in memory."""
+    """Collector of moves along a log; a few windows of samples and a Gram matrix are in memory."""
 
     def __init__(self, layout: WeakFormLayout) -> None:
         self.layout = layout
@@ -64,7 +65,7 @@ class MoveCollector:
         weak_form_rows.forget(self._state, layout.gap)
 
     def take(self, piece: MotionBlock) -> list[Move]:
-        """Return the moves that ended in this block, or at a gap before this block."""
+        """Process a block; return the moves that ended in it, or at a gap before it."""
         ended: list[Move] = []
         if not piece.follows:
             ended = self.end()
@@ -139,7 +140,7 @@ class MoveCollector:
         return ended
 
     def _closed(self) -> list[Move]:
-        """Start the next move, and return the last one in a list, empty if it has no rows."""
+        """Start the next move; return [current move], or [] if it has no rows."""
         count = int(self._move[weak_form_rows.ROWS])
         lower = self._gram
         gram = lower + np.tril(lower, -1).T
@@ -157,7 +158,7 @@ class MoveCollector:
 
 
 def _warmth(layout: WeakFormLayout, piece: MotionBlock) -> tuple[Vector, Matrix]:
-    """Return excess temperatures (n,) [K] and factors (2, n) of viscous and dry friction."""
+    """Return excess temperatures (n,) [K], and factors (2, n) of viscous and dry friction."""
     law = layout.temperature
     if law is None or piece.temperature is None:
         return np.zeros(piece.time.size), np.ones((2, piece.time.size))

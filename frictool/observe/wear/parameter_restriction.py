@@ -13,8 +13,8 @@ inertia, the viscous friction with its bends (changes of the slope over speed), 
 effort, for example of a current sensor, with level_d = d offset.
 
 The prior is wide for parameters that differ between units or change with age: inertia, wear and
-viscous friction. `UnmodelledFriction` bounds speed-dependent friction that the model does not
-include: a slope below the model's first knee, or another bend.
+viscous friction. `UnmodelledFriction` bounds friction that depends on speed and is not in the
+model: a slope below the model's first bend, or another bend.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class UnmodelledFriction:
 
 @dataclass(frozen=True)
 class ParameterRestriction:
-    """Linear map coefficients = fixed + matrix @ parameters, with the parameters' prior.
+    """Linear map coefficients = fixed + matrix @ parameters, with the prior of the parameters.
 
     - names: names of the parameters, (r,)
     - matrix: coefficients per unit of each parameter, (p, r)
@@ -85,7 +85,8 @@ def restriction(
     """Return the map from friction and wear parameters to the coefficients of a weak-form row.
 
     The first parameters are common to all kinds of wear: inertia, viscous friction, its asymmetry
-    and its bends. The parameters of `wear` follow.
+    and
+    its bends. The parameters of `wear` follow.
 
     Parameters
     ----------
@@ -94,13 +95,13 @@ def restriction(
     layout
         Names of the p columns of a row.
     wear
-        name -> coefficients (p,) per unit of the parameter, its prior mean and its prior standard
-        deviation, for each parameter of the kind of wear.
+        Parameters of the kind of wear: name -> coefficients (p,) per unit of the parameter, prior
+        mean, and prior standard deviation.
     fixed
         Part (p,) of the coefficients that does not depend on the parameters; None for 0.
     unmodelled
-        Speed-dependent friction that the model does not include; this friction widens the prior of
-        the viscous friction and its bends.
+        Friction that depends on speed and is not in the model; it widens the prior of the viscous
+        friction and of its bends.
     """
     known = _known(model, layout, unmodelled)
     columns = [np.eye(len(layout.names))[:, layout.names.index(name)] for name in known]
@@ -119,7 +120,7 @@ def restriction(
 
 
 def dry_columns(layout: WeakFormLayout, side: str | None = None, zone: int | None = None) -> Vector:
-    """Return a vector (p,) with 1 at the columns of the dry friction and 0 at the others.
+    """Return a vector (p,) with 1 at the columns of the dry friction, and 0 at the others.
 
     - side: `forward` or `backward`; None for both directions
     - zone: index of a zone of the travel; None for all zones
@@ -143,9 +144,11 @@ def offset_of(
 ) -> tuple[Vector, float, float]:
     """Return coefficients (p,) per unit, prior mean and deviation [N m | N] of the drive's offset.
 
-    The offset is relative to the model's; a positive offset opposes a positive effort. The
-    deviation combines, in quadrature, `share` times the dry friction with the wider of the model's
-    and the bench's ranges.
+    The offset is relative to the model's offset; a positive offset opposes a positive effort. The
+    prior
+    deviation is the root of the sum of two squares: `share` times the dry friction, and the
+    deviation
+    that corresponds to the wider of the model's and the bench's ranges.
     """
     known = max(
         _half(quantity)

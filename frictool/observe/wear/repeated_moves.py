@@ -1,4 +1,4 @@
-"""Count of moves that repeat each other.
+"""Number of moves that are similar to each other.
 
 Similar moves have the same model errors, so that a group of similar moves is treated as one move.
 Two moves are similar if they pass the same zones: their normalised friction columns then differ by
@@ -12,11 +12,11 @@ import numpy as np
 from frictool.typing import Vector
 
 ALIKE = 0.25  # largest Euclidean distance of the normalised friction columns of similar moves
-MOST = 60  # different moves that are kept
+MOST = 60  # largest number of different moves that are kept
 
 
 class MoveRepeats:
-    """Counter of repeated moves, from their Gram matrices."""
+    """Counter of similar moves, from their Gram matrices."""
 
     def __init__(self) -> None:
         self._different: Vector | None = None

@@ -6,10 +6,11 @@
 
 A row is this equation, averaged over a window of samples. x, v and a are position, velocity and
 acceleration, s the direction of the motion, f the model's dry friction at x, and (...)+ the
-positive part. g is the factor of viscous friction at the logged temperature, and f contains the
-factor of dry friction; if the model or the log has no temperature, both factors are 1. If the plant
-equals the model, dry_d,z is 1 in every direction d and zone z, and level_d is 0. The same row is
-used for all kinds of wear: uniform, by direction, by zone, or additive (parameter_restriction.py).
+positive part. knee_j is a speed at which the slope of friction changes by bend_j. g is the factor
+of viscous friction at the logged temperature, and f contains the factor of dry friction; if the
+model or the log has no temperature, both factors are 1. If the axis equals the model, dry_d,z is 1
+in every direction d and zone z, and level_d is 0. The same row is used for all kinds of wear:
+uniform, by direction, by zone, or additive (parameter_restriction.py).
 
 The window is so long that the rounding of the encoder disturbs a row by at most NOISE_SHARE of the
 dry friction. To fit into a move, the window is at most a third of the time for the travel at top
@@ -47,43 +48,42 @@ SHORTEST_S = 0.02  # s, shortest window
 MOVE_SHARE = 1.0 / 3.0  # longest window relative to the time for the travel at top speed
 # standard deviation of a row's error from the encoder's rounding, relative to the mean dry friction
 NOISE_SHARE = 0.007
-PER_WINDOW = 8  # rows that begin within one window
+PER_WINDOW = 8  # number of rows that begin within one window
 # time on each side of a sample from which its speed is computed, relative to the window
 SLOPE_SHARE = 0.2
-COUNTS = 2.0 - 1e-6  # counts that must pass in that time; a little below 2 for rounding
+COUNTS = 2.0 - 1e-6  # counts that must pass in this time; a little below 2 because of rounding
 SLOWEST = 0.02  # speed relative to the top speed, below which a sample is not used
 KNEES = (0.6, 0.8, 1.0, 1.2)  # possible bends of the friction, relative to the model's first knee
 # possible bends relative to the top speed, for a model without a knee
 FREE_KNEES = (0.4, 0.55, 0.7, 0.85)
 GAP_SPREAD = 1.3  # widest backlash relative to the bench's value, if the bench has no range
-ZONES = 6  # zones of the travel, if the bench or the friction map has a travel
+ZONES = 6  # number of zones, if the bench or the friction map has a travel
 LEAST_FRICTION = 1e-9  # least dry friction relative to the effort at the drive's limit
 
 
 @dataclass(frozen=True)
 class WeakFormLayout:
-    """Constants of the rows, SI.
+    """Constants of the weak-form rows, SI.
 
     - period: sample period [s]
-    - window: samples in a window
-    - every: samples between two rows
-    - reach: number of samples on each side of a sample from which the speed at the sample is
-      computed
+    - window: number of samples in a window
+    - every: number of samples between two rows
+    - reach: number of samples on each side of a sample from which its speed is computed
     - phi: (window,), weight function, 0 at both ends
     - second: (window,), second difference of phi [1/s^2]
     - effort: (3,), weights of the effort at the sample before, at the sample and at the next sample
     - slowest, fastest: speed limits of usable samples [rad/s | m/s]
-    - knees: (h,), speeds at which friction may bend [rad/s | m/s]
-    - edges: (z + 1,), edges of the zones [rad | m]; the end zones extend beyond the outer edges
+    - knees: (h,), speeds at which the slope of friction may change [rad/s | m/s]
+    - edges: (z + 1,), boundaries of the zones [rad | m]; the end zones extend beyond the outer ones
     - dry: (2, c), polynomials of the model's friction [N m | N], backward and forward, constant
       outside `mapped` (2,) [rad | m]
     - count: encoder step [rad | m]
-    - gap: widest backlash plus one count [rad | m]; 0 without a backlash
+    - gap: widest backlash plus one count [rad | m]; 0 if there is no backlash
     - stops: (2,), positions of the end stops [rad | m]
     - load: array of plant/position_load.py
     - offset: the model's offset [N m | N]
     - friction: mean dry friction over the travel and both directions [N m | N]
-    - temperature: dependence of friction on temperature; None if the model has none
+    - temperature: dependence of friction on temperature, or None
     """
 
     period: float
@@ -109,12 +109,12 @@ class WeakFormLayout:
 
     @property
     def zones(self) -> int:
-        """Return the number of zones."""
+        """Return the number of zones of the travel."""
         return self.edges.size - 1
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the p regressors of a row; column p + 1 is the effort."""
+        """Return the names of the p regressors of a row; the effort is the column after them."""
         zones = range(self.zones)
         bends = [f"bend_{k}" for k in range(self.knees.size)]
         dry = [f"dry_{side}_{zone}" for side in ("backward", "forward") for zone in zones]
@@ -124,9 +124,9 @@ class WeakFormLayout:
 def layout_of(
     model: Model, period: float | None = None, window: int | None = None, zones: int | None = None
 ) -> WeakFormLayout:
-    """Return the layout for a model.
+    """Return the layout of the weak-form rows for a model.
 
-    - period: sample period [s]; None for the bench's
+    - period: sample period [s]; None for the bench's period
     - window, zones: number of samples of a window, and number of zones; None for the defaults
 
     Raises FrictoolError if the model has no dry friction, or if the window is not odd or too short.
@@ -196,13 +196,13 @@ def layout_of(
 
 
 def _edges(low: float, high: float, zones: int | None) -> Vector:
-    """Return the edges (z + 1,) of the zones of a travel; one zone if the travel is unbounded."""
+    """Return the boundaries (z + 1,) of the zones; an unbounded travel is one zone."""
     count = zones or (ZONES if high > low and np.isfinite(high - low) else 1)
     return np.array([low, high]) if count == 1 else np.linspace(low, high, count + 1)
 
 
 def _window(inertia: float, count: float, friction: float, period: float, travelling: float) -> int:
-    """Return the odd number of samples of a window that averages the encoder's rounding."""
+    """Return the length of a window [samples, odd] that averages out the encoder's rounding."""
     longest = max(SHORTEST, MOVE_SHARE * travelling / period)
     window = 2 * (max(SHORTEST, round(SHORTEST_S / period)) // 2) + 1
     while window + 2 <= longest:
@@ -217,7 +217,7 @@ def _window(inertia: float, count: float, friction: float, period: float, travel
 
 
 def _dry(axis: Vector) -> tuple[Vector, Vector]:
-    """Return the friction's polynomials (2, MAX_TERMS), backward and forward, and their range (2,).
+    """Return friction polynomials (2, MAX_TERMS), backward and forward, and their range (2,).
 
     The coefficients begin with the lowest power.
     """
@@ -243,7 +243,7 @@ def _mean(dry: Vector, mapped: Vector, low: float, high: float) -> float:
 
 
 def _knees(model: Model) -> Vector:
-    """Return the rising speeds [rad/s | m/s] at which the slope of friction may change."""
+    """Return the speeds [rad/s | m/s], in ascending order, at which the slope may change."""
     top = model.bench.mechanics.top_speed
     regimes = model.laws.regimes if model.laws is not None else ()
     if regimes:
@@ -260,7 +260,7 @@ def _knees(model: Model) -> Vector:
 
 
 def _gap(model: Model, count: float) -> float:
-    """Return the widest backlash plus one count [rad | m]; 0 without a backlash."""
+    """Return the widest backlash plus one count [rad | m]; 0 if there is no backlash."""
     width = model.bench.mechanics.backlash
     if width is None or width.value == 0.0:
         return 0.0

@@ -10,7 +10,7 @@ samples before and after it. The load must be attached, and the axis away from t
 load is attached as soon as the axis has moved in one direction by the widest possible backlash.
 Before that, the position inside the backlash is unknown, and no sample is used.
 
-A move ends after REST windows below the speed `slowest`, at a reversal, or with MOST_ROWS rows.
+A move ends after REST windows below the speed `slowest`, at a reversal, or after MOST_ROWS rows.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
 from frictool.typing import Matrix, Vector
 
-MOST_ROWS = 400.0  # most rows of a move
-REST = 1.0  # windows below the speed `slowest` after which a move has ended
+MOST_ROWS = 400.0  # largest number of rows of a move
+REST = 1.0  # number of windows below the speed `slowest` after which a move has ended
 
 # indices of `numbers`, the kernel's constants, from weak_form_layout.py
 PERIOD, SLOWEST, FASTEST, GAP, LOW_STOP, HIGH_STOP, MAP_LOW, MAP_HIGH, OFFSET, HALF_COUNT = range(
@@ -41,7 +41,7 @@ MOVE_SIZE = 5
 
 @kernel
 def attached(state: Vector, step: float, gap: float) -> float:
-    """Update the position inside the backlash after a motor `step` [rad | m].
+    """Update the position inside the backlash after the motor has moved by `step` [rad | m].
 
     Return 1 or -1 if the motor certainly moves the load forward or backward, else 0.
     """
@@ -57,7 +57,7 @@ def attached(state: Vector, step: float, gap: float) -> float:
 
 @kernel
 def slips(position: Vector, k: int, reach: int, carried: float, numbers: Vector) -> float:
-    """Return the direction (1 or -1) of a certain slip with the load at sample k, else 0."""
+    """Return the direction (1 or -1) if axis and load certainly slip at sample k, else 0."""
     before = position[k] - position[k - reach]
     after = position[k + reach] - position[k]
     least, most = (
@@ -96,8 +96,8 @@ def remember(
 
     The values are written to the columns `index` and `index` + window, so that each window is
     contiguous. The factors of viscous and dry friction are those at the temperature of the sample.
-
-    `ring`: ring buffer (h + z, 2 window). The first h rows are bends, the other z rows are zones.
+    `ring` is the ring buffer (h + z, 2 window): the first h rows are bends, the other z rows are
+    zones.
     The row of the zone of x [rad | m] gets the friction at x [N m | N], the other zones get 0.
     """
     bends = knees.shape[0]
@@ -177,7 +177,7 @@ def add_row(gram: Vector, row: Vector) -> None:
 
 @kernel
 def forget(state: Vector, gap: float) -> None:
-    """Reset the state after a gap: the position inside the backlash is unknown."""
+    """Reset the state after a gap in time; the position inside the backlash is then unknown."""
     state[:] = 0.0
     state[PLAY_LOW], state[PLAY_HIGH] = -0.5 * gap, 0.5 * gap
 

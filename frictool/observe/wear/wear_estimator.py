@@ -11,7 +11,7 @@ enlarged until it explains these moves: the wear has grown faster, or has jumped
 The variance of the interval is the sum of four terms: the variance of the filters, the square of
 the lag behind a growing wear, the square of FLOOR times the wear, and the variance of the dry
 friction at the mean temperature of the moves (0 if the model's friction does not depend on the
-temperature). FLOOR is the relative error that many moves do not reduce: the model's dependence of
+temperature). FLOOR is a relative error that more moves do not reduce: the model's dependence of
 friction on position and speed is not exact, and the rows are approximations.
 """
 
@@ -58,9 +58,9 @@ class WearEstimator:
     def __init__(
         self, model: Model, period: float | None = None, confidence: float = CONFIDENCE
     ) -> None:
-        """Set up the estimator; raise FrictoolError for a model without dry friction.
+        """Create the estimator; raise FrictoolError for a model without dry friction.
 
-        `period`: sample period of the log [s]; None: the bench's.
+        `period` is the sample period of the log [s]; None selects the bench's period.
         """
         self.model = model
         self.layout = layout_of(model, period)
@@ -82,15 +82,15 @@ class WearEstimator:
         self.estimate = WearEstimate(0.0, 0, prior(model), scale=self._scale)
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
-        """Return an estimate for each move that ended in this block or at a gap before."""
+        """Process a block; return an estimate for each move that ended in it or at a gap before."""
         return [self.learn(move) for move in self.moves.take(piece)]
 
     def finish(self) -> list[WearEstimate]:
-        """End the last move; return its estimate in a list, empty if no move is unfinished."""
+        """End the last move; return [its estimate], or [] if no move is unfinished."""
         return [self.learn(move) for move in self.moves.end()]
 
     def learn(self, move: Move) -> WearEstimate:
-        """Return the estimate after one more move."""
+        """Add a move, and return the new estimate."""
         self._count += 1
         self._excess += (move.excess - self._excess) / self._count
         if self.bank.take(move):
@@ -124,11 +124,13 @@ class WearEstimator:
 
     @property
     def _going(self) -> float:
-        """Return the lag of the filters behind a wear that keeps growing.
+        """Return the lag of the estimate behind a wear that keeps growing.
 
         Each test in GOING_ON uses the last changes of the estimate, each over several moves. If all
+        of them
         have the same sign, the wear grows at least at the rate of the smallest change per move. The
-        lag is this rate times the lag of the filters in moves. The result is the largest lag.
+        lag is
+        this rate times the lag of the filters in moves. The result is the largest lag of all tests.
         """
         changes = [0.0]
         lately = list(self._lately)
@@ -140,7 +142,7 @@ class WearEstimator:
         return max(changes)
 
     def _range(self, name: str, scale: float, floor: float, extra: float = 0.0) -> EstimateRange:
-        """Return a parameter times `scale` with its interval.
+        """Return a parameter times `scale`, with its interval.
 
         `floor` (relative to the value) and `extra` [SI] are standard deviations, which are added in
         quadrature.
@@ -165,9 +167,9 @@ def apart(one: EstimateRange, other: EstimateRange) -> bool:
 
 
 def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
-    """Return the estimate `alike` for uniform wear, with the kind of wear of `verdict`.
+    """Return the estimate `alike` of uniform wear, extended by the kind of wear of `verdict`.
 
-    For a kind other than uniform wear, mean wear and inertia are those of `verdict`.
+    If the kind is not uniform wear, mean wear and inertia are those of `verdict`.
     """
     if verdict.kind not in ALIKE:
         sided = replace(
@@ -203,7 +205,7 @@ def _times(factor: float, side: EstimateRange | None) -> EstimateRange | None:
 def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
     """Return the filter bank for uniform wear before any move.
 
-    For white noise of the effort, 1/(every sum phi^2) overlapping rows are as precise as one
+    If the noise of the effort is white, 1/(every sum phi^2) overlapping rows are as precise as one
     independent row; `every` and `phi` are fields of the layout.
     """
     inflation = max(1.0, ADDS_UP / (layout.every * float(layout.phi @ layout.phi)))
@@ -214,8 +216,9 @@ def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
 def prior(model: Model) -> EstimateRange:
     """Return the prior of the wear: 1, with an interval.
 
-    The interval is the bench's range of the Coulomb friction over the product's life, or, without a
-    range, the interval of the model, which does not include wear after the identification.
+    The interval is the bench's range of the Coulomb friction over the product's life. If there is
+    no
+    range, it is the interval of the model, which does not include wear after the identification.
     """
     for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval

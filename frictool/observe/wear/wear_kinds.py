@@ -1,7 +1,6 @@
 """Classification of wear: five kinds are priors of one linear model, compared by their evidence.
 
     effort = C theta + errors           theta ~ N(mean, P_kind), C: matrix of the rows
-
     none             dry_d,z = 1
     multiplicative   dry_d,z = w        alpha of thesis (6.13)
     additive         level_d = a        alpha of thesis (6.22)
@@ -17,13 +16,13 @@ of the actuator's constant, so that a wrong constant does not look like wear.
 
 The evidence of a kind (bayesian_evidence.py) is the probability density of the data, integrated
 over the parameters. A kind of wear is reported if its log evidence exceeds that of `none` by
-CERTAIN. Of several kinds whose log evidence is within ALIKE of the largest, the first in KINDS is
-reported. Intervals include the deviation ROUGH, but not the error of the actuator's constant
-(constant_error.py).
+CERTAIN. If the log evidence of several kinds is within ALIKE of the largest, the first of them in
+KINDS is reported. Intervals include the deviation ROUGH, but not the error of the actuator's
+constant (constant_error.py).
 
-The weights of moves decay within MEMORY moves. If the last moves (at most RECENT) have more
-evidence with separate friction levels than with the levels of the earlier moves, the earlier moves
-are forgotten.
+The weights of moves decay within MEMORY moves. The last moves (at most RECENT) are compared with
+the earlier ones. If the evidence is larger with separate friction levels for the two groups, the
+earlier moves are forgotten.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ from frictool.typing import Vector
 
 # in the order in which kinds with similar evidence are preferred
 KINDS: tuple[Kind, ...] = ("none", "multiplicative", "additive", "directional", "zones")
-WEAR = 0.3  # standard deviation of a wear, and of an added friction relative to the mean friction
+WEAR = 0.3  # prior deviation of a wear factor, and of added friction relative to mean friction
 ROUGH = 0.01  # relative standard deviation of the model's friction in each direction and zone
 # relative standard deviation of an estimate that many moves do not reduce, because the model's
 # friction over position is not exact
@@ -67,7 +66,7 @@ FEWEST = 2  # fewest moves for a classification
 # largest standard deviation of a reported wear, from the moves alone, relative to WEAR
 SEEN = 0.2
 LEFT = 0.25  # least degrees of freedom of a residual, relative to the number of rows
-UNEVEN = 0.08  # standard deviation within a zone, relative to the range of wear over the zones
+UNEVEN = 0.08  # standard deviation of the wear within a zone, relative to its range over the zones
 LOOSE = -1  # index of the widest prior of friction over speed
 PASSES = 3  # iterations for the variance
 FIRST = 16  # number of first moves after each of which the classification is updated
@@ -76,15 +75,15 @@ RECENT = 8  # moves between later classifications; most moves that are searched 
 
 @dataclass(frozen=True)
 class WearClassification:
-    """Wear by kind, direction and zone.
+    """Kind of wear, and the wear by direction and zone.
 
     - kind: most likely kind; the other values assume this kind
     - evidence: log evidence of each kind minus that of `none`
     - wear: mean wear of both directions and all observed zones
-    - forward, backward: wear of a direction; None if the direction was not observed
-    - inertia: inertia divided by the model's
+    - forward, backward: wear in a direction; None if the direction was not observed
+    - inertia: inertia divided by the model's inertia
     - added: increase of the friction [N m | N], for kind additive
-    - zones: observed zones, for kind zones
+    - zones: wear in each observed zone, for kind zones
     """
 
     kind: Kind
@@ -148,7 +147,9 @@ class WearClassifier:
         """Set the prior of each kind of wear.
 
         The unit of each coefficient is the standard deviation of its widest prior, so that the sums
-        lose no digits. `_unit` (p,) contains these units; `_row` (p + 1,) also contains that of the
+        do not
+        lose precision. `_unit` (p,) contains these units; `_row` (p + 1,) also contains the unit of
+        the
         effort, 1.
         """
         loose = sum((belief[LOOSE] for belief in beliefs.values()), free)
@@ -210,10 +211,11 @@ class WearClassifier:
         return self._values(likely[0], over, gram, right, best)
 
     def _changed(self, gram: Vector, right: Vector) -> int:
-        """Return the number of last moves with a changed friction, 0 to RECENT.
+        """Return the number of moves since the friction has changed, 0 to RECENT (0: no change).
 
         All other parameters are assumed to be unchanged. Moves before and after a change would
-        together look like wear of zones.
+        together
+        look like wear of zones.
         """
         last = self._nothing
         since = 0
@@ -296,11 +298,12 @@ class WearClassifier:
         return mixture(gram, right, best, self._means, self._beliefs[kind], np.array(BEFOREHAND))
 
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[WearZone, ...]:
-        """Return the wear of each zone.
+        """Return the wear in each zone.
 
         A worn part of the travel may begin or end inside a zone. The interval therefore includes
-        part of the differences between zones. Similar moves repeat their errors, so that the
-        covariance is multiplied by the number of similar moves.
+        part of
+        the differences between zones. Similar moves repeat their errors, so that the covariance is
+        multiplied by the number of similar moves.
         """
         weights = [zone_mean(self.layout, zone) for zone in zones]
         edges = zone_edges(self.layout)
@@ -326,9 +329,9 @@ class WearClassifier:
     def _range(
         self, weights: Vector, theta: Vector, spread: Vector, extra: float = 0.0
     ) -> EstimateRange:
-        """Return the weighted sum of the parameters with its interval.
+        """Return the weighted sum of the parameters, with its interval.
 
-        `extra`: standard deviation that is added in quadrature.
+        `extra` is a standard deviation that is added in quadrature.
         """
         scaled = weights * self._unit
         value = float(scaled @ theta)
@@ -339,10 +342,10 @@ class WearClassifier:
 
 
 def _shows(columns: Vector, gram: Vector) -> bool:
-    """Return True if the moves alone determine the wear of these columns well enough.
+    """Return True if the moves alone determine the wear of the columns `columns` well enough.
 
-    The standard deviation of the wear must be below SEEN times WEAR, with all other parameters
-    known.
+    If all other parameters were known, the standard deviation of the wear must be below SEEN times
+    WEAR.
     """
     return bool(columns @ gram @ columns * (SEEN * WEAR) ** 2 > 1.0)
 

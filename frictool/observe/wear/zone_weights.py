@@ -1,6 +1,6 @@
-"""Weights of the coefficients of a weak-form row.
+"""Weights of the coefficients of a weak-form row that give the friction of a direction or zone.
 
-The weighted sum is the friction of a direction or zone, relative to the model's.
+The weighted sum of the coefficients is this friction divided by the model's friction.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from frictool.observe.wear.parameter_restriction import dry_columns, level_colum
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
 from frictool.typing import Vector
 
-DIGITS = 6  # significant digits of printed edges, relative to the travel
+DIGITS = 6  # significant digits of printed zone boundaries, relative to the travel
 SIDES = ("backward", "forward")
 
 
 def zone_edges(layout: WeakFormLayout) -> list[float]:
-    """Return the edges (z + 1,) of the zones [rad | m], rounded for printing."""
+    """Return the boundaries (z + 1,) of the zones [rad | m], rounded for printing."""
     span = float(np.ptp(layout.edges))
     return [
         float(edge) + 0.0
@@ -31,16 +31,16 @@ def zone_edges(layout: WeakFormLayout) -> list[float]:
 
 
 def zone_mean(layout: WeakFormLayout, zone: int) -> Vector:
-    """Return weights (p,) of the mean over both directions of the friction in a zone."""
+    """Return weights (p,) that give the friction in a zone, averaged over both directions."""
     columns = dry_columns(layout, zone=zone)
     return np.asarray(columns / np.sum(columns))
 
 
 def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | None = None) -> Vector:
-    """Return weights (p,) of the mean friction over `zones`, relative to the model's.
+    """Return weights (p,) that give the mean friction over `zones`, relative to the model's.
 
     - zones: indices of zones; empty for all zones
-    - side: direction; None for both
+    - side: direction; None for both directions
     """
     sides = SIDES if side is None else (side,)
     bounded = np.all(np.isfinite(layout.edges)) and layout.edges[0] < layout.edges[-1]
