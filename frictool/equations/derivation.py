@@ -32,7 +32,7 @@ class Derivation:
     """Derived equations of a mechanism.
 
     sections: (title, lines) of each section. checked: number of terms whose dimension was checked.
-    directions: for each link, a sentence about the ends that can drive. notes: a line for each
+    directions: for each link, a sentence that names the ends that can drive. notes: a line for each
     omission or assumption.
     """
 
@@ -205,7 +205,7 @@ def _trees(
 
 
 def _tied(blocks: tuple[str, ...], links: list[LinkEquations]) -> list[list[str]]:
-    """Return the groups of blocks that links tie together, in the document's order."""
+    """Return the groups of blocks that links connect, in the document's order."""
     group = {block: [block] for block in blocks}
     for link in links:
         kept, joined = sorted((group[link.a], group[link.b]), key=len, reverse=True)

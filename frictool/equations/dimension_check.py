@@ -1,6 +1,6 @@
 """Dimension check: all terms of a sum must have the same dimension.
 
-The dimension of a term is the product of the units of the symbols. A radian is dimensionless: a
+The dimension of a term is the product of the units of its symbols. A radian is dimensionless: a
 torque per radian times an angle is a torque.
 """
 
@@ -17,7 +17,7 @@ from frictool.plant.mechanism.element_error import ElementError
 def check_equation(equation: Equation) -> int:
     """Check the dimensions of an equation; return the number of its terms.
 
-    Raises ElementError for the first term with another dimension than the equation.
+    Raises ElementError for the first term whose dimension differs from that of the equation.
     """
     of = Term(((equation.of, 1),))
     return check_sum(

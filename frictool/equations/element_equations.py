@@ -1,7 +1,6 @@
-"""Equations of elements other than transmitting links.
+"""Equations of springs, cams, friction, end stops and sources (thesis 2.23 and section 2.3).
 
-These elements are springs, cams (2.23), frictions (section 2.3 of the thesis), end stops and
-sources.
+link_equations.py has the equations of the other elements, the transmitting links.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ class ElementEquations:
 
     efforts: (block, effort in the block's positive direction). curves: texts with the points of the
     curves. modes: conditions, such as contact or a limit of the drive. dry: (block, effort, largest
-    magnitude at rest) of each friction that can stick; the effort is also in `efforts`.
+    magnitude at rest) for each friction that can stick; the effort is also in `efforts`.
     """
 
     efforts: tuple[tuple[str, Term], ...] = ()
@@ -39,8 +38,8 @@ def spring(name: str, element: Spring, notation: Notation, start: float) -> Elem
     """Return the equations of a spring: F = k e + d e' + F0, or F = curve(e) + d e'.
 
     e is the stretch, k the stiffness, d the damping, and F0 the preload. The effort on the first
-    end is -F. start: q_a - q_b at the start [rad | m]. If the document has no `free`, e is 0 at the
-    start.
+    end is -F. start: q_a - q_b at the start [rad | m]. If the document has no key `free`, e is 0 at
+    the start.
     """
     key = f"links.{name}"
     first, second = element.between
@@ -129,7 +128,7 @@ def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
 
 
 def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquations:
-    """Return the equations of a friction: effort -F on the block, with F of the friction law."""
+    """Return the equations of a friction element: the effort -F on the block, with the law of F."""
     key = f"links.{name}"
     block = element.on
     kind = notation.kinds[block]
@@ -231,7 +230,7 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
 def source(name: str, element: Source, notation: Notation) -> ElementEquations:
     """Return the equations of a source.
 
-    The effort of the source is an input, or a constant times the current or voltage.
+    The effort of the source is an input, or a constant times an input current or voltage.
     """
     key = f"sources.{name}"
     block = element.on
@@ -280,7 +279,7 @@ def source(name: str, element: Source, notation: Notation) -> ElementEquations:
 
 
 def _winding(name: str, element: Source, notation: Notation, drive: Term) -> Condition:
-    """Return |R i + K omega| <= U, the limit of the supply voltage.
+    """Return |R i + K omega| <= U, the limit of the current by the supply voltage.
 
     R: resistance. i: current. K: constant of the motor. omega: motor speed. U: supply voltage.
     """

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 class Atom:
     """Symbol of an equation, as text and LaTeX.
 
-    unit: SI unit. value: value of a parameter in SI. made: terms of the sum for which the symbol
-    stands; None if the symbol is not an abbreviation.
+    unit: SI unit. value: value of a parameter in SI. made: terms of the sum that the symbol
+    abbreviates; None if the symbol is not an abbreviation.
     """
 
     text: str
@@ -28,9 +28,9 @@ class Atom:
 
 @dataclass(frozen=True)
 class Term:
-    """Product sign * atom^power * ...; the sign alone without factors.
+    """Product sign * atom^power * ...; without atoms, the sign alone.
 
-    element: key of the term's entry in the document, such as `links.screw`, or "".
+    element: key of the term's element in the document, such as `links.screw`, or "".
     """
 
     factors: tuple[tuple[Atom, int], ...] = ()
@@ -38,7 +38,7 @@ class Term:
     element: str = ""
 
     def times(self, other: Term) -> Term:
-        """Return the product with common factors cancelled.
+        """Return the product of two terms, with common factors cancelled.
 
         The product has the element of `other` or, if `other` has none, the element of this term.
         """
@@ -57,7 +57,7 @@ class Term:
         return replace(self, sign=-self.sign)
 
     def of(self, element: str) -> Term:
-        """Return the term with `element` as its element."""
+        """Return a copy of the term with the element `element`."""
         return replace(self, element=element)
 
     @property
@@ -107,7 +107,7 @@ class Term:
 class Equation:
     """Equation (sum of `coefficients`) `of` = sum of `right`.
 
-    unit: unit of every term. key: key of the equation's entry in the document. when: condition
+    unit: unit of every term. key: key of the equation's element in the document. when: condition
     under which the equation is valid. source: number of the equation in the thesis.
     """
 
@@ -148,19 +148,19 @@ class Equation:
 
     @property
     def numbers(self) -> str:
-        """Return the equation with numbers for the parameters; like terms are added."""
+        """Return the equation with parameters replaced by their values; like terms are added."""
         factor = _valued(self.coefficients)
         whole = "" if factor == "1" else f"({factor}) " if " " in factor else f"{factor} "
         return f"{whole}{self.of.text} = {_valued(self.right)}"
 
 
 def symbol(text: str, latex: str, unit: str = "", value: float | None = None) -> Term:
-    """Return the term that consists of one symbol."""
+    """Return a term that consists of one symbol."""
     return Term(((Atom(text, latex, unit, value), 1),))
 
 
 def product(terms: Iterable[Term]) -> Term:
-    """Return the product of the terms; 1 if there are none."""
+    """Return the product of the terms; 1 for no terms."""
     out = Term()
     for term in terms:
         out = out.times(term)

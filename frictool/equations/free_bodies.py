@@ -1,10 +1,10 @@
 """Equations of free bodies (thesis 2.1-2.2), and of trees of rigid links without constraint forces.
 
 The constraint forces lambda are eliminated from the leaves of a tree to its root. Let a child with
-the inertia M and the effort f be at the second end b of a link, with q_b = ratio q_a. The child
-needs lambda = M q_b'' - f from the link, and -p lambda acts on the first end a (link_ratios.py).
-Therefore p ratio M is added to the inertia at a, and p f to the effort at a. If the child is at a,
-M/(p ratio) and f/p are added at b.
+the inertia M and the effort f be at the second end b of a link, with q_b = ratio q_a. The link acts
+on the child with lambda = M q_b'' - f, and on the first end a with -p lambda (link_ratios.py).
+Therefore p ratio M is added to the inertia at a, and p f to the effort at a. If the child is at the
+first end a, M/(p ratio) is added to the inertia at b, and f/p to the effort at b.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def free_body(
 
 
 class RigidTree:
-    """Tree of blocks connected by rigid `links`, with the block `root` as its root."""
+    """Tree of blocks that rigid `links` connect; `root` is the root block."""
 
     def __init__(self, root: str, links: Sequence[LinkEquations], notation: Notation) -> None:
         self.root, self.links, self.notation = root, links, notation
@@ -110,12 +110,12 @@ def rest_condition(
     bears: Efforts,
     notation: Notation,
 ) -> Condition | None:
-    """Return the condition for a tree to stay at rest; None if it has no dry friction.
+    """Return the condition for a tree to stay at rest; None if the tree has no dry friction.
 
-    The dry frictions must be able to balance the tree's other efforts. At rest, the factor p of a
-    lossy link may have any value between its values for the two directions of power. efforts: all
-    efforts on each block. dry: dry frictions on each block, which are part of `efforts`. bears:
-    largest dry frictions at rest on each block.
+    Dry friction must be able to balance the tree's other efforts. At rest, the factor p of a lossy
+    link may have any value between its values for the two directions of power. efforts: all efforts
+    on each block. dry: dry friction on each block, which is part of `efforts`. bears: largest dry
+    friction at rest on each block.
     """
     threads = {
         link.a: _modulus(link.passed.additional)
@@ -168,7 +168,7 @@ def rest_condition(
 
 
 def _modulus(term: Term) -> Term:
-    """Return the magnitude of a term: without the sign, and with |p| and |W| for p and W."""
+    """Return the magnitude of a term: no sign, and |p| and |W| in place of p and W."""
 
     def sized(atom: Atom) -> Atom:
         signed = atom.text.startswith(("p_", "W_"))

@@ -1,4 +1,4 @@
-"""Terms of friction laws; a law without a closed form is one term with its name."""
+"""Terms of friction laws; a law without a closed form becomes one term with the law's name."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from frictool.friction.law_registry import LAWS
 def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[Term]:
     """Return the terms of the friction F in slip; F opposes the motion.
 
-    A law without `slip_terms` gives one term: its name as a function of speed and parameters.
+    A law without `slip_terms` gives one term: the name of the law as a function of speed and
+    parameters.
     """
     symbols = _symbols(name, element, notation)
     speed = notation.speed(element.on)
@@ -36,7 +37,7 @@ def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[T
 
 
 def _fall(symbols: dict[str, Term], speed: Term) -> Term:
-    """Return the friction's Stribeck term (F_s - F_c) exp(-|v/v_s|^delta), thesis (2.34)."""
+    """Return the Stribeck term (F_s - F_c) exp(-|v/v_s|^delta) of the friction, thesis (2.34)."""
     over = speed.times(symbols["stribeck_velocity"].inverse())
     breakaway, coulomb, delta = (
         symbols["breakaway"],
@@ -58,7 +59,7 @@ def _fall(symbols: dict[str, Term], speed: Term) -> Term:
 
 
 def dry_level(name: str, element: FrictionOf, notation: Notation) -> Term | None:
-    """Return the largest friction at rest; None if it is 0 or depends on the law's inner state."""
+    """Return the largest friction at rest; None if 0 or dependent on the law's internal state."""
     law = LAWS[element.law]
     if law.approximation or law.kind == "dynamic":
         return None

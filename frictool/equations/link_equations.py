@@ -29,10 +29,10 @@ class LinkEquations:
     """Equations of one link.
 
     The link connects the blocks a (first end) and b (second end). force: effort lambda on the block
-    b. passed: transfer of lambda to the block a. rigid: True if the link is a constraint; with
-    backlash, only while a flank touches. play: half of the backlash at b [rad | m]. relations:
-    equations of positions and speeds. effort: equations of lambda. modes: conditions of free motion
-    and contact in the backlash.
+    b. passed: transfer of lambda to the block a. rigid: True if the link is a constraint; a link
+    with backlash is a constraint only while a flank touches. play: half of the backlash at b [rad |
+    m]. relations: equations of positions and speeds. effort: equations of lambda. modes: conditions
+    of free motion and contact in the backlash.
     """
 
     name: str
@@ -139,7 +139,7 @@ def _relations(
 def _yielding(
     name: str, link: Transmitting, notation: Notation, along: Term, force: Term, plays: bool
 ) -> tuple[Equation, ...]:
-    """Return the effort lambda = -k s - d s' at the second end for the strain s.
+    """Return the effort lambda = -k s - d s' at the second end of a compliant link; s: strain.
 
     k: stiffness. d: damping. For a belt, k and d are along the belt, at the pulley radius r_b.
     """
@@ -192,7 +192,7 @@ def _within(name: str, b: str, notation: Notation, play: Term) -> Condition:
 
 
 def _pressed(name: str, b: str, notation: Notation, play: Term) -> Condition:
-    """Return the condition beyond the ends of the backlash of a compliant link."""
+    """Return the contact condition of a compliant link with backlash."""
     stretch, _ = notation.stretch("e", name, notation.kinds[b])
     taut, _ = notation.stretch("s", name, notation.kinds[b])
     ends = f"{taut.text} = {stretch.text} - {play.text} above, {stretch.text} + {play.text} below"

@@ -1,7 +1,8 @@
 """Ratio of a link as a formula, and transfer of the effort from the second end to the first end.
 
 q_b = ratio q_a        effort lambda on b, -p lambda on a        p = ratio without losses
-p = ratio/eta for power from a to b (lambda v_b > 0), ratio eta_back for power from b to a
+p = ratio/eta for power from a to b (lambda v_b > 0)
+p = ratio eta_back for power from b to a
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ class EffortTransfer:
     """Transfer of the effort lambda at the second end b to the first end a.
 
     The effort -p lambda acts on the block a. factor: p. additional: W, an additional effort on the
-    block a, for the screw of thesis (2.12). equations: equations of p and W. reason: sentence about
-    the ends that can drive (thesis 2.1.6).
+    block a, for the screw of thesis (2.12). equations: equations of p and W. reason: sentence that
+    names the ends that can drive (thesis 2.1.6).
     """
 
     factor: Term
@@ -34,7 +35,7 @@ class EffortTransfer:
 
 
 def ratio_of(name: str, link: Transmitting, notation: Notation) -> tuple[Term, Term]:
-    """Return the signed ratio q_b/q_a, and the deflection of the compliance per unit of q_b.
+    """Return the signed ratio q_b/q_a, and (deformation of a compliant link)/(motion q_b).
 
     The second value is the pulley radius for a belt, and 1 for other links.
     """

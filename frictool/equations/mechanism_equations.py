@@ -1,4 +1,4 @@
-"""Function that derives the equations of a mechanism, as `frictool equations` does."""
+"""Function that derives the equations of a mechanism for `frictool equations`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Equations(ResultView):
 
     @property
     def data(self) -> dict[str, Any]:
-        """Return the data of `--json`; every term names its element."""
+        """Return the equations as JSON values; every term names its element."""
         return as_data(self.derivation)
 
 
@@ -47,21 +47,21 @@ def equations(mechanism: Mechanism, *, name: str = "mechanism", explain: bool = 
     Parameters
     ----------
     mechanism : Mechanism
-        document of the mechanism
+        Document of the mechanism.
     name : str, optional
-        name of the document in messages, such as its path
+        Name of the document in messages, such as its path.
     explain : bool, optional
-        add the numbers of the equations in the thesis to text and LaTeX
+        Add the numbers of the equations in the thesis to text and LaTeX.
 
     Returns
     -------
     Equations
-        equations as text, LaTeX and data
+        Equations as text, LaTeX and data.
 
     Raises
     ------
     DocumentError
-        the document is invalid; the message contains the key of the element
+        If the document is invalid; the message contains the key of the element.
     """
     try:
         return Equations(derive(mechanism, assemble(mechanism)), explain)

@@ -1,4 +1,4 @@
-"""Symbols of blocks and parameters, with the names of their elements as indices."""
+"""Symbols of blocks and parameters; the names of the elements are the indices of the symbols."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ParameterRow:
 
 
 class Notation:
-    """Factory of symbols, which also collects the table of parameters."""
+    """Factory of symbols, which also collects the rows of the parameter table."""
 
     def __init__(self, document: Mechanism) -> None:
         self.document = document
@@ -74,7 +74,7 @@ class Notation:
         )
 
     def inertia(self, block: str) -> Term:
-        """Return the symbol J (inertia) or m (mass) of a block; 0 if the document has none."""
+        """Return the symbol J (inertia) or m (mass) of a block; 0 for a block without inertia."""
         stated = self.document.blocks[block]
         if stated.inertia is not None:
             return self.parameter("J", "J", block, stated.inertia, f"blocks.{block}.inertia")
@@ -82,7 +82,7 @@ class Notation:
         return self.parameter("m", "m", block, stated.mass, f"blocks.{block}.mass")
 
     def parameter(self, letter: str, latex: str, name: str, quantity: Quantity, key: str) -> Term:
-        """Return the symbol of a quantity of the document in SI, and add it to the parameters."""
+        """Return the symbol of a quantity in SI, and add the quantity to the parameter table."""
         term = _named(letter, latex, name, quantity.unit, quantity.value)
         atom = term.factors[0][0]
         self.parameters[atom.text] = ParameterRow(
@@ -91,7 +91,7 @@ class Notation:
         return term.of(key)
 
     def number(self, letter: str, latex: str, name: str, value: float, key: str) -> Term:
-        """Return the symbol of a dimensionless number of the document."""
+        """Return the symbol of a dimensionless number, and add it to the parameter table."""
         return self.parameter(letter, latex, name, Quantity(value, unit=""), key)
 
     def effort(self, letter: str, name: str, kind: Axis) -> Term:
@@ -111,7 +111,7 @@ def _named(letter: str, latex: str, name: str, unit: str, value: float | None = 
 
 
 def indexed_latex(letter: str, name: str) -> str:
-    """Return LaTeX of a letter with a name as index: `F_c` and `brushes` give F_{c,brushes}."""
+    """Return a letter with an index as LaTeX: `F_c` and `brushes` give F_{c,brushes}."""
     base, _, index = letter.partition("_")
     return rf"{base}_{{{index + ',' if index else ''}\mathrm{{{_latex(name)}}}}}"
 
@@ -121,7 +121,7 @@ def _latex(name: str) -> str:
 
 
 def roman(name: str) -> str:
-    """Return the LaTeX of a name in upright letters, with spaces instead of underscores."""
+    """Return a name in upright LaTeX letters, with spaces instead of underscores."""
     return rf"\mathrm{{{name.replace('_', '~')}}}"
 
 

@@ -27,10 +27,11 @@ WORTH = 0.1  # least useful part, relative to the travel
 
 
 def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
-    """Return the largest bandwidth [rad/s] up to which all links may be made rigid, or None.
+    """Return the largest bandwidth [rad/s] for which all compliant links may be made rigid.
 
     Up to this bandwidth, which is below every resonance, rigid links change the gain by at most
-    `tolerance`. Raises ElementError or NoSolutionError if the mechanism cannot be reduced.
+    `tolerance`. The result is None if no bandwidth suffices or no link is compliant. Raises
+    ElementError or NoSolutionError if the mechanism cannot be reduced.
     """
     source, sensor = controlled_names(whole)
     seen, _ = from_source(whole, source)
@@ -57,7 +58,7 @@ def rounded_down(value: float) -> float:
 
 
 def needed_tolerance(reports: Iterable[StepReport], play: float) -> float:
-    """Return the smallest tolerance, rounded up to 0.01, that allows the errors of all steps.
+    """Return the smallest --tolerance, rounded up to 0.01, that allows the errors of all steps.
 
     play: backlash at the sensor [rad | m].
     """
@@ -73,7 +74,7 @@ def needed_tolerance(reports: Iterable[StepReport], play: float) -> float:
 
 
 def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
-    """Return advice for a message: a sufficient --tolerance, or an alternative."""
+    """Return advice for a message: a sufficient --tolerance or, without one, an alternative."""
     needed = needed_tolerance(reports, play)
     if needed <= MOST_TOLERANCE:
         return f"--tolerance {needed:g}"
@@ -81,10 +82,11 @@ def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
 
 
 def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
-    """Return the widest parts of the travel that begin at an end of x (n,) and satisfy `holds`.
+    """Return the widest ranges of positions that begin at an end of the travel and satisfy `holds`.
 
-    The ends of the parts are rounded inwards. Parts narrower than the fraction WORTH of the travel
-    are left out. holds: function that returns True if a slice of x satisfies the condition.
+    x (n,): positions of the travel. holds: function that returns True if a slice of x satisfies the
+    condition. The limits of the ranges are rounded inwards. Ranges narrower than the fraction WORTH
+    of the travel are left out.
     """
     parts = []
     for from_low in (True, False):
@@ -104,6 +106,5 @@ def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[flo
 
 
 def _inwards(ends: tuple[float, float]) -> tuple[float, float]:
-    """Round the ends of a part inwards, to 1e-4 of its width."""
     step = 10.0 ** (math.floor(math.log10(ends[1] - ends[0])) - 3)
     return round(math.ceil(ends[0] / step) * step, 12), round(math.floor(ends[1] / step) * step, 12)

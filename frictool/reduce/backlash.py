@@ -1,9 +1,9 @@
 """Backlash reflected to the actuator and to the sensor (thesis 2.1.5).
 
-A backlash of width rho at block b has the width rho |q_s'/q_b'| at the source s; q_b' and q_s' are
-the speeds of b and s. Widths in series are added; of parallel paths, the widest is used. While the
-backlash is open, only the blocks between the source and the backlash move, against the friction of
-these blocks (thesis (4.45)).
+A backlash of width rho at block b has the width rho |q_s'/q_b'| at the block s of the source; q_b'
+and q_s' are the speeds of b and s. Widths in series are added; of parallel paths, the path with the
+largest width is used. While the backlash is open, only the blocks between the source and the
+backlash move, against the friction of these blocks (thesis (4.45)).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from frictool.reduce.step_report import StepFigure
 class BacklashChain:
     """Backlash of a mechanism in the coordinate of its source.
 
-    chain: links with backlash on one path from the source, the path with the widest backlash.
+    chain: links with backlash on the path from the source that has the largest total backlash.
     width: sum of the widths of the backlash of these links [rad | m].
     before_sensor: width of the backlash between source and sensor [rad | m].
     hiding: names of the links with backlash between source and sensor.
@@ -62,7 +62,7 @@ def _b_ratio(seen: dict[int, BlockMotion], link: Connection) -> float:
 
 
 def play_figures(whole: Mechanism, source_block: str, sensor_block: str) -> tuple[StepFigure, ...]:
-    """Return the width of each backlash: at its block, at the actuator and at the sensor."""
+    """Return the width of each backlash in the coordinates of its block, actuator and sensor."""
     assembled = assemble_cached(whole)
     links = connections(assembled)
     seen = seen_from(assembled.blocks.index(source_block), links, assembled.blocks)

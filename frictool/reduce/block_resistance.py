@@ -22,7 +22,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class SpeedDependentFriction:
-    """Speed-dependent part of a friction.
+    """Speed-dependent part of the friction of one element.
 
     drop: breakaway minus Coulomb friction [N m | N]; at speed v, the friction in slip is the
         Coulomb friction plus drop exp(-(v/velocity)^exponent).
@@ -43,7 +43,7 @@ class BlockResistance:
 
     load: effort of springs, cams and constant efforts (S).
     friction: Coulomb friction (F in slip).
-    pressed_breakaway: breakaway without the speed-dependent friction in `falling`.
+    pressed_breakaway: breakaway, without the speed-dependent friction in `falling`.
     falling: speed-dependent parts of the friction, which do not depend on the position.
     damping: sum of the damping of the springs between block and frame.
     """
@@ -61,12 +61,12 @@ class BlockResistance:
 
     @property
     def viscous(self) -> float:
-        """Return the sum of the damping and all coefficients of viscous friction."""
+        """Return the damping of the springs plus all coefficients of viscous friction."""
         return self.damping + sum(one.viscous for one in self.falling)
 
 
 def resisting(assembled: AssembledMechanism, block: int, x: Vector) -> BlockResistance:
-    """Return the resistance of one block at positions x (n,) [rad | m]."""
+    """Return the load and friction of one block at positions x (n,) [rad | m]."""
     packed = assembled.packed
     friction, breakaway, falling = _frictions(packed, block, x)
     pressings = packed.pressings
@@ -79,7 +79,7 @@ def resisting(assembled: AssembledMechanism, block: int, x: Vector) -> BlockResi
 
 
 def curve_at(curves: Curves, number: int, x: Vector) -> Vector:
-    """Return curve `number` at the positions x (n,); the curve is constant beyond its ends."""
+    """Return curve `number` at the positions x (n,); the curve is constant outside its range."""
     first = int(curves.start[number])
     last = int(curves.start[number + 1])
     breaks = curves.breaks[first + number : last + number + 1]

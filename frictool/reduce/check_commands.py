@@ -8,9 +8,9 @@ backward. The command of a run is:
 - the same step and ramp in the opposite direction.
 
 These moves open and close the backlash, with friction in both directions. Commands are in the
-drive's unit and constant for one sample period. Where the friction is almost 0, a small error of
-the friction has a large effect on the position at rest. The command therefore ends before a step
-that passes such a position.
+drive's unit and constant for one sample period. At a position with almost no friction, a small
+error of the friction has a large effect on the position at rest. The command therefore ends before
+a step that passes such a position.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class CheckRun:
 def runs(one: OneInertia, constant: float, limit: float, period: float) -> tuple[CheckRun, ...]:
     """Return the test runs of a reduced mechanism.
 
-    constant: quotient of effort and command.
+    constant: effort per unit of the command.
     limit: largest command [unit of the drive].
     period: sample period [s].
     """
@@ -118,12 +118,12 @@ def _span(one: OneInertia) -> float:
 
 
 def _fast(one: OneInertia) -> float:
-    """Return the acceleration that covers an eighth of the travel in 0.2 s from rest."""
+    """Return the acceleration that moves an axis by an eighth of the travel in 0.2 s from rest."""
     return 2.0 * PART * _span(one) / 0.2**2
 
 
 def _resisting(one: OneInertia, positions: Vector, direction: float) -> tuple[Vector, Vector]:
-    """Return two efforts (n,) that oppose the motion, friction plus load: in slip and at rest."""
+    """Return (friction plus load) (n,) against the motion in `direction`: in slip, and at rest."""
     side = one.forward if direction > 0.0 else one.backward
     load = direction * one.residual.at(positions)
     slip, rest = (
@@ -135,9 +135,9 @@ def _resisting(one: OneInertia, positions: Vector, direction: float) -> tuple[Ve
 def _push_time(one: OneInertia, push: float, slip: Vector, distance: float) -> tuple[float, bool]:
     """Return the duration of a push [s], and True if a braking effort must follow the push.
 
-    After the push the axis coasts or is braked, and rests after `distance` [rad | m]. The work of
-    the push, which acts over the first part of the distance, equals the work of the friction over
-    the whole distance.
+    After the push the axis coasts or is braked, and comes to rest after `distance` [rad | m]. The
+    work of the push, which acts over the first part of the distance, equals the work of the
+    friction over the whole distance.
 
     slip: friction (n,) at equidistant positions of the move.
     """

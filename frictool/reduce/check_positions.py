@@ -1,4 +1,4 @@
-"""Simulated positions of the sensor's block, of a mechanism or a model, under test commands."""
+"""Simulated positions of the sensor's block under test commands, by a mechanism or by a model."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ PARTS = 4
 def mechanism_positions(
     here: MechanismView, source: str, sensor: str, position: float, command: Vector
 ) -> Vector:
-    """Return positions (n,) of the sensor's block [rad | m] in the coordinate of that block.
+    """Return the simulated positions (n,) [rad | m] of the block that the sensor measures.
 
-    All blocks start at rest. The root block of `here` starts at `position`, each backlash in its
-    middle. Raises NoSolutionError if the simulation fails.
+    All blocks start at rest, each backlash in its middle. The root block of `here` starts at
+    `position`. Raises NoSolutionError if the simulation fails.
     """
     assembled = here.assembled
     names = here.assembled.blocks
@@ -49,7 +49,7 @@ def mechanism_positions(
 
 
 def model_positions(model: Model, start: float, command: Vector) -> Vector:
-    """Return positions (n,) of the model's axis [rad | m], from rest at `start`.
+    """Return the simulated positions (n,) [rad | m] of the model's axis, from rest at `start`.
 
     The axis starts in the middle of the backlash. Raises NoSolutionError if the simulation fails.
     """

@@ -1,4 +1,4 @@
-"""Compliant links: resonances above a bandwidth are removed (thesis 2.1.5, (2.6)-(2.9)).
+"""Compliant links: a link with a resonance above the bandwidth is made rigid (thesis 2.6-2.9).
 
 Two inertias J_a and J_b with a stiffness k between them resonate at w_r = sqrt(k (1/J_a + 1/J_b)).
 Far below w_r the link is nearly rigid. If the link is made rigid, the gain has an error of
@@ -29,11 +29,12 @@ TAKES_PART = 0.05  # smallest share in a mode's strain energy of a link that is 
 class LinkResonance:
     """Compliant link with its slowest resonance.
 
-    frequency: resonance frequency [rad/s]. If the link takes part in no oscillation, this is w_r of
-        the module docstring, with the inertias on the two sides of the link.
+    frequency: resonance frequency [rad/s]. If the link takes part in no oscillation, the frequency
+    is
+        w_r of the module docstring, with the inertias on the two sides of the link.
     damping: damping ratio of the resonance.
     compliance: 1/stiffness [rad/(N m) | m/N].
-    twist: twist under the source's largest effort [rad | m].
+    twist: deformation of the link under the source's largest effort [rad | m].
     """
 
     link: Connection
@@ -129,7 +130,7 @@ def stiffen_above(
 
 
 def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
-    """Return the mechanism with the links `names`, and the flanks of their backlash, made rigid."""
+    """Return the mechanism with the links `names`, and the flanks of their backlash, rigid."""
     links = dict(mechanism.links)
     for name in names:
         link = links[name]
@@ -144,10 +145,7 @@ def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
 
 
 def middle(mechanism: Mechanism) -> np.ndarray:
-    """Return the positions of the blocks in the middle of the travel.
-
-    If the travel is unknown, the positions at the start are returned.
-    """
+    """Return the positions of the blocks in the middle of the travel; if unknown, at the start."""
     assembled, travel = assemble_cached(mechanism), known_travel(mechanism)
     return (
         assembled.start if travel is None else assembled.start * 0.0 + 0.5 * (travel[0] + travel[1])

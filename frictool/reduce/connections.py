@@ -21,8 +21,8 @@ class Connection:
     a, b: numbers of the blocks.
     ratio, offset: coefficients of q_b = ratio q_a + offset.
     gap: half the width of the backlash, in the coordinate of `b` [rad | m].
-    drive_loss: effort lost at `a`, divided by the transmitted effort, if `a` drives `b`.
-    back_loss: the same quotient if `b` drives `a`.
+    drive_loss: effort lost at `a`, divided by the transmitted effort, while `a` drives `b`.
+    back_loss: the same quotient while `b` drives `a`.
     stiffness, damping: stiffness and damping of the link, in the coordinate of `b`; 0 for a rigid
         link.
     """
@@ -47,7 +47,7 @@ class Connection:
 
     @property
     def plain(self) -> bool:
-        """Return True if the link has no compliance, backlash or loss: its blocks form one body."""
+        """Return True if the link has no compliance, backlash or loss."""
         return not self.compliant and self.gap == 0.0 and self.lossless
 
 
@@ -122,9 +122,8 @@ def seen_from(
 ) -> dict[int, BlockMotion]:
     """Return block number -> motion, for every block that moves with the block `root`.
 
-    Each backlash is in its middle, compliant links are unstrained, and rigid paths are preferred.
-
-    names: names of the blocks by number.
+    The motions are those with each backlash in its middle and with unstrained compliant links.
+    Paths of rigid links are preferred. names: names of the blocks by number.
 
     Raises NoSolutionError if two paths from the root to a block have different ratios: the
     mechanism then has several independent motions, or cannot move.
@@ -156,7 +155,6 @@ def _both_ways(link: Connection) -> Iterator[tuple[int, int, float, float]]:
 
 
 def _agrees(link: Connection, motions: dict[int, BlockMotion], names: Sequence[str]) -> None:
-    """Raise NoSolutionError if a link's ratio contradicts the ratios of the paths from the root."""
     there = motions[link.b].ratio
     expected = link.ratio * motions[link.a].ratio
     if not np.isclose(there, expected, rtol=SAME, atol=0.0):

@@ -1,11 +1,11 @@
-"""Change of every block to the coordinate of the source (thesis 2.1.5, (2.16)), the first step.
+"""First step of a reduction: express every block in the coordinate of the source (thesis 2.16).
 
 The step is exact with one exception: it uses the friction of a thread at a steady speed, while the
 friction of thesis (2.12) depends on the whole torque of the motor.
 
 After the step, all links between two blocks are couplings, or gears of ratio 1 with losses. Only
-links of rotary blocks can have losses. With lossy links, the step therefore uses the coordinate of
-the rotary block nearest to a linear source.
+links of rotary blocks can have losses. If the source is linear and a link has losses, the step
+therefore uses the coordinate of the rotary block nearest to the source (the reference block).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ SAME = 1e-9  # relative tolerance of equal ratios
 
 @dataclass(frozen=True)
 class MechanismView:
-    """Mechanism with the motion of its blocks relative to one of them, the root.
+    """Mechanism with the motion of its blocks relative to a root block.
 
     root: number of the root block.
     seen: number of a block -> motion of this block relative to the root.
@@ -129,7 +129,8 @@ def at_sensor(
 ) -> tuple[Mechanism, StepReport]:
     """Return a mechanism in the coordinate of the sensor.
 
-    The coordinate is the measured position, positive in the direction of a positive command.
+    The coordinate is the measured position, with the sign that makes it rise under a positive
+    command.
     """
     root = mechanism.sources[source].on
     there = sensor_frame(whole, source, sensor)
@@ -161,12 +162,12 @@ def at_sensor(
 
 
 def sensor_frame(whole: Mechanism, source: str, sensor: str) -> CoordinateFrame:
-    """Return the frame of the sensor's block, relative to the block that `from_source` chooses."""
+    """Return the frame of the sensor's block, relative to the reference block."""
     return from_reference(whole, source).frame(whole.sensors[sensor].on)
 
 
 def from_reference(whole: Mechanism, source: str) -> MechanismView:
-    """Return the mechanism with motions relative to the block that `from_source` chooses."""
+    """Return the mechanism with motions relative to the reference block (module docstring)."""
     return view(whole, _reference(whole, whole.sources[source].on))
 
 
@@ -191,7 +192,7 @@ def expressed(here: MechanismView) -> Mechanism:
 
 
 def _reference(mechanism: Mechanism, on: str) -> str:
-    """Return the source's block, or with lossy links the rotary block nearest to the source."""
+    """Return the source's block or, with lossy links, the rotary block nearest to the source."""
     here = view(mechanism, on)
     if here.assembled.kinds[here.root] == "rotary" or all(link.lossless for link in here.links):
         return on
@@ -228,7 +229,7 @@ def _link(here: MechanismView, name: str, link: Link) -> dict[str, Link]:
 
 
 def _between(here: MechanismView, one: Connection, link: Link) -> Link:
-    """Return a coupling if nothing is lost, else a gear of ratio 1 with both efficiencies."""
+    """Return a coupling if the link has no loss, else a gear of ratio 1 with both efficiencies."""
     names = here.assembled.blocks
     ends, frame = (names[one.a], names[one.b]), here.frame(names[one.b])
     compliance = _compliance(one, frame, getattr(link, "compliance", None))
@@ -248,7 +249,7 @@ def _between(here: MechanismView, one: Connection, link: Link) -> Link:
 
 
 def efficiencies(one: Connection) -> tuple[float, float]:
-    """Return the link's efficiencies: if `a` drives `b`, and if `b` drives `a`."""
+    """Return the link's efficiencies: while `a` drives `b`, and while `b` drives `a`."""
     carried = abs(one.ratio)
     return carried / (carried + one.drive_loss), 1.0 - one.back_loss / carried
 
@@ -256,9 +257,9 @@ def efficiencies(one: Connection) -> tuple[float, float]:
 def _compliance(
     one: Connection, frame: CoordinateFrame, stated: Compliance | None
 ) -> Compliance | None:
-    """Return stiffness and damping at the second end, with the intervals of the document.
+    """Return the link's stiffness and damping in the coordinate of the frame, with their intervals.
 
-    In the document, a belt's stiffness and damping are along the belt.
+    `stated` are the values of the document. For a belt, they are along the belt.
     """
     if stated is None or not one.compliant:
         return None
@@ -275,7 +276,7 @@ def _compliance(
 
 
 def _backlash(one: Connection, frame: CoordinateFrame, stated: Backlash | None) -> Backlash | None:
-    """Return the backlash's full width at the link's second end, with the document's interval."""
+    """Return the backlash's full width in the coordinate of the frame, with its interval."""
     if stated is None:
         return None
     width = frame.width(scaled(stated.width, 2.0 * one.gap / stated.width.value, ""))
@@ -313,7 +314,7 @@ def _one_body(here: MechanismView, blocks: list[str]) -> bool:
 
 
 def _bench_keys(here: MechanismView) -> dict[str, Span | Quantity]:
-    """Return travel and top speed, converted from the block of the controlled sensor."""
+    """Return travel and top speed, converted from the coordinate of the controlled sensor."""
     document = here.document
     values = dict[str, Span | Quantity]()
     sensor = controlled_names(document)[1]

@@ -77,7 +77,7 @@ class CoordinateFrame:
         return scaled(m, self.ratio**2, self._unit("inertia"))
 
     def curve(self, curve: Curve, factor: float, unit: str | None = None) -> Curve:
-        """Convert the positions of a curve to the frame, and multiply its values by `factor`."""
+        """Convert the positions of a curve to the frame, and multiply the values by `factor`."""
         positions, values = self._points(
             curve.position.values, tuple(value * factor for value in curve.value.values)
         )
@@ -90,7 +90,7 @@ class CoordinateFrame:
         return Level(Series(positions, self._unit("position")), factors)
 
     def _points(self, positions: Ends, values: Ends) -> tuple[Ends, Ends]:
-        """Convert positions to the frame; return them in rising order, with their values."""
+        """Convert positions to the frame; return them in rising order, each with its value."""
         order = -1 if self.ratio < 0.0 else 1
         return tuple((value - self.offset) / self.ratio for value in positions)[::order], values[
             ::order
@@ -105,9 +105,9 @@ class CoordinateFrame:
         )
 
     def spring(self, spring: Spring, on: str) -> Spring:
-        """Convert a spring between the block and ground to the coordinate of the frame.
+        """Convert a spring between the block and ground to the frame's coordinate.
 
-        A spring without `free` is unstrained at the start, in both coordinates.
+        A spring without the key `free` is unstrained at the start, in both coordinates.
         """
         force = (
             None
@@ -133,13 +133,13 @@ class CoordinateFrame:
         return msgspec.structs.replace(cam, on=on, force=force, angle=self.curve(cam.angle, side))
 
     def stop(self, stop: Stop, on: str) -> Stop:
-        """Convert end stops to the coordinate of the frame; a negative ratio swaps low and high."""
+        """Convert end stops to the frame's coordinate; a negative ratio swaps low and high."""
         low, high = (stop.low, stop.high) if self.ratio > 0.0 else (stop.high, stop.low)
         ends = [None if end is None else self.position(end) for end in (low, high)]
         return Stop(on, ends[0], ends[1], stop.restitution, self.compliance(stop.compliance))
 
     def friction(self, friction: FrictionOf, on: str) -> FrictionOf:
-        """Convert a friction to the coordinate of the frame.
+        """Convert a friction element to the frame's coordinate.
 
         Each parameter is multiplied by a power of |ratio| (POWERS).
         """
@@ -156,7 +156,7 @@ class CoordinateFrame:
         return FrictionOf(on, friction.law, parameters, level)
 
     def source(self, source: Source, on: str) -> Source:
-        """Convert a source to the coordinate of the frame; its constant is multiplied by |ratio|.
+        """Convert a source to the frame's coordinate; the constant is multiplied by |ratio|.
 
         If the ratio is negative, the caller must reverse the command.
         """
@@ -171,9 +171,9 @@ class CoordinateFrame:
         return msgspec.structs.replace(source, on=on, constant=constant, effort=effort, limit=limit)
 
     def sensor(self, sensor: Sensor, on: str) -> Sensor:
-        """Convert the sensor's resolution to the coordinate of the frame.
+        """Convert the sensor's resolution to the frame's coordinate.
 
-        The resolution has no sign, so that a negative ratio has the same effect as a positive one.
+        The resolution has no sign, so that the sign of the ratio has no effect.
         """
         step = sensor.step
         if sensor.counts_per_revolution is not None:
@@ -185,7 +185,7 @@ class CoordinateFrame:
 
 
 def scaled(quantity: Quantity, factor: float, unit: str) -> Quantity:
-    """Return the quantity multiplied by a factor; a negative factor swaps its interval's ends."""
+    """Return the quantity times a factor; a negative factor swaps the ends of the interval."""
     ends = [None if end is None else end * factor for end in (quantity.low, quantity.high)]
     if factor < 0.0:
         ends.reverse()

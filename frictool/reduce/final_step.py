@@ -12,7 +12,7 @@ from frictool.reduce.step_report import StepFigure, StepReport
 
 
 def final(chain: ReductionChain, axis: Axis) -> StepReport:
-    """Return the report of the last step, with the polynomials' error and the neglected effects."""
+    """Return the report of the last step: error of the polynomials, and neglected effects."""
     one = chain.one
     effort, position, inertia = (si_unit(name, axis) for name in ("effort", "position", "inertia"))
     figures = [StepFigure("inertia", one.inertia, inertia)]

@@ -1,10 +1,11 @@
-"""Propagation of a mechanism's intervals to the numbers of the reduced model.
+"""Propagation of the intervals of a mechanism's quantities to the numbers of the reduced model.
 
 Each quantity in turn is set to the ends of its interval, and the mechanism is reduced again. The
-changes of a number of the model are added. This sum is exact for sums of quantities, and neglects
-the joint effect of several changes in products. With at most MOST_CORNERS quantities, the mechanism
-is therefore also reduced for every combination of interval ends. Coulomb friction and breakaway of
-one element are changed together, because the Coulomb friction must not exceed the breakaway.
+resulting changes of a number of the model are added. This sum is exact for sums of quantities, and
+neglects the joint effect of several changes in products. With at most MOST_CORNERS quantities, the
+mechanism is therefore also reduced for every combination of interval ends. Coulomb friction and
+breakaway of one element are changed together, because the Coulomb friction must not exceed the
+breakaway.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ Uncertain = tuple[tuple[Path, Quantity], ...]
 
 
 def uncertain(mechanism: Mechanism) -> Uncertain:
-    """Return every quantity that has an interval, and the path of keys to it in the document."""
+    """Return every quantity that has an interval, and its path of keys in the document."""
     return tuple(
         (path, one)
         for path, one in _quantities(mechanism, ())
@@ -48,7 +49,7 @@ def _quantities(node: Any, path: Path) -> Iterator[tuple[Path, Quantity]]:
 
 
 def at(node: Any, path: Path, value: float) -> Any:
-    """Return the document with another value at the keys `path`, and without an interval there."""
+    """Return the document with `value`, without an interval, at the keys `path`."""
     if isinstance(node, Quantity):
         return Quantity(value, unit=node.unit)
     head = path[0]
@@ -59,7 +60,7 @@ def at(node: Any, path: Path, value: float) -> Any:
 
 
 def _together(intervals: Uncertain) -> list[Uncertain]:
-    """Group the quantities that change together: Coulomb friction and breakaway of one element."""
+    """Group the Coulomb friction and the breakaway of each element, which change together."""
     sets: dict[Path, list[tuple[Path, Quantity]]] = {}
     for path, one in intervals:
         joined = path[-2:] in (("parameters", "coulomb"), ("parameters", "breakaway"))
@@ -84,7 +85,7 @@ def _at_corners(
 
 
 def consistent(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with no breakaway smaller than the element's Coulomb friction.
+    """Return the mechanism with each breakaway raised to the element's Coulomb friction if smaller.
 
     At an end of its interval, a breakaway may be smaller than the Coulomb friction.
     """

@@ -1,8 +1,8 @@
 """Poles and zeros of the resonances that a reduction keeps.
 
 The transfer function from the effort to the measured position is H(s)/(M s^2), with the mass or
-inertia M of the whole mechanism; H is 1 far below the resonances. Loads and friction against the
-frame are left out, because the one-inertia model contains them.
+inertia M of the whole mechanism. At frequencies far below the resonances, H is 1. Loads and
+friction against the frame are left out, because the one-inertia model contains them.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _zeros(system: Lti) -> list[complex]:
 def _without_hidden(
     poles: list[complex], zeros: list[complex]
 ) -> tuple[list[complex], list[complex]]:
-    """Cancel equal poles and zeros, which belong to modes that are not excited or not measured."""
+    """Remove equal poles and zeros, which belong to modes that are not excited or not measured."""
     left = list(zeros)
     seen = []
     for pole in poles:

@@ -1,19 +1,20 @@
 """Replacement of each lossy link by a lossless link and friction on its load side (thesis 2.1.6).
 
-The loss of a link is the transmitted effort times drive_loss if the source drives, times back_loss
-if the load drives. At a steady speed, the link transmits the efforts of the loads and frictions
-behind it. The step adds the losses of these efforts to the curves C_+ and C_-, the efforts that
-move the block forward and backward (thesis (2.15)). The effort that accelerates a mass m behind the
-link has losses, too. The reflected mass is therefore s m, with 1 - back_loss <= s <= 1 + drive_loss
-for any load. The model's inertia is the value for s = 1, with an interval for all values of s.
+The loss of a link is drive_loss times the transmitted effort while the source drives, and back_loss
+times the transmitted effort while the load drives. At a steady speed, the link transmits the
+efforts of the loads and friction on its load side. The step adds the losses of these efforts to the
+curves C_+ and C_-, the efforts that move the block forward and backward (thesis (2.15)). The effort
+that accelerates a mass m on the load side has losses, too. The reflected mass is therefore s m,
+with 1 - back_loss <= s <= 1 + drive_loss for any load. The model's inertia is the value for s = 1,
+with an interval for all values of s.
 
 A link with 1 - back_loss < 0 is irreversible, for example a thread whose friction coefficient
 exceeds the tangent of its angle. No load moves such a link, and the source must push to lower a
 load. A load that accelerates downwards presses less on the link, so that s < 0: the reflected
 inertia of the whole mechanism is less than the inertia of the motor alone.
 
-The model never has an efficiency (thesis (2.14)) instead of friction. Otherwise, a load that drives
-the motor back would give an oscillator without damping.
+The step never describes the losses by an efficiency (thesis (2.14)) instead of friction. With an
+efficiency, a load that drives the motor back would give an oscillator without damping.
 """
 
 from __future__ import annotations
@@ -40,11 +41,9 @@ def as_friction(
 ) -> tuple[Mechanism, StepReport, ReflectedInertia]:
     """Replace the losses of rigid links by friction; return mechanism, report, reflected inertia.
 
-    All blocks must be in the coordinate of one block.
-
-    whole: document with the original threads and efficiencies.
-
-    Raises NoSolutionError if the source would have to drive an irreversible link backwards.
+    All blocks must be in the coordinate of one block. whole: document with the original threads and
+    efficiencies. Raises NoSolutionError if the source would have to drive an irreversible link
+    backwards.
     """
     x = positions(mechanism)
     figures = []
@@ -113,7 +112,7 @@ def _losses_report(
 def _reflected_inertia(
     mechanism: Mechanism, root: str, slopes: Mapping[str, tuple[float, float]]
 ) -> ReflectedInertia:
-    """Return bounds of the reflected inertia of all blocks, and of the root's rigid body.
+    """Return bounds of the reflected inertia of all blocks, and of the blocks rigid with the root.
 
     slopes: block -> smallest and largest quotient of the block's reflected inertia and its inertia.
     """
@@ -129,8 +128,8 @@ def _reflected_inertia(
     def least(names: list[str]) -> float:
         """Return the lower bound of (reflected inertia)/(inertia) of the blocks `names`.
 
-        If the bound is negative, the mechanism locks. The result is then the bound without the
-        reflected inertia of blocks for which it is negative.
+        If the bound is negative, the mechanism locks. The reflected inertia of a block with a negative
+        lower bound is then set to 0.
         """
         value = share(names, 0)
         if value > 0.0:
@@ -157,7 +156,7 @@ def _lossless(mechanism: Mechanism, name: str) -> Coupling:
 
 
 def _deepest_first(mechanism: Mechanism, root: str) -> list[str]:
-    """Return the names of lossy rigid links, beginning with the farthest from the root."""
+    """Return the names of lossy rigid links; the link farthest from the root comes first."""
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
     seen = _seen(assembled, root)
@@ -175,7 +174,7 @@ def _seen(assembled: AssembledMechanism, root: str) -> Mapping[int, BlockMotion]
 def _placed(
     assembled: AssembledMechanism, name: str, root: str
 ) -> tuple[Connection, list[int], bool]:
-    """Return the link, the blocks beyond it, and True if the end `a` is nearer to the root."""
+    """Return the link, the blocks on its far side, and True if end `a` is nearer to the root."""
     link = next(one for one in connections(assembled) if one.name == name)
     seen = _seen(assembled, root)
     beyond = [number for number, one in seen.items() if name in {step.name for step in one.by}]

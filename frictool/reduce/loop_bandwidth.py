@@ -1,4 +1,4 @@
-"""Bandwidth that a reduction needs for a controller: ten times the highest crossover frequency."""
+"""Bandwidth of a reduction for a controller: ten times the highest crossover frequency."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ABOVE = 10.0  # bandwidth relative to the crossover frequency
 
 
 def bandwidth_of(controller: Controller) -> float:
-    """Return ten times the loops' highest crossover frequency [rad/s].
+    """Return ten times the highest crossover frequency of the controller's loops [rad/s].
 
     Raises NoSolutionError if no loop has a crossover.
     """

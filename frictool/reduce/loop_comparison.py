@@ -1,9 +1,9 @@
 """Comparison of the whole mechanism with its one-inertia model, under the same control.
 
-The controller and the reference are the same. The allowed difference of the positions is the
-backlash plus the larger of two values: `tolerance` times the last step of the reference, and one
-encoder step. The allowed difference of the response times is the larger of `tolerance` times the
-response time of the whole mechanism, and one sample period.
+The controller and the reference are the same. A hold is a phase of constant reference. The allowed
+difference of the positions is the backlash plus the larger of two values: `tolerance` times the
+last step of the reference, and one encoder step. The allowed difference of the response times is
+the larger of `tolerance` times the response time of the whole mechanism, and one sample period.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class LoopStep:
-    """Comparison during one hold, a time of constant reference.
+    """Comparison during one phase of constant reference (hold).
 
     time: start of the hold [s].
     origin, target: reference before and during the hold [rad | m].
@@ -43,10 +43,10 @@ class LoopStep:
 
 @dataclass(frozen=True)
 class LoopComparison:
-    """Comparison during all holds.
+    """Comparison of two logs during all phases of constant reference (holds).
 
     steps: comparison during each hold.
-    refused: message on the first difference that is too large; None if there is none.
+    refused: message on the first difference that is too large; None if all differences are allowed.
     """
 
     steps: tuple[LoopStep, ...]
@@ -116,7 +116,7 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
 
 
 def _holds(reference: Vector) -> list[tuple[int, int]]:
-    """Return (first sample, end) of each hold that is longer than 20 samples."""
+    """Return (first sample, end) of each constant phase of the reference longer than 20 samples."""
     changes = np.flatnonzero(np.diff(reference) != 0.0) + 1
     ends = [0, *changes.tolist(), reference.size]
     return [(first, last) for first, last in itertools.pairwise(ends) if last - first > 20]

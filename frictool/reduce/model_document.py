@@ -39,14 +39,14 @@ Ends = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class _Estimates:
-    """Numbers of a one-inertia model, and their intervals `ends` by the same names."""
+    """Numbers of a one-inertia model; `ends`: intervals of these numbers by the same names."""
 
     one: OneInertia
     ends: Ends
     axis: Axis
 
     def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
-        """Return the estimate of the number `name`; a different `value` shifts the interval."""
+        """Return the estimate of the number `name`; if `value` differs, the interval is shifted."""
         nominal = self.one.scalars()[name]
         centre = nominal if value is None else value
         low, high = (end + centre - nominal for end in self.ends.get(name, (nominal, nominal)))
@@ -62,7 +62,7 @@ class _Estimates:
         )
 
     def level(self, name: str, side: DirectionFriction) -> Estimate:
-        """Return the estimate of a Coulomb friction or breakaway: the mean of the polynomial."""
+        """Return the estimate of a Coulomb friction or breakaway: the mean of its polynomial."""
         low, high = self.one.ends
         terms = side.breakaway_terms if name.endswith("breakaway") else side.coulomb.coefficients
         return self.of(name, "effort", mean_of(terms, low, high))
@@ -74,7 +74,7 @@ def model_of(
     """Return the model document of a reduction.
 
     ends: name of a number in OneInertia.scalars -> interval of this number.
-    bench: the user's bench; None for a bench made from the mechanism.
+    bench: the user's bench; None if the bench is to be derived from the mechanism.
 
     Raises NoSolutionError if the bench contradicts the mechanism, or if the source has no limit.
     """
@@ -186,7 +186,7 @@ def _position(one: OneInertia, axis: Axis) -> FrictionOverPosition | None:
 
 
 def bench_of(chain: ReductionChain, ends: Ends, axis: Axis) -> Bench:
-    """Return a bench made from the controlled source and sensor of the mechanism.
+    """Return a bench derived from the controlled source and sensor of the mechanism.
 
     Raises NoSolutionError if the source has no limit.
     """
@@ -261,7 +261,7 @@ def _actuator(source: Source, name: str, axis: Axis) -> Actuator:
 
 
 def _encoder(chain: ReductionChain, axis: Axis) -> Encoder:
-    """Return the sensor as an encoder; a sensor without resolution gets a very small step."""
+    """Return the sensor as an encoder; without resolution, it gets a very small encoder step."""
     sensor: Sensor = chain.whole.sensors[chain.sensor]
     sign = next(
         (step.report.figures[0].value for step in chain.steps if step.report.step == "sensor"), 1.0
@@ -275,7 +275,7 @@ def _encoder(chain: ReductionChain, axis: Axis) -> Encoder:
 
 
 def merged(bench: Bench, derived: Bench) -> Bench:
-    """Return the user's `bench`, with missing values from the mechanism's bench `derived`.
+    """Return the user's `bench`, with missing values from `derived`, the mechanism's bench.
 
     Raises NoSolutionError if the two benches contradict each other.
     """

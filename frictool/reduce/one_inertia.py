@@ -4,10 +4,10 @@
 
 J is the inertia, theta the position, u the effort of the source, and C_r the resistance. While the
 backlash is open (thesis (4.45)), only the blocks between the source and the backlash move, against
-the friction of these blocks. A pushed block behind backlash lags the source by half the backlash.
-The resistance of the block is therefore evaluated at its lagging position. The model neglects the
-masses behind an open backlash, the error of the polynomials, and the order in which several
-backlashes open.
+the friction of these blocks. A block behind the backlash is on the load side. While the source
+pushes such a block, the block lags the source by half the backlash; the resistance of the block is
+therefore evaluated at this lagging position. The model neglects the masses behind an open backlash,
+the error of the polynomials, and the order in which several backlashes open.
 """
 
 from __future__ import annotations
@@ -42,12 +42,11 @@ FLAT = 1e-9  # variation of a constant curve, relative to the mean
 class DirectionFriction:
     """Friction in one direction, by position [N m | N], positive if it opposes the motion.
 
-    coulomb: polynomial of the Coulomb friction.
-    extra: polynomial of the breakaway minus the Coulomb friction.
-    curve: Coulomb friction (n,) that `coulomb` approximates.
-    breakaway: breakaway (n,) that `coulomb` plus `extra` approximates.
-    met: mask (n,), True where the blocks behind the backlash are within their travel, so that the
-        source can push them.
+    coulomb: polynomial of the Coulomb friction. extra: polynomial of the breakaway minus the
+    Coulomb friction. curve: Coulomb friction (n,) that `coulomb` approximates. breakaway: breakaway
+    (n,) that `coulomb` plus `extra` approximates. met: mask (n,), True at positions of the source
+    at which all blocks behind the backlash are within
+        their travel, so that the source can push them.
     """
 
     coulomb: PolynomialFit
@@ -70,7 +69,7 @@ class DirectionFriction:
 
     @property
     def misses(self) -> float:
-        """Return the largest error of the polynomial `coulomb`, relative to the mean friction."""
+        """Return the largest error of the polynomial `coulomb`, divided by the mean friction."""
         return (
             self.coulomb.error / max(float(np.mean(self.curve)), 1e-300)
             if len(self.coulomb.coefficients) > 1
@@ -94,7 +93,7 @@ class OneInertia:
     inside: Coulomb friction while the backlash is open.
     positions: positions (n,) at which the curves of friction are evaluated.
     restitution: coefficient of restitution of the end stops that are not behind backlash.
-    reflected: bounds of the inertia through lossy links, relative to `inertia`.
+    reflected: bounds of the inertia reflected through lossy links, relative to `inertia`.
     travel: travel of the source's block between the end stops; None if it is unknown.
     """
 
@@ -167,9 +166,9 @@ def one_inertia(
 ) -> OneInertia:
     """Reduce a mechanism to one inertia.
 
-    All blocks must be in the coordinate of one block, and the rigid links lossless.
+    All blocks must be in the coordinate of one block, and the rigid links must be lossless.
 
-    reflected: bounds of the inertia through the lossy links that were replaced.
+    reflected: bounds of the inertia reflected through the lossy links that were replaced.
     side: -1 if the sensor counts down for motion in the positive direction, else 1.
     turns: likely values of `number`.
     number: angular wave number of the load's harmonic (residual_load.py); None if unknown.
@@ -187,7 +186,7 @@ def one_inertia(
     at_rest = sum(one.drop for one in contact.falling)
 
     def sides(load: Vector) -> tuple[DirectionFriction, DirectionFriction]:
-        """Return forward and backward friction after the load is subtracted from the efforts."""
+        """Return the forward and the backward friction that remain after `load` is subtracted."""
         return (
             _side(
                 x,
@@ -264,9 +263,9 @@ def _positions(
 def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, float] | None:
     """Return the travel of the source's block between its end stops; None if it is unknown.
 
-    A stop behind backlash is shifted outwards by half of the backlash. The ends of the document's
-    `travel` replace stops that lie further out. Raises NoSolutionError if the whole `travel` lies
-    beyond a stop.
+    A stop behind the backlash is shifted outwards by half of the backlash. The ends of the
+    document's `travel` replace stops that lie further out. Raises NoSolutionError if the whole
+    `travel` lies beyond a stop.
     """
     lows = []
     highs = []
@@ -296,7 +295,7 @@ def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, f
 
 
 def stiffened(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with all links between two blocks rigid; backlash remains."""
+    """Return the mechanism with all links between two blocks rigid; the backlash remains."""
     links = dict(mechanism.links)
     for name, link in links.items():
         if isinstance(link, Coupling | Gear):
@@ -312,7 +311,7 @@ def stiffened(mechanism: Mechanism) -> Mechanism:
 def _met(
     mechanism: Mechanism, x: Vector, behind: Mapping[str, float], direction: float
 ) -> NDArray[np.bool_]:
-    """Return a mask (n,), True where the blocks behind backlash are within their travel."""
+    """Return a mask (n,), True where all blocks behind the backlash are within their travel."""
     grid = positions(mechanism)
     shift = 0.5 * direction * max(behind.values(), default=0.0)
     margin = 1e-9 * float(grid[-1] - grid[0])

@@ -12,7 +12,7 @@ from frictool.errors import FrictoolError
 
 
 class OutsideTravelError(FrictoolError):
-    """Error for a requested travel outside the mechanism's travel."""
+    """Error for a requested travel that is outside the mechanism's travel."""
 
 
 def restrict_travel(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:

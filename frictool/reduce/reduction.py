@@ -28,15 +28,15 @@ class ReductionRequest:
     Attributes
     ----------
     bandwidth : float or None
-        Resonances below this frequency [rad/s] are kept, resonances above it removed; required if a
-        link is compliant.
+        Resonances below this frequency [rad/s] are kept, resonances above it are removed; required
+        if a link is compliant.
     travel : tuple of float or None
         Part (low, high) of the travel for which the model is made, in the coordinate of the sensor
-        [rad | m]; None: the whole travel.
+        [rad | m]; None for the whole travel.
     tolerance : float
         Largest error of a step, relative to the travelled distance.
     bench : Bench or None
-        Bench of the model; None: a bench made from the mechanism's source and sensor.
+        Bench of the model; None for a bench derived from the mechanism's source and sensor.
     """
 
     bandwidth: float | None = None
@@ -114,9 +114,10 @@ def reduction(
     provenance: Provenance,
     progress: Callable[[str], None],
 ) -> Reduction:
-    """Reduce the mechanism, propagate the intervals, and simulate every step.
+    """Reduce the mechanism, propagate the intervals, and check every step by simulation.
 
-    Raises OutsideTravelError, or NoSolutionError if a step is impossible or its error too large.
+    Raises OutsideTravelError for an impossible travel, and NoSolutionError if a step is impossible
+    or has an error that is too large.
     """
     whole = request.part_of(mechanism)
     steps = chain(whole, request.bandwidth, progress)

@@ -27,7 +27,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class ReductionStep:
-    """Mechanism after a step, and the report of that step."""
+    """Mechanism after a step, and the report of the step."""
 
     mechanism: Mechanism
     report: StepReport
@@ -42,7 +42,7 @@ class ReductionChain:
     one: one-inertia model of the mechanism after the last step.
     source, sensor: names of the source and the sensor that the controller uses.
     kept: names of the links that are still compliant after the last step.
-    play: width of each backlash, at its block, the actuator and the sensor.
+    play: width of each backlash, in the coordinates of its block, the actuator and the sensor.
     """
 
     whole: Mechanism
@@ -55,7 +55,7 @@ class ReductionChain:
 
     @property
     def last(self) -> Mechanism:
-        """Return the mechanism after the last step; links with kept resonances are compliant."""
+        """Return the mechanism after the last step; it still contains the kept resonances."""
         return self.steps[-1].mechanism
 
 
@@ -76,7 +76,7 @@ def chain(
     progress: Progress = lambda _: None,
     number: float | None = None,
 ) -> ReductionChain:
-    """Make all steps of the reduction of `whole`.
+    """Reduce the mechanism `whole` step by step, without simulation.
 
     bandwidth: frequency [rad/s] above which resonances are removed; required if a link is
         compliant.
@@ -165,7 +165,7 @@ def _turns(whole: Mechanism, source: str, there: CoordinateFrame) -> tuple[float
 
 
 def _one_command(whole: Mechanism, source: str) -> None:
-    """Raise NoSolutionError if another source than `source` is commanded, too."""
+    """Raise NoSolutionError if a source other than `source` is commanded, too."""
     others = [
         name for name, one in whole.sources.items() if name != source and one.drive != "effort"
     ]

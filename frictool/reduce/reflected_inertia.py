@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class ReflectedInertia:
     """Bounds of the reflected inertia through lossy links, relative to the lossless value.
 
-    least: lower bound, reached if the load drives.
-    most: upper bound, reached if the source drives.
+    least: lower bound, for a load that drives.
+    most: upper bound, for a source that drives.
     inner_least: lower bound for the blocks that move while the backlash is open.
     """
 

@@ -2,9 +2,9 @@
 
     load(x) = offset + stiffness x + sine sin(number x) + cosine cos(number x)
 
-The law has a spring or a harmonic, not both. `number` is the harmonic's angular wave number: the
-gear's ratio for gravity on an arm behind a gear, the number of poles for cogging. The ratios of the
-rotary blocks are tried first, then any value.
+The law has a spring or a harmonic, not both. `number` is the harmonic's angular wave number: for
+gravity on an arm behind a gear, the gear's ratio; for cogging, the number of poles. The ratios of
+the rotary blocks are tried first, then any other value.
 """
 
 from __future__ import annotations
@@ -68,21 +68,22 @@ def fit_residual_load(
     misses: Callable[[ResidualLoad], float],
     known: float | None = None,
 ) -> ResidualLoad:
-    """Return the simplest load law for which friction holds the remaining load.
+    """Return the simplest load law that leaves a remaining load which friction can hold.
 
     The remaining load is the load minus the law. A law is acceptable if friction holds the
-    remaining load. Laws are tried from simple to general, beginning with no load. The result is the
-    first acceptable law for which the friction's polynomials fit within FITS, or else the
-    acceptable law with the smallest error of the polynomials.
+    remaining load at rest. Laws are tried from simple to general, beginning with no load. The
+    result is the first acceptable law for which the error of the friction's polynomials is below
+    FITS. If there is none, the result is the acceptable law with the smallest error of the
+    polynomials.
 
     x: positions (n,).
     resistance: resistance at x in the two directions.
     turns: likely values of `number`.
-    misses: function that returns the error of the friction's polynomials with a law.
+    misses: function that returns the error of the friction's polynomials for a law.
     known: `number` in the law of the same mechanism with other parameter values; 0 if that law has
         no harmonic, None if it is unknown.
 
-    Raises NoSolutionError if no law is acceptable. The message names parts of the travel for which
+    Raises NoSolutionError if no law is acceptable. The message names ranges of the travel for which
     a constant or a spring suffices.
     """
     mean, half = resistance.mean, resistance.half
@@ -104,7 +105,7 @@ def fit_residual_load(
 def _laws(
     x: Vector, mean: Vector, turns: Iterable[float], known: float | None
 ) -> Iterator[ResidualLoad]:
-    """Yield laws to try: a known harmonic first, then other laws from simple to general."""
+    """Yield the laws to try: first a known harmonic, then other laws from simple to general."""
     if known:
         yield _harmonic(x, mean, known)
     yield ResidualLoad()
@@ -128,14 +129,14 @@ def _line(x: Vector, mean: Vector, degree: int) -> ResidualLoad:
 
 
 def _harmonic(x: Vector, mean: Vector, number: float) -> ResidualLoad:
-    """Return the harmonic with `number`, fitted by least squares to the loads `mean` at x."""
+    """Return the harmonic with wave number `number`, fitted by least squares to `mean` at x."""
     columns = np.column_stack([np.ones_like(x), np.sin(number * x), np.cos(number * x)])
     offset, sine, cosine = (float(one) for one in np.linalg.lstsq(columns, mean)[0])
     return ResidualLoad(offset, 0.0, number, sine, cosine)
 
 
 def _numbers(x: Vector) -> tuple[float, float]:
-    """Return the smallest and the largest `number` that the positions x resolve."""
+    """Return the smallest and the largest wave number that the positions x resolve."""
     return LEAST_TURN / float(x[-1] - x[0]), 2.0 * math.pi / (
         POINTS_PER_CYCLE * float(np.median(np.diff(x)))
     )
@@ -144,7 +145,7 @@ def _numbers(x: Vector) -> tuple[float, float]:
 def _any_harmonic(x: Vector, mean: Vector, least: float, most: float) -> ResidualLoad:
     """Return the harmonic that best fits the mean loads (n,) at the positions x (n,).
 
-    The number of the harmonic is between `least` and `most`.
+    The wave number of the harmonic is between `least` and `most`.
     """
 
     def squares(number: float) -> float:
@@ -169,7 +170,7 @@ def _left(one: ResidualLoad, x: Vector, mean: Vector) -> float:
 
 
 def _short(one: ResidualLoad, x: Vector, mean: Vector, half: Vector) -> float:
-    """Return the largest excess [N m | N] of the remaining load over the friction at positions x.
+    """Return max(|remaining load| - friction) [N m | N] over the positions x.
 
     mean, half: load and friction (n,) at x.
     """
@@ -177,7 +178,7 @@ def _short(one: ResidualLoad, x: Vector, mean: Vector, half: Vector) -> float:
 
 
 def _rounded(one: ResidualLoad, scale: float, x: Vector) -> ResidualLoad:
-    """Return the law without terms that are negligible against the largest load."""
+    """Return the law without the terms that are negligible compared with the largest load."""
 
     def kept(value: float, reach: float = 1.0) -> float:
         return 0.0 if abs(value) * reach < NOTHING * scale else value

@@ -1,8 +1,8 @@
 """Load and Coulomb friction of a block as one curve for each direction of motion.
 
-Two elements of a mechanism represent the pair of curves: a spring with the mean of both, and a cam
-of angle 0 with half the difference as friction. Speed-dependent friction remains a separate
-element, raised by the losses of the link towards the source.
+Two elements of a mechanism represent the pair of curves: a spring with the mean of both curves, and
+a cam of angle 0 with half the difference as friction. Speed-dependent friction remains a separate
+element, multiplied by the losses of the link towards the source.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ NOTHING = 1e-12  # largest omitted curve, relative to the largest effort
 
 @dataclass(frozen=True)
 class LinkLoss:
-    """Losses of a link of ratio 1. The near side is the side of the source.
+    """Losses of a link of ratio 1 between a near side, towards the source, and a far side.
 
-    drive: lost effort divided by the transmitted effort if the near side drives.
-    back: the same quotient if the far side drives.
+    drive: lost effort divided by the transmitted effort, while the near side drives.
+    back: the same quotient while the far side drives.
     from_near: True if end `a` of the link is the near side.
     """
 
@@ -47,9 +47,9 @@ class LinkLoss:
     def slopes(self) -> tuple[float, float]:
         """Return (effort at the near side)/(effort at the far side) for two directions of power.
 
-        The first quotient is for an effort that drives the motion at the far side, the second for
-        an effort that opposes the motion there. Raises NoSolutionError if the near side would have
-        to drive an irreversible link backwards.
+        The first quotient is for an effort at the far side that drives the motion, the second for
+        an effort that opposes the motion. Raises NoSolutionError if the near side would have to
+        drive an irreversible link backwards.
         """
         if self.from_near:
             return 1.0 - self.back, 1.0 + self.drive
@@ -62,7 +62,7 @@ class LinkLoss:
 
     @property
     def factor(self) -> float:
-        """Return (effort at the near side)/(effort at the far side) for friction at the far end."""
+        """Return (friction at the near side)/(friction at the far side)."""
         return 1.0 + self.drive if self.from_near else 1.0 / (1.0 - self.back)
 
 
@@ -74,7 +74,7 @@ class DirectedResistance:
     """Resistance at n positions in the two directions of motion, in slip and at rest [N m | N].
 
     forward, backward: resistance (n,) in slip.
-    breakaway_forward, breakaway_backward: resistance (n,) at rest, without `falling`.
+    breakaway_forward, breakaway_backward: resistance (n,) at rest, without the part in `falling`.
     falling: speed-dependent friction, the same at all positions.
     damping: viscous resistance divided by the speed.
     """
@@ -120,7 +120,7 @@ def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResi
 
 
 def position_elements(mechanism: Mechanism, block: str) -> tuple[str, ...]:
-    """Return the names of the links that the curves of the block's resistance replace."""
+    """Return the names of the links of the block that its resistance curves replace."""
 
     def is_one(link: Link) -> bool:
         if isinstance(link, Spring):
@@ -190,7 +190,7 @@ def breakaway_ratio(directed: DirectedResistance) -> float:
 
 
 def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> FrictionOf:
-    """Return speed-dependent friction as a Stribeck law, or as law `svc` if it does not fall."""
+    """Return speed-dependent friction as law `stribeck`, or as `svc` if it does not fall."""
     axis: Axis = "rotary" if rotary else "linear"
     effort, viscous = si_unit("effort", axis), si_unit("viscous", axis)
     parameters = {
@@ -206,7 +206,7 @@ def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> F
 
 
 def free_name(links: dict[str, Link], wanted: str) -> str:
-    """Return a name that no link has."""
+    """Return `wanted`, or a similar name that no link has."""
     name = wanted
     count = 1
     while name in links:

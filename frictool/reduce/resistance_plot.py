@@ -17,7 +17,7 @@ FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
 
 
 def picture(chain: ReductionChain, model: Model) -> str:
-    """Return an `<svg>` element with friction and load against position."""
+    """Return an `<svg>` element that plots friction and load against position."""
     with drawing("reduce"):
         return render(
             figure(chain, model),
@@ -27,7 +27,7 @@ def picture(chain: ReductionChain, model: Model) -> str:
 
 
 def figure(chain: ReductionChain, model: Model) -> Figure:
-    """Return a figure of the resistance and the load, with the error of the polynomials below."""
+    """Return a figure of resistance and load; below the plot, the error of the polynomials."""
     one = chain.one
     unit = si_unit("position", model.axis)
     effort = si_unit("effort", model.axis)

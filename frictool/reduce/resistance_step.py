@@ -1,9 +1,10 @@
-"""Springs, cams and friction of each block as one curve C_r(theta, sign), thesis (2.28)-(2.29).
+"""Replacement of springs, cams and friction of each block by one curve C_r(theta, sign).
 
-C_+ and C_- are the efforts that move a block forward and backward. The step also checks at all
-positions if the block is irreversible, which means C_+ >= 0 >= C_- (thesis (2.27)): friction holds
-the load. If so, the load becomes part of the friction, with a separate level for each direction.
-The behaviour at rest does not change, because the axis sticks between the same two efforts.
+C_+ and C_- are the efforts that move a block forward and backward, thesis (2.28)-(2.29). The step
+also checks at all positions if the block is irreversible, which means C_+ >= 0 >= C_- (thesis
+(2.27)): friction holds the load. In this case, the load becomes part of the friction, with a
+separate level for each direction. The behaviour at rest does not change, because the axis sticks
+between the same two efforts.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from frictool.typing import Vector
 class IrreversibilityMargin:
     """Smallest value of friction minus load [N m | N]; negative if the load moves the axis.
 
-    position: position of this value [rad | m].
+    position: position at which this value occurs [rad | m].
     share: fraction of the positions at which friction holds the load.
     """
 
@@ -44,9 +45,9 @@ class IrreversibilityMargin:
 
 
 def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
-    """Return the least effort that moves the block away from a position x (n,), and that position.
+    """Return the smallest effort that moves the block, over all positions x (n,), and its position.
 
-    The least effort is negative if the load moves the block.
+    The effort is negative if the load moves the block.
     """
     margin = np.minimum(directed.forward, -directed.backward)
     worst = int(np.argmin(margin))
@@ -58,11 +59,11 @@ def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMarg
 def in_contact(
     mechanism: Mechanism, x: Vector, behind: Mapping[str, float] | None = None
 ) -> DirectedResistance:
-    """Return the sum of the resistances of all blocks; x (n,): source positions [rad | m].
+    """Return the sum of the resistances of all blocks; x (n,) [rad | m]: source positions.
 
     behind: backlash between the source and each block [rad | m]. A pushed block lags the source by
-    half of this backlash; its resistance is evaluated at the position of the block. If `behind` is
-    None, all blocks are at the position of the source.
+    half of this backlash, so that its resistance is evaluated at the lagging position. If `behind`
+    is None, all blocks are at the position of the source.
     """
     assembled = assemble_cached(mechanism)
     behind = behind or {}
@@ -87,9 +88,9 @@ def in_contact(
 
 
 def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
-    """Replace the loads of each block by two curves; blocks with friction only are unchanged.
+    """Replace the loads of each block by two curves; blocks with friction only are not changed.
 
-    All blocks must be in the coordinate of one block, without losses.
+    All blocks must be in the coordinate of one block, and the links must be lossless.
     """
     x = positions(mechanism)
     figures = []
@@ -162,7 +163,10 @@ def _unchanged(directed: DirectedResistance, largest: float) -> str:
 
 
 def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Return a text for each link in `names` with friction states, which the curves neglect."""
+    """Return a text for each link in `names` whose friction law has internal states.
+
+    The resistance curves neglect these states.
+    """
     links = [(name, mechanism.links[name]) for name in names]
     return [
         f"presliding and memory of {name} ({link.law})"

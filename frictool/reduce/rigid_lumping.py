@@ -19,7 +19,7 @@ from frictool.reduce.step_report import StepFigure, StepReport
 
 
 def lump_rigid_links(mechanism: Mechanism, root: str) -> tuple[Mechanism, StepReport]:
-    """Merge rigidly linked blocks; their elements move to the block nearest to `root`."""
+    """Merge rigidly linked blocks, with their elements, into the block nearest to `root`."""
     into = bodies(mechanism, root)
     masses: dict[str, list[Quantity]] = {}
     for name, block in mechanism.blocks.items():
@@ -57,7 +57,7 @@ def lump_rigid_links(mechanism: Mechanism, root: str) -> tuple[Mechanism, StepRe
 
 
 def bodies(mechanism: Mechanism, root: str) -> dict[str, str]:
-    """Return name of a block -> name of the block into which it is merged."""
+    """Return name of a block -> name of the block into which the first block is merged."""
     assembled = assemble_cached(mechanism)
     names = assembled.blocks
     links = connections(assembled)
@@ -80,12 +80,12 @@ def mass_of(block: Block) -> Quantity:
 
 
 def with_mass(block: Block, mass: Quantity) -> Block:
-    """Return the block with another inertia or mass."""
+    """Return a copy of the block with the inertia or mass `mass`."""
     return msgspec.structs.replace(block, **{"mass" if block.inertia is None else "inertia": mass})
 
 
 def added(one: Quantity, other: Quantity) -> Quantity:
-    """Return the sum of two quantities, with the sum of the intervals if one has an interval."""
+    """Return the sum of two quantities; if any has an interval, with the sum of the intervals."""
     ends: list[float | None] = [None, None]
     if any(end is not None for end in (one.low, one.high, other.low, other.high)):
         ends = [a + b for a, b in zip(one.interval, other.interval, strict=True)]
@@ -93,7 +93,7 @@ def added(one: Quantity, other: Quantity) -> Quantity:
 
 
 def _moved(link: Link, into: Mapping[str, str]) -> Link | None:
-    """Return the link on the merged blocks; None if both ends are now one block."""
+    """Return the link between the merged blocks; None if both ends are now the same block."""
     if not hasattr(link, "between"):
         return msgspec.structs.replace(link, on=into[link.on])
     ends = tuple(end if end == GROUND else into[end] for end in link.between)

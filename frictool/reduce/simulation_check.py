@@ -1,10 +1,10 @@
 """Check of a reduction by simulation of the mechanism after each step.
 
 The mechanism after each step is compared with the mechanism before the step, under the commands of
-check_commands.py. The positions of the sensor's block are compared while they are within the
-travel. The allowed difference is the backlash at the sensor plus `tolerance` times the distance
-that the axis travels forth and back. The relative error that a step predicts in closed form must
-also be below `tolerance`.
+check_commands.py. The compared quantity is the position of the sensor's block, as long as it is
+within the travel. The allowed difference is the backlash at the sensor plus `tolerance` times the
+distance that the axis travels forth and back. The relative error that a step predicts in closed
+form must also be below `tolerance`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class SimulationCheck:
 
     reports: reports of all steps, with measured errors; the last step gives one inertia.
     play: backlash at the sensor [rad | m].
-    runs: number of runs.
+    runs: number of test runs.
     unit: unit of positions at the sensor.
     refused: message on the first error that is too large; None if the check passed.
     """
@@ -53,7 +53,7 @@ class SimulationCheck:
 
     @property
     def verdict(self) -> str:
-        """Return one line that states if the reduction succeeded, and the largest error."""
+        """Return one line that states whether the reduction succeeded, with the largest error."""
         last = self.reports[-1].measured
         assert last is not None
         if self.refused is not None:
@@ -110,7 +110,7 @@ def check_reduction(
     ]
 
     def crossing(player: Callable[[CheckRun], Vector]) -> list[Vector]:
-        """Return the displacements of each run, up to its first sample outside the travel."""
+        """Return the displacements in each run, up to the first sample outside the travel."""
         return [
             moves[: _within(moves + run.start, chain.one.travel) + 1]
             for moves, run in zip(_displacements(tests, player), tests, strict=True)
@@ -181,7 +181,7 @@ def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
 def _measured(
     tests: tuple[CheckRun, ...], before: list[Vector], now: list[Vector], whole: list[Vector]
 ) -> MeasuredError:
-    """Return the error of the run in which a step changes the position most.
+    """Return the error of a step, from the run in which the step changes the position most.
 
     `whole` in the result is the largest difference from the whole mechanism in all runs.
     """
@@ -240,7 +240,7 @@ def _refused(
 
 
 def _inertia_bounds(report: StepReport, chain: ReductionChain) -> str:
-    """Return the bounds of the reflected inertia as text if an interval contains both, else ""."""
+    """Return the bounds of the reflected inertia as text; "" if no interval contains both."""
     if report.covered is None:
         return ""
     least, most = (

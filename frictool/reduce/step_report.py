@@ -15,11 +15,11 @@ class StepFigure(NamedTuple):
 
 
 class MeasuredError(NamedTuple):
-    """Difference of a mechanism from another mechanism in the test runs.
+    """Difference between the positions of two mechanisms in the test runs.
 
     distance: largest difference of the positions at the sensor in the worst run [rad | m].
     way: distance that the axis travels in this run [rad | m].
-    where: name of the worst run, with the largest quotient of `distance` and `way`.
+    where: name of the worst run, the run with the largest quotient of `distance` and `way`.
     whole: largest difference from the whole mechanism in any run [rad | m].
     """
 
@@ -40,8 +40,7 @@ class StepReport:
 
     did: text on what the step changed.
     neglects: text on what the step neglects.
-    predicted: relative error, in closed form, of the quantity that `of` names; 0 if the step
-        is exact.
+    predicted: relative error of the quantity `of`, computed in closed form; 0 if the step is exact.
     measured: difference from the mechanism before the step; None before the simulation.
     covered: quantity of the model whose interval includes the predicted error, so that only the
         measured error is checked; None if there is no such quantity.

@@ -18,7 +18,7 @@ POINTS = 241  # equidistant positions over the travel; the points of every curve
 def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     """Return the travel (low, high) of the source's block [rad | m].
 
-    The travel is the first of these that exists:
+    The first available entry of this list determines the travel:
 
     - `travel` of the document
     - the range between the end stops
@@ -68,7 +68,7 @@ def known_travel(mechanism: Mechanism) -> tuple[float, float] | None:
 
 
 def positions(mechanism: Mechanism) -> Vector:
-    """Return a grid (n,) of equidistant positions and the points of curves within the travel."""
+    """Return a grid (n,): equidistant positions within the travel, and the points of curves."""
     low, high = travel_of(mechanism)
     points = [x for curve in _curves(mechanism) for x in curve.position.values if low < x < high]
     return np.unique(np.concatenate([np.linspace(low, high, POINTS), points]))
