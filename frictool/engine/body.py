@@ -113,9 +113,7 @@ class FrictionBody:
                 f"restitution: found {self.restitution}; allowed: at least 0 and below 1"
             )
         if not self.stops[0] < self.stops[1]:
-            raise ValueError(
-                f"stops: found {self.stops}; allowed: a lower position, then a higher one"
-            )
+            raise ValueError(f"stops: found {self.stops}; allowed: (low, high) with low < high")
         if not (
             self.straight_from >= 0.0 and self.speed_scale > 0.0 and self.knee >= self.straight_from
         ):

@@ -65,11 +65,9 @@ class EffortFunction(NamedTuple):
         """
         array = np.array(self, dtype=np.float64)
         if not np.all(np.isfinite(array)):
-            raise ValueError(f"a drive needs finite coefficients; found {self}")
+            raise ValueError(f"drive: found {self}; allowed: finite coefficients")
         if self.frequency < 0.0:
-            raise ValueError(
-                f"the frequency of a drive is at least 0 rad/s, found {self.frequency}"
-            )
+            raise ValueError(f"drive: found frequency {self.frequency} rad/s; allowed: at least 0")
         return array
 
 

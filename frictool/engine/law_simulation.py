@@ -47,7 +47,9 @@ def body_of(
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
-        raise ValueError(f"{law.name} is no static law without a band of rest; use run_law")
+        raise ValueError(
+            f"found law {law.name}; allowed: a static law that sticks exactly; use run_law"
+        )
     straight, scale = law.slip_scales(p)
     packed = extension.pack(law, p) if extension is not None and not extension.plain else None
     back = p if packed is None else packed.backward

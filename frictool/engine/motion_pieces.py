@@ -189,7 +189,7 @@ def layer_piece(
     shift may be at most `tolerance` times the time spent in the layer.
     """
     force, law, body, drive = driven
-    # the last stage of a step is the first of the next
+    # the last stage of a step is the first stage of the next step
     mass = body[fb.MASS]
     start = slopes[1, STAGES - 1]
     if pace[0] == 0.0:

@@ -81,14 +81,14 @@ def segment_arrays(
     ends = np.array([end for end, _ in segments], dtype=np.float64)
     if not ends.size or not np.all(np.diff(np.concatenate([[start], ends])) > 0.0):
         raise ValueError(
-            f"ends of segments: found {ends.tolist()} s; they must rise from {start} s"
+            f"ends of segments: found {ends.tolist()} s; allowed: rising times above {start} s"
         )
     if sample_times.size and not (
         np.all(np.diff(sample_times) >= 0.0)
         and start <= sample_times[0]
         and sample_times[-1] <= ends[-1]
     ):
-        raise ValueError(f"times must not fall, and must lie between {start} and {ends[-1]} s")
+        raise ValueError(f"times: allowed: ascending values from {start} to {ends[-1]} s")
     return ends, np.stack([drive.as_array() for _, drive in segments]), sample_times
 
 

@@ -52,7 +52,7 @@ class StaticKernels(NamedTuple):
     slip_force: Kernel  # (v, direction, p) -> force [N | N m]
     breakaway: Kernel  # (direction, p) -> largest friction on a body at rest, in that direction
     band: Kernel  # (p) -> half width of the velocities that are treated as rest; 0 for exact laws
-    seen_velocity: Kernel  # (v, p) -> rate of the position: v; 0 in the band of Karnopp's law
+    seen_velocity: Kernel  # (v, p) -> rate of the position: v; 0 in the rest band of Karnopp's law
 
 
 class DynamicKernels(NamedTuple):
@@ -142,7 +142,7 @@ class Law:
         self._check_order(fixed, axis)
         if self.tail is None:
             if tail is not None:
-                raise ValueError(f"{self.name} has parameters only and takes no table")
+                raise ValueError(f"{self.name}: found a table; allowed: parameters only")
             return fixed
         table = self.tail({}) if tail is None else np.asarray(tail, dtype=np.float64)
         if table.ndim != 1 or not np.all(np.isfinite(table)):

@@ -179,7 +179,7 @@ class FrictionExtension:
         if self.rise_time > 0.0 and (dynamic or "breakaway" not in names):
             reason = "never rests" if dynamic else "has no breakaway"
             raise ValueError(
-                f"{law.name} {reason}, so that no breakaway can rise with the time at rest (dwell)"
+                f"{law.name} {reason}; allowed: rise_time 0, no rise with the time at rest (dwell)"
             )
         if stores and by_direction:
             raise ValueError(

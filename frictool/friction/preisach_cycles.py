@@ -32,7 +32,7 @@ def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     """
     count = len(cycles)
     if count == 0:
-        raise ValueError("found no centred cycle; allowed: one per amplitude k z_max/K, k = 1 .. K")
+        raise ValueError("found no centred cycle; allowed: at least one, from z_max to -z_max")
     branches = [_checked(*cycle) for cycle in cycles]
     limit = float(branches[-1][0][0])
     table = np.zeros((2 * count + 1, 2 * count + 1))
@@ -50,8 +50,8 @@ def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     saturation = table[-1, 0]
     if saturation <= 0.0:
         raise ValueError(
-            f"the force of the largest cycle falls by {2 * saturation:g}; allowed: a force that "
-            "falls as the position falls"
+            f"the force of the largest cycle falls by {2 * saturation:g} from its first to its "
+            "last position; allowed: above 0"
         )
     normal: Vector = (table / saturation).ravel()
     return normal

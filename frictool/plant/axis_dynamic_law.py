@@ -64,8 +64,8 @@ def _knees(laws: AxisLaws, viscous: float) -> tuple[tuple[float, float], ...]:
         added = regime.forward - slopes[0]
         if regime.backward - slopes[1] != added:
             raise ValueError(
-                f"the viscous friction beyond {regime.knee:g} rises by {added:g} forward and "
-                f"{regime.backward - slopes[1]:g} backward: a dynamic law needs equal values"
+                f"above the speed {regime.knee:g}, viscous friction rises by {added:g} forward and "
+                f"{regime.backward - slopes[1]:g} backward; allowed with a dynamic law: equal rises"
             )
         knees.append((regime.knee, added))
         slopes = (regime.forward, regime.backward)

@@ -44,7 +44,7 @@ def connect(
     """
     periods = {block.system.period for block in blocks.values()}
     if len(periods) > 1:
-        raise ValueError(f"the blocks have different periods: {sorted(periods)} s; allowed: one")
+        raise ValueError(f"blocks with different periods: {sorted(periods)} s; allowed: one period")
     produced = [name for block in blocks.values() for name in block.outputs]
     available = [*inputs, *produced]
     doubled = {name for name in [*available, *sums] if [*available, *sums].count(name) > 1}

@@ -128,8 +128,8 @@ def _reflected_inertia(
     def least(names: list[str]) -> float:
         """Return the lower bound of (reflected inertia)/(inertia) of the blocks `names`.
 
-        If the bound is negative, the mechanism locks. The reflected inertia of a block with a negative
-        lower bound is then set to 0.
+        If the bound is negative, the mechanism locks. The reflected inertia of a block with a
+        negative lower bound is then set to 0.
         """
         value = share(names, 0)
         if value > 0.0:

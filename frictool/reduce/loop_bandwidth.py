@@ -31,7 +31,7 @@ def bandwidth_of(controller: Controller) -> float:
     crossings = [one for one in frequencies if math.isfinite(one)]
     if not crossings:
         raise NoSolutionError(
-            f"{controller.name}: its loops never cross gain 1, "
-            "so that their bandwidth is undefined; give --bandwidth"
+            f"{controller.name}: no loop has a crossover frequency (gain 1), "
+            "which determines the bandwidth; give --bandwidth"
         )
     return ABOVE * max(crossings)

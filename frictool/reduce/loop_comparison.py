@@ -102,8 +102,8 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
     if math.isfinite(step.whole_s) != math.isfinite(step.reduced_s):
         return (
             f"{where}: "
-            f"{'the whole mechanism' if math.isfinite(step.reduced_s) else 'the one inertia'} does "
-            "not settle, but the other mechanism does"
+            f"only {'the one-inertia model' if math.isfinite(step.reduced_s) else 'the mechanism'} "
+            "settles; allowed: that both or neither settle"
         )
     if math.isfinite(step.whole_s) and abs(step.reduced_s - step.whole_s) > max(
         tolerance * step.whole_s, period

@@ -55,8 +55,8 @@ class LinkLoss:
             return 1.0 - self.back, 1.0 + self.drive
         if self.back >= 1.0:
             raise NoSolutionError(
-                "the source would have to drive an irreversible link backwards, which does not "
-                "move; swap the two blocks of the link"
+                "the source acts on the load end of an irreversible link, which cannot drive the "
+                "link; swap the two blocks of the link"
             )
         return 1.0 / (1.0 + self.drive), 1.0 / (1.0 - self.back)
 

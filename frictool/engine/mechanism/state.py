@@ -56,7 +56,7 @@ from frictool.typing import IntVector, Vector
 
 STUCK, FREE = 0, 2
 OPEN, RIGID = 0, 2
-LAW_STEP = 1e-5  # s, default step of hybrid and banded laws
+LAW_STEP = 1e-5  # s, default step of hybrid laws and laws with a rest band
 
 # rows of Workspace.slopes and Workspace.powers: the SLOPES slopes of a step (dormand_prince8.py),
 # then the coefficients of the dense output, from row PATH on

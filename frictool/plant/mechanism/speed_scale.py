@@ -84,7 +84,7 @@ def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> N
     """Raise ElementError if (speed of a block)/(speed of `root`) is outside the limits."""
     for block, ratio in ratios.items():
         if not SLOWEST <= abs(ratio) <= FASTEST:
-            finding = f"links give it {abs(ratio):g} times the speed of {names[root]}"
+            finding = f"the link ratios give {abs(ratio):g} times the speed of {names[root]}"
             raise ElementError(
                 f"blocks.{names[block]}", f"{finding}; allowed: {SLOWEST:g} to {FASTEST:g} times"
             )

@@ -382,7 +382,7 @@ def test_a_compliant_stop_of_one_side_tells_where_its_other_is(tmp_path: Path) -
 
 
 def test_speeds_that_lie_too_far_apart(tmp_path: Path) -> None:
-    assert "blocks.shaft: links give it 1e+20 times the speed of motor" in refusal(
+    assert "blocks.shaft: the link ratios give 1e+20 times the speed of motor" in refusal(
         TRAIN.replace("ratio: 0.25", "ratio: 1.0e+20"), tmp_path
     )
     soft = (
