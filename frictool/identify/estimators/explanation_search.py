@@ -21,8 +21,8 @@ compliant transmission, which look like a load over the position if every stroke
 position. A ripple is also rejected if a periodic error of the encoder with the same period predicts
 the strokes better.
 
-If friction changes along the log, the measured temperature is preferred as its explanation if the
-temperature passes the tests. At the end, a hypothesis other than a ripple is removed again if the
+For friction that changes along the log, the measured temperature is the preferred explanation if it
+passes the tests. At the end, a hypothesis other than a ripple is removed again if the
 prediction errors increase little without it. Significant hypotheses that are not used are reported
 as left in the residual. docs/theory/identify_effects.md states the significance levels and the
 limits of the tests.
@@ -388,7 +388,7 @@ def search_explanations(
             trials = [one for one in trials if one is not trial]
             continue
         if not _lasting(search, trial, used, waves):
-            break  # effects would fit the ringing as well
+            break  # an effect would fit these oscillations, too
         if trial.hypothesis.term == WARMING:
             cause = next((one for one in usable if one.hypothesis.term == TEMPERATURE), None)
             if cause is not None and _supported(cause, best, used, settings):

@@ -1,4 +1,4 @@
-"""Friction force, computed with a known inertia, and a curve of it over speed (after K. Mnich).
+"""Friction force, computed with a known inertia, and its curve over speed (after K. Mnich).
 
     filter     same causal low-pass for velocity and effort, so that their delays are equal
     force      effort - inertia (v[k] - v[k-1])/T, with the bench's inertia

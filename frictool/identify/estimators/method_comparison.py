@@ -292,7 +292,7 @@ def regression_scores(
 
 
 def _simulations(sides: Sides, rows: Rows, data: ComparedData) -> list[PredictionScore]:
-    """Return the scores of output error, and of the regressions with its load terms."""
+    """Return the scores of output error, and of the regressions with the same load terms."""
     known = start_values(data.fits[0], data.bench)
     try:
         structure = choose_structure(sides, data.bench, known, data.settings.confidence)

@@ -185,7 +185,8 @@ class SimulationFit:
 def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> SimulationFit:
     """Return the parameters that minimise the squared residual of a simulation.
 
-    The search starts at the parameters `known` [SI]. Raises UnusableLogs if it does not converge.
+    The search starts at the parameters `known` [SI]. Raises UnusableLogs if the search does not
+    converge.
     """
     names = simulated.names
     travel = max(float(np.ptp(segment.position)) for segment in simulated.segments)

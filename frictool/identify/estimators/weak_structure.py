@@ -1,8 +1,9 @@
 """Choice of position polynomials and speed knees for the weak form by their predictions.
 
-Friction is a polynomial of the position. Its order is the smallest order that predicts strokes that
-the fit did not use as well as the best order does. The order is 0 unless the best order reduces the
-rms prediction error significantly and by at least a fifth.
+Friction is a polynomial of the position. Its order is judged by the prediction of strokes that the
+fit did not use. The smallest order is used whose prediction is not significantly worse than that of
+the best order. The order is 0 unless the best order reduces the rms prediction error significantly
+and by at least a fifth.
 
 Viscous friction changes at knees of the speed. Each new knee is placed at the speed at which it
 reduces the residual most. The knee is kept if it reduces the rms prediction error significantly and
@@ -40,7 +41,8 @@ ENDS = 0.05  # share of the rows that must be slower, and faster, than any knee
 class FrictionStructure:
     """Dependence of the friction on position and speed.
 
-    - order: degree of the polynomials in the position; 0 if the friction does not depend on it
+    - order: degree of the polynomials in the position; 0 for friction that is constant over
+      position
     - knees: speeds [rad/s | m/s], ascending, at which the viscous friction changes
     """
 

@@ -6,12 +6,12 @@
 s is the sign of the velocity v, and a the acceleration. `advance` is the distance since the last
 reversal, and [...] is 1 if the condition holds, else 0. The equation is used in the weak form
 (`weak`). Inside the backlash, whose full width is `width`, only the friction of the motor (`brush`)
-acts. The width is searched, with [advance < width] smoothed over a count.
+acts. In the search for the width, [advance < width] is smoothed over an encoder count.
 
 The delay is a linear parameter. Its estimation is repeated, with the effort shifted by the previous
 delay, until the remaining delay is nearly 0. Rows inside the backlash are not used for the delay,
-because the motor's friction looks like a delay. For this purpose, the wider of the bench's and the
-estimated backlash counts.
+because the motor's friction looks like a delay. The backlash for this purpose is the wider of the
+bench's and the estimated one.
 
 Schwarz's criterion (BIC) decides whether there is a backlash. The intervals come from a jackknife
 over strokes; the position of a reversal is known to within a count.

@@ -1,1 +1,1 @@
-"""Presliding laws (thesis 2.4.3), fitted to slow effort loops below breakaway; one module a law."""
+"""Presliding laws (thesis 2.4.3) from slow effort loops below breakaway; one module per law."""

@@ -137,8 +137,8 @@ class PreslidingLaw(NamedTuple):
     - fit: function of loops and confidence that returns the fitted law
     - document: function of fitted law, inertia and bench that returns the law for the model
       document
-    - predicts: True if the fit has an error on branches that it did not use; the law with the least
-      error is chosen
+    - predicts: True if the law can predict branches that the fit did not use; of these laws, the
+      one with the smallest prediction error is the best
     """
 
     fit: Callable[[PreslidingLoops, float], Any]

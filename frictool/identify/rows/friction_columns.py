@@ -57,7 +57,10 @@ class FrictionRows:
 def rows_of(
     record: MotionRecord, sign: Vector, mask: NDArray[np.bool_], window: int
 ) -> FrictionRows:
-    """Return the rows for the samples in `mask` (n,), which slip during the whole `window`."""
+    """Return the rows whose windows are centred at the samples in `mask` (n,).
+
+    The axis must slip during each whole window of `window` samples. `sign` (n,) is the direction.
+    """
     shortened = max(SHORTEST, 2 * int(0.5 * SPEED_SHARE * window) + 1)
     slope = savitzky_golay(shortened, CUBIC, 1, record.period, last_first=True)
     velocity = np.convolve(record.position - record.position[0], slope, mode="same")

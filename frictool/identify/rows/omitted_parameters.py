@@ -93,7 +93,10 @@ class OmittedParameters:
         self._add(np.minimum(total, effects))
 
     def widened(self, names: Sequence[str], half: Vector) -> Vector:
-        """Return half widths (p,) of the parameters `names`, widened for the omitted ones."""
+        """Return the half widths `half` (p,), widened for the omitted parameters.
+
+        `names` are the parameters to which the half widths belong.
+        """
         added = dict(zip(self.free, self._added.tolist(), strict=True))
         if "viscous_backward" in names:
             added["viscous_backward"] += added.get("viscous", 0.0)
@@ -130,7 +133,7 @@ class OmittedParameters:
 
 
 def _unit_loads(columns: Sequence[Vector]) -> Matrix:
-    """Return m sets of coefficients (m, k) for k load columns; each set has the peak effort 1."""
+    """Return m sets of coefficients (m, k) of k load columns, each with a peak effort of 1."""
     if len(columns) == 1:
         return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])
     angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS

@@ -300,7 +300,7 @@ def residuals(samples: RegressionSamples, weight: Vector) -> Vector:
 def cluster_products(
     samples: RegressionSamples, columns: tuple[Vector, ...], window: int
 ) -> tuple[Tensor, Vector, IntVector]:
-    """Return Gram matrices (g, q, q), numbers of rows (g,) and clusters (g,) of g groups of rows.
+    """Return Gram matrices (g, q, q), numbers of rows (g,) and cluster numbers (g,) of g groups.
 
     A group consists of consecutive rows of one stroke and one cluster. Its Gram matrix is C^T C for
     the matrix C of its rows in the q `columns` (n,).
@@ -325,8 +325,8 @@ def intervals(
     `estimate` takes a sum of Gram matrices and a number of rows, and returns the parameters (p,).
     The intervals come from a jackknife that leaves out one cluster at a time.
 
-    - products, rows, cluster: Gram matrix (g, q, q), number of rows (g,) and cluster (g,) of g
-      groups
+    - products: Gram matrices of g groups of rows, (g, q, q)
+    - rows, cluster: number of rows, and cluster number, of each group, (g,)
     """
     index = np.unique(cluster, return_inverse=True)[1]
     count = int(index.max()) + 1
@@ -351,7 +351,7 @@ def intervals(
 
 
 def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Return the sliding parameters with a column in the fit, and reasons for unidentifiable ones.
+    """Return the fitted sliding parameters, and reasons why some of them cannot be identified.
 
     Raises UnusableLogs if there are too few rows.
     """

@@ -129,11 +129,11 @@ def slipping_fit(
 def _unattenuated(
     result: SlidingFit, samples: RegressionSamples, noise: float, bench: Bench
 ) -> Interval:
-    """Return the fitted inertia, with an interval that includes its value without noise.
+    """Return the fitted inertia; the interval includes its value in a fit without noise.
 
     Noise with the rms `noise` multiplies the inertia by 1 - noise^2/s^2, where s is the rms of the
-    acceleration that the other columns do not explain. The upper end is at most the larger of the
-    upper ends of the bench's and of the fitted interval.
+    acceleration that the other regressors do not explain. The upper end is at most the larger of
+    the upper ends of the bench's and of the fitted interval.
     """
     fitted = result.parameters["inertia"]
     left = max(1.0 - noise**2 / _own_acceleration(samples) ** 2, 0.0)
@@ -153,7 +153,7 @@ def _widened_to(fit: SlidingFit, other: SlidingFit) -> SlidingFit:
 
 
 def _own_acceleration(samples: RegressionSamples) -> float:
-    """Return the rms acceleration that the other regressors do not explain, rad/s^2 | m/s^2."""
+    """Return the rms residual of a fit of the acceleration by the other regressors (SI)."""
     others = np.column_stack((*samples.columns[1:], *samples.loads.values()))
     values = np.linalg.lstsq(others, samples.acceleration, rcond=None)[0]
     return float(np.sqrt(np.mean((samples.acceleration - others @ values) ** 2)))

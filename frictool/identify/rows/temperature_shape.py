@@ -92,10 +92,9 @@ def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, flo
 
 
 def _fitted(rows: Matrix, curved: bool) -> tuple[Vector, float]:
-    """Return the exponents r, q, k (3,) of friction over temperature, and the squared residuals.
+    """Return the exponents r, q, k (3,) of friction, and the sum of the squared residuals.
 
-    The columns of `rows` (n, 6) are a, v, s, 1, h and the effort. If `curved` is False, k is 0. The
-    squares of the residuals are summed.
+    The columns of `rows` (n, 6) are a, v, s, 1, h and the effort. If `curved` is False, k is 0.
     """
     a, v, s, one, h, effort = rows.T
     shape = np.zeros(3)
