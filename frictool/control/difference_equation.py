@@ -155,9 +155,10 @@ def state_bounds(
     conditional: True for conditional integration. The integrator then keeps its value while the
     drive is limited, and its bound follows from the drive's limit and the bounds of the other
     states. This requires a single integrator with c b >= 0 that enters no other state, and an
-    anti-windup gain of 0 for all other states. The bounds are not valid while the drive is
-    released, nor if another term is added to the drive before its limit. The fixed-point word of
-    the state may then saturate.
+    anti-windup gain of 0 for all other states.
+
+    The bounds are not valid while the drive is released, nor if another term is added to the drive
+    before its limit. The fixed-point word of the state may then saturate.
     """
     n = len(equation.b)
     held_states = equation.integrators if conditional else []

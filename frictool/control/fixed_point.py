@@ -314,7 +314,7 @@ class _Scaling:
             case "sqrt":
                 if of[0][0] < 0:
                     raise FixedPointOverflow(
-                        f"{self._called(node)} is the root of a value that may be negative"
+                        f"{self._called(node)} is the square root of a value that may be negative"
                     )
                 return 0, math.isqrt(self._long(node, of[0][1] << s))
             case "select":

@@ -210,7 +210,10 @@ class Program:
         return self.node("select", condition, then, otherwise)
 
     def polynomial(self, x: ProgramNode, coefficients: Sequence[ProgramNode]) -> ProgramNode:
-        """Return the value of a polynomial at x by Horner's rule; lowest power first."""
+        """Return the value of a polynomial at x, by Horner's rule.
+
+        coefficients: of the powers of x, lowest power first.
+        """
         total = coefficients[-1]
         for coefficient in reversed(coefficients[:-1]):
             total = total * x + coefficient
@@ -219,7 +222,10 @@ class Program:
     def dot(
         self, coefficients: Sequence[ProgramNode], values: Sequence[ProgramNode]
     ) -> ProgramNode:
-        """Return the sum of coefficients[i] values[i]; raise ValueError if there is no product."""
+        """Return the sum of coefficients[i] values[i].
+
+        Raises ValueError if the numbers of coefficients and values differ or are 0.
+        """
         if not coefficients or len(coefficients) != len(values):
             raise ValueError(
                 f"dot product of {len(coefficients)} coefficients and {len(values)} values; "

@@ -80,7 +80,7 @@ def radius(f: Forms, a: int) -> float:
 
 @bare_kernel
 def lowest(f: Forms, a: int) -> float:
-    """Return a lower bound of the affine form in row a."""
+    """Return a lower bound of the values of the affine form in row a."""
     r = radius(f, a)
     center = float(f.center[a])
     low: float = center if r == 0.0 else center - r - ROUND * (abs(center) + r)
@@ -89,7 +89,7 @@ def lowest(f: Forms, a: int) -> float:
 
 @bare_kernel
 def highest(f: Forms, a: int) -> float:
-    """Return an upper bound of the affine form in row a."""
+    """Return an upper bound of the values of the affine form in row a."""
     r = radius(f, a)
     center = float(f.center[a])
     high = center if r == 0.0 else float(center + r + ROUND * (abs(center) + r))
@@ -104,7 +104,7 @@ def is_number(f: Forms, a: int) -> bool:
 
 @bare_kernel
 def assign(f: Forms, d: int, value: float) -> None:
-    """Set row d to a number."""
+    """Set the affine form in row d to the number `value`."""
     f.center[d] = value
     f.error[d] = 0.0
     f.extent[d] = 0

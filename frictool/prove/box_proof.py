@@ -75,10 +75,11 @@ Box = dict[str, Ends]
 class HoldGoal:
     """Reference and requirements of a hold, that is, of an interval with a constant reference.
 
-    origin, target: reference before and during the hold. overshoot, static, response: limits of the
-    overshoot, the static error and the distance from the final value after the response time [rad |
-    m], infinite if not required. still: latest time at which the axis must be at rest, from the
-    beginning of the hold [s].
+    plan: reference and times of the hold. values: values of the controller program's nodes before
+    the hold. origin, target: reference before and during the hold. overshoot, static, response:
+    limits of the overshoot, the static error and the distance from the final value after the
+    response time [rad | m], infinite if not required. still: latest time at which the axis must be
+    at rest, from the beginning of the hold [s].
     """
 
     plan: StepPlan

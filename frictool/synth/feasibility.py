@@ -91,8 +91,8 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     raise NoSolutionError(
         f"response_time_95_s: found {required:.4g} s; for a step of {length:.4g} "
         f"{si_unit('position', model.axis)}, the drive needs {slowest.time:.4g} s "
-        f"({_described(slowest.plant, model)}) and the loop {allowance:.4g} s; raise the time or "
-        "limit"
+        f"({_described(slowest.plant, model)}) and the loop {allowance:.4g} s; raise this time "
+        "or actuator.limit"
     ).at("spec", "response_time_95_s")
 
 
@@ -174,9 +174,8 @@ def _rise(axis: DrivenAxis, length: float) -> float:
 def slowest_step(model: Model, least: ShortestTime, length: float) -> SlowestStep:
     """Return the vertex of the model that needs the longest time for a step, and the time.
 
-    least: function from an axis and a length to the shortest time [s]. length: length of the step
-    [rad
-    | m]. The drive must be able to move every vertex (synth/load_disturbance.py).
+    least: function from an axis and a length to the shortest time [s]. length: step length [rad |
+    m]. The drive must be able to move every vertex (synth/load_disturbance.py).
     """
     times = [
         SlowestStep(least(_opened(model, vertex), length), vertex)

@@ -85,7 +85,7 @@ class MinimaxDescent:
         return MinimaxDescent(structure, self.plants, float(self.grid[0]), self.margin)
 
     def coarse(self, parameters: Vector) -> float:
-        """Return an upper bound of the largest gain on the grid; inf if a loop is unstable."""
+        """Return an upper bound of the largest gain on the frequency grid; inf if unstable."""
         if not all_stable(self.structure.system(parameters), self.plants):
             return np.inf
         k, _ = self.structure.response(parameters, self.structure.points(self.grid))

@@ -50,7 +50,7 @@ def moved(k: Lti, bandwidth: float, to: float) -> Lti:
     if rate > SLOW * bandwidth or abs(pole.imag) > 1e-9 * max(1.0, abs(pole)):
         raise NoSolutionError(
             f"the controller's slowest pole is {rate:.3g} rad/s from an integrator; allowed: below "
-            f"a tenth of the bandwidth, {bandwidth:.3g} rad/s; lower weights.static_error, or "
+            f"a tenth of the bandwidth of {bandwidth:.3g} rad/s; lower weights.static_error, or "
             "raise weights.command"
         )
     residue, rest = split_pole(k, float(pole.real))

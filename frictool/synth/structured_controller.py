@@ -114,7 +114,7 @@ class StructuredController:
     def response(
         self, parameters: Vector, points: ComplexVector
     ) -> tuple[ComplexVector, ComplexVector]:
-        """Return the controller's response K (k,) and its derivatives (k, size) by the parameters.
+        """Return the response K (k,) and its derivatives (k, size) with respect to the parameters.
 
         points: complex frequencies s (k,), as `points` returns them.
         """

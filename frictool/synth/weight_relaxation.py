@@ -100,7 +100,11 @@ def relaxed_problem(
 
 
 class _TradeSearch:
-    """Search for weights; `disturbance`, `effort`: log of W1 and W3, relative to the start."""
+    """Search for relaxed weights W1 and W3.
+
+    In the methods, `disturbance` is log W1 and `effort` log W3, relative to the start of the
+    search.
+    """
 
     def __init__(
         self,
@@ -272,7 +276,8 @@ class _Bracket:
     def next(self) -> float:
         """Return the next x to evaluate.
 
-        x is interpolated from log(gamma^2 - floor^2)/2, or the middle of the interval.
+        It is the point at which interpolation of log(gamma^2 - floor^2)/2 predicts the required
+        gamma. If interpolation fails, it is the middle of the interval.
         """
         wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.required)
         known = [

@@ -40,7 +40,7 @@ INNER = 2.0
 
 @dataclass(frozen=True)
 class DerivedValue:
-    """Value that was derived for a key that the design leaves out, with its source."""
+    """Value that a rule derives for a key that is missing in the design, with the rule's source."""
 
     name: str
     value: float
@@ -55,7 +55,8 @@ class ChosenWeights:
     noise_moves: True if the noise weight was derived from the amplitude A of the reference; the
     noise weight then grows as A falls. command_of_noise: product W_u W4 of the weights of command
     and noise if the weight of the command was derived, else None. least_effort: smallest allowed
-    factor of W3; with this factor, the noise of one encoder count alone reaches the limit of W2.
+    factor of W3; with this factor, the noise of one encoder count alone reaches the limit of the
+    error weight W2.
     """
 
     weights: PlantWeights
@@ -145,8 +146,9 @@ class _WeightRules:
     def _least_amplitude(self, error: FirstOrderWeight) -> float:
         """Return the amplitude A at which the noise of one count alone reaches the limit of W2.
 
-        For a position loop A is step/e_stat, for a speed loop M_mod z2 step: step is the encoder's
-        step, e_stat the static error, M_mod the modulus margin, and z2 the bandwidth.
+        A is step/e_stat for a position loop and M_mod z2 step for a speed loop, with the encoder
+        step, the static error e_stat, the modulus margin M_mod and the bandwidth z2 of the error
+        weight W2.
         """
         step = self.model.bench.encoder.resolution
         margin = error.gain * error.pole / error.zero
@@ -212,7 +214,7 @@ class _WeightRules:
             return mechanics.travel.high - mechanics.travel.low, "mechanics.travel"
         missing = "mechanics.top_speed" if self.speed else "mechanics.travel"
         raise FrictoolError(
-            f"weights.{wanted}: missing in the design; give it, or {missing} in the bench"
+            f"weights.{wanted}: missing in the design; write it, or {missing} in the bench"
         ).at("design", f"weights.{wanted}")
 
     def _disturbance(self) -> float:
@@ -263,8 +265,8 @@ class _WeightRules:
         """
         if noise <= 0.0:
             raise FrictoolError(
-                "weights.command: missing in the design, and weights.noise is 0; give "
-                "weights.command (0 for none), or raise weights.noise"
+                "weights.command: missing in the design, and weights.noise is 0; write "
+                "weights.command (0 for no weight), or raise weights.noise"
             ).at("design", "weights.command")
         step = self.model.bench.encoder.resolution
         share = self.provided.count_share

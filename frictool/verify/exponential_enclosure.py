@@ -133,7 +133,7 @@ def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
 
 
 def _nested(ratio: Fraction, last: int, one: int) -> dict[int, tuple[int, int]]:
-    """Return j -> (centre, radius), integers that enclose v_j times `one`, for each j up to `last`.
+    """Return integers (centre, radius) that enclose v_j times `one`, for each j up to `last`.
 
     `exponential_series` defines v_j. one: power of 2 that scales numbers to integers.
     """

@@ -202,7 +202,7 @@ def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
     speed.
     """
     if velocity.source == "observer":
-        raise ValueError("an observer is not a filter of the position alone")
+        raise ValueError("an observer estimates the speed; the velocity block has no low-pass")
     if velocity.source == "measured" or velocity.bandwidth_rad_s == 0.0:
         return gain(1.0, period)
     pole, through = (hold(value) for value in first_order(velocity.bandwidth_rad_s, period))

@@ -145,7 +145,10 @@ def _closed(controller: Controller, vertex: Vertex, weights: PlantWeights) -> Lt
 
 
 def _closed_by_speed(controller: Controller, rates: AxisRates, lag: float) -> Lti:
-    """Return the loop of a controller of the speed error, from [speed reference; friction]."""
+    """Return the closed loop of a speed controller, from [speed reference; friction].
+
+    The input of the controller is the speed error.
+    """
     period, velocity = controller.sample_period_s, controller.velocity
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     drive = gain(1.0, period)

@@ -72,14 +72,14 @@ STEADY = 0.05
 class KernelLoop(NamedTuple):
     """Data of a certificate's loop, with the symbols of the module docstring.
 
-    `numerator` and `denominator` (2, m + 1) are N and A as polynomials of t in each chart, and
-    `measured` is N_v, (2, 0) without a measured speed. If `free`, the factor 2 p of N is left out.
-    `holds` (4, n + 1) are the polynomials of h_1, h_2, a and b in sigma - `middle`, `errors` (4,)
-    bounds of their errors. `lagged` is True for a drive with lag; `lost` is 1 - e, `kept` is 1 + e.
-    `speed` is True if the controlled quantity is the speed. `delay` is in samples, `period` in s.
-    `error` and `noise` are W2 and W4 as gain, zero and pole of gain (q + zero p)/(q + pole p). The
-    weights `disturbance` (on the friction), `drive` (on i), `command` (on u) and `eta` are numbers;
-    a row or column with the weight 0 is left out of the matrix.
+    `numerator` and `denominator` (2, m + 1) are N and A as polynomials of t in each chart.
+    `measured` is N_v, empty if no sensor measures the speed. If `free`, the factor 2 p of N is left
+    out. `holds` (4, n + 1) are the polynomials of h_1, h_2, a and b in sigma - `middle`, `errors`
+    (4,) bounds of their errors. `lagged` is True for a drive with lag; `lost` is 1 - e, `kept` is 1
+    + e. `speed` is True if the controlled quantity is the speed. `delay` is in samples, `period` in
+    s. `error` and `noise` are the weights W2 and W4 as gain, zero and pole of gain (q + zero p)/(q
+    + pole p). The weights `disturbance` (on the friction), `drive` (on i), `command` (on u) and
+    `eta` are numbers; a row or column with the weight 0 is left out of the matrix.
     """
 
     numerator: ComplexVector

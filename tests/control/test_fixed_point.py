@@ -221,7 +221,7 @@ def _single(build: Callable[[Program, ProgramNode], ProgramNode]) -> Program:
 @pytest.mark.parametrize(
     ("build", "words"),
     [
-        (lambda p, x: p.sqrt(x), "is the root of a value that may be negative"),
+        (lambda p, x: p.sqrt(x), "is the square root of a value that may be negative"),
         (lambda p, x: x * p.constant(1e30, "huge"), "reaches 1e"),
     ],
 )

@@ -5,7 +5,7 @@ loop gain     K/J, largest and smallest
 braking       (K limit + F)/J         deceleration of the slowest plant
 time          response_time_95_s
 length        longest step of the test
-band          static_error, at least one encoder step
+band          largest error at rest: static_error, but at least one encoder step
 
 T is the sample period, K the effort per unit of the drive, J the inertia, F the Coulomb friction.
 """
