@@ -338,10 +338,7 @@ def _trials(
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
 ) -> list[Trial]:
-    """Return a trial of each hypothesis that is not used yet and that the rows determine.
-
-    The fit of a trial includes the hypotheses `used` and the hypothesis of the trial.
-    """
+    """Return a trial of each hypothesis that is not used yet and that the rows determine."""
     hidden = LIKE_ACCELERATION if search.noisy(rows.samples) else ()
     free = [one for one in search.hypotheses if one not in used and one.term not in hidden]
     level = 0.5 * FALSE_ALARM / max(len(search.hypotheses), 1)
@@ -474,7 +471,6 @@ def _of_encoder(
 
 
 def _named_after_encoder(trial: Trial) -> Trial:
-    """Return `trial` with texts that name a periodic encoder error instead of a ripple."""
     one = trial.hypothesis
     what = one.what.replace("a ripple over the position", "a periodic error of the encoder")
     named = replace(one, what=what, settle="compare the encoder with another one")
@@ -482,7 +478,6 @@ def _named_after_encoder(trial: Trial) -> Trial:
 
 
 def _spans_a_turn(trial: Trial) -> bool:
-    """Return False if the hypothesis is an eccentric encoder and the travel is less than a turn."""
     position = trial.rows.samples.loads.get(TERMS[SPRING][0])
     return (
         trial.hypothesis.term != ECCENTRICITY

@@ -104,7 +104,6 @@ def friction_force(
 
 
 def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> RegressionSamples:
-    """Return the filtered samples of all strokes; derivatives are backward differences."""
     if record.piece[-1] > 0:
         raise UnusableLogs(
             f"{record.name} has gaps, over which the filter cannot run; use least-squares"

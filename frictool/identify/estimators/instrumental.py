@@ -78,7 +78,6 @@ def instrumental(
 def _instruments(
     record: MotionRecord, bench: Bench, window: int, velocity: Vector
 ) -> tuple[Vector, Vector, Vector]:
-    """Return the reference's acceleration, velocity and direction (m,) at the slipping samples."""
     assert record.reference is not None
     mask = slip_mask(record, find_strokes(record), velocity, window, full_backlash(bench))
     a, v, _ = smoothed(replace(record, position=record.reference), window)

@@ -180,7 +180,6 @@ def _winner(
 
 
 def _doubtful_load(regression: SlidingFit, chosen: SlidingFit) -> str | None:
-    """Return the first load of `chosen` that may be 0 according to the regression, or None."""
     claimed = load_intervals(chosen.laws)
     found = load_intervals(regression.laws)
     for names in (TERMS[term] for term in TERMS if term != DIRECTION):
@@ -292,7 +291,6 @@ def regression_scores(
 
 
 def _simulations(sides: Sides, rows: Rows, data: ComparedData) -> list[PredictionScore]:
-    """Return the scores of output error, and of the regressions with the same load terms."""
     known = start_values(data.fits[0], data.bench)
     try:
         structure = choose_structure(sides, data.bench, known, data.settings.confidence)

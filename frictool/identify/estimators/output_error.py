@@ -128,7 +128,6 @@ def _open_loop_deviation(
 def _closed_loop_deviation(
     simulated: SegmentSimulation, fitted: SimulationFit
 ) -> tuple[Vector, Vector]:
-    """Return standard deviations and degrees of freedom (p,) for the closed loop (jackknife)."""
     numbers = np.concatenate(cluster_numbers(simulated.segments))
     values = np.array(list(fitted.values.values()))
     columns = -fitted.jacobian
@@ -223,7 +222,6 @@ def _widened(
     half: dict[str, float],
     fixed: Mapping[str, Interval],
 ) -> dict[str, float]:
-    """Return the half widths `half`, widened for the uncertainty of the fixed parameters."""
     squares = np.array(list(half.values())) ** 2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)

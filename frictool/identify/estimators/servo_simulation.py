@@ -188,7 +188,6 @@ def free_strokes(segment: RecordSegment) -> IntVector:
 def _search(
     simulated: ServoSimulation, start: Mapping[str, float], weight: Vector, runs: int = MOST_RUNS
 ) -> SimulationFit:
-    """Return the fit with residuals weighted by `weight` (n,), after at most `runs` evaluations."""
     names = simulated.names
     known = servo_quantities(simulated.bench)
     scale = np.array([_scale(name, simulated.bench, start) for name in names])
@@ -228,7 +227,6 @@ def _scale(name: str, bench: Bench, start: Mapping[str, float]) -> float:
 
 
 def _end(name: str, known: Mapping[str, Quantity], start: Mapping[str, float], side: int) -> float:
-    """Return the lower (`side` -1) or upper (`side` 1) bound of a parameter in the search, SI."""
     if name in known:
         return known[name].interval[(side + 1) // 2]
     if name == LOOSE:

@@ -136,10 +136,6 @@ def without(rows: StrokeRows, fixed: Mapping[str, Interval]) -> StrokeRows:
 def _of_fixed(
     rows: StrokeRows, columns: Matrix, half: Vector, fixed: Mapping[str, Interval]
 ) -> Vector:
-    """Return the half widths (p,), widened by the intervals of the fixed parameters.
-
-    `columns` (m, p) are the regressors.
-    """
     weight = rows.means.weight
     squares = half**2
     for name, interval in fixed.items():
@@ -154,10 +150,6 @@ def _of_fixed(
 def _coulomb_and_offset(
     rows: StrokeRows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit of Coulomb friction and offset with a fixed viscous friction.
-
-    One of the two may be fixed, too.
-    """
     means = rows.means
     free = [name for name in COLUMNS[1:] if name not in fixed]
     if not free:
@@ -219,7 +211,6 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
 
 
 def _gated(record: MotionRecord, backlash: float) -> tuple[RegressionSamples, Vector]:
-    """Return the samples in the middles of all strokes of a record, and their positions."""
     strokes = find_strokes(record)
     moving = strokes.number[strokes.sign != 0.0]
     lengths = np.bincount(moving) if moving.size else np.zeros(1)

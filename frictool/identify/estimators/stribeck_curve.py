@@ -289,7 +289,6 @@ def _directions(rows: list[RunRow]) -> tuple[int, int]:
 
 
 def _enough(forward: int, backward: int) -> bool:
-    """Return whether each direction of motion that occurs has at least FEWEST_SPEEDS runs."""
     most = max(forward, backward)
     return most >= FEWEST_SPEEDS and not 0 < min(forward, backward) < FEWEST_SPEEDS
 

@@ -83,10 +83,6 @@ def _fit(
 
 
 def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Matrix:
-    """Return the noise variances of acceleration, velocity, sign, constant and effort.
-
-    The result is a diagonal matrix (5, 5), S in the module docstring.
-    """
     position = position_noise(record) ** 2
     g = bump(window, record.period)
     velocity = np.convolve(g, [1.0, 0.0, -1.0]) / (2.0 * record.period)

@@ -241,7 +241,6 @@ def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:
 
 
 def _together(rows: list[ReversalRows]) -> tuple[Matrix, Vector, NDArray[np.int64]]:
-    """Return regressors (n, 5), effort (n,) and stroke number (n,) of the rows of all records."""
     strokes = []
     above = 0
     for one in rows:

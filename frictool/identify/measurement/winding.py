@@ -115,8 +115,6 @@ def winding(
 
 @dataclass(frozen=True)
 class _WindingFit:
-    """Intervals of the parameters, and the sum of the squared residuals, V^2."""
-
     intervals: dict[str, Interval]
     squares: float
 

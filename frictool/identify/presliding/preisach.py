@@ -88,7 +88,6 @@ def _branches(loops: PreslidingLoops) -> list[Branch]:
 
 
 def _near(falling: list[Branch], amplitude: float, step: float) -> list[Branch]:
-    """Return the branches from +`amplitude` to -`amplitude`, resampled."""
     chosen = [
         b
         for b in falling
@@ -98,10 +97,6 @@ def _near(falling: list[Branch], amplitude: float, step: float) -> list[Branch]:
 
 
 def _resampled(branch: Branch, amplitude: float) -> Branch:
-    """Return the branch at GRID_POINTS positions that fall from +`amplitude` to -`amplitude`.
-
-    Forces at a repeated position are averaged.
-    """
     position, back = np.unique(branch[0], return_inverse=True)
     force = np.bincount(back, branch[1]) / np.bincount(back)
     grid = np.linspace(amplitude, -amplitude, GRID_POINTS)

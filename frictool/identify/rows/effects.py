@@ -168,7 +168,6 @@ def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
 
 def _mean_exponential(exponent: Vector) -> Vector:
-    """Return (exp(p) - 1)/p for the exponents p (n,); the value is 1 for p = 0."""
     safe = np.where(exponent == 0.0, 1.0, exponent)
     return np.where(exponent == 0.0, 1.0, np.expm1(safe) / safe)
 

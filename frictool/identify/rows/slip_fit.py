@@ -143,7 +143,6 @@ def _unattenuated(
 
 
 def _widened_to(fit: SlidingFit, other: SlidingFit) -> SlidingFit:
-    """Return `fit` with each interval at least as wide as the interval in `other`."""
     wider = {
         name: Interval.around(one.value, other.parameters[name].half_width)
         for name, one in fit.parameters.items()
