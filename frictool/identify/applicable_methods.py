@@ -22,8 +22,7 @@ def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str 
     """Return for each method the reason why it does not suit a log, or None if it suits.
 
     The key `breakaway` stands for the evaluation of breakaway ramps. `stream` contains statistics
-    of
-    the log's signals. `kind` is the detected kind of test, such as "ramp" or "rest".
+    of the log's signals. `kind` is the detected kind of test, such as "ramp" or "rest".
     """
     why = _nothing_to_use(stream, kind)
     blind = None if POSITION in stream.signals else "the log has no position"

@@ -147,8 +147,7 @@ class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker process.
 
     - bench: bench as YAML text. The model repeats the bench as it was written, and a pickled
-      `Bench`
-      does not state which of its fields were left out.
+      `Bench` does not state which of its fields were left out.
     - bench_input: entry of the bench in the model's provenance
     - patterns: patterns that extract unit and date from the file name of a log
     """
@@ -172,8 +171,8 @@ class IdentifyJob:
             return self._without(group, f"cannot be read: {error.strerror or error}", EXIT_INPUT)
         except Exception as error:  # a programming error with one log must not stop the other logs
             reason = (
-                f"could not be identified ({type(error).__name__}: {error}); identify it alone to "
-                "see more"
+                f"could not be identified ({type(error).__name__}: {error}); identify this log "
+                "alone for details"
             )
             return self._without(group, _named(reason, paths, group), EXIT_INPUT)
 
@@ -255,8 +254,7 @@ def identify_groups(
     """Yield the index and the result of each group, in the order of completion.
 
     Groups with less than WORTH_SHARING bytes in total are processed in this process, unless `cores`
-    is
-    set.
+    is set.
 
     - cores: number of processes; None lets the program choose
     - cluster: address of a Dask cluster, used in place of local processes

@@ -89,10 +89,8 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
     """Return the outcome with laws for a breakaway that varies with position or time at rest.
 
     If the breakaway varies with position, a friction map replaces viscous friction, Coulomb
-    friction
-    and offset, which were fitted under the assumption of constant friction. If the sliding logs
-    cannot
-    determine a map, only the breakaway depends on position.
+    friction and offset, which were fitted under the assumption of constant friction. If the sliding
+    logs cannot determine a map, only the breakaway depends on position.
     """
     ramp, fit, laws = outcome.ramp, outcome.fit, outcome.laws
     if ramp is None or (ramp.by_position is None and ramp.rising is None):
@@ -128,8 +126,8 @@ def _inertia_over_position(
     """Return the outcome for friction that varies with position, and the reason for its methods.
 
     An inertia that was fitted under the assumption of constant friction is removed. With method
-    `auto`,
-    the weak form fits the inertia together with friction that varies with position, if possible.
+    `auto`, the weak form fits the inertia together with friction that varies with position, if
+    possible.
     """
     if fit.details.get("position_order"):
         return outcome, fit.why

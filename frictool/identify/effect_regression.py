@@ -65,8 +65,7 @@ class AcceptedEffects:
     - significance: p-value of the effect that was accepted last
     - shift: change of each sliding parameter when these effects are added to the model
     - held_out: squared prediction error of the effort in strokes outside the fit, divided by the
-      error
-      without the effects
+      error without the effects
     - scatter: half width of the interval of each shift; a parameter that is not a key has 0
     """
 
@@ -127,11 +126,9 @@ class EffectRegression:
         """Return the variance (p,) of the parameters due to noise of the acceleration.
 
         The variance is 0 unless viscous friction depends on few rows (FEW_ROWS). The noise is
-        assumed to be
-        equal in all strokes, so that more strokes do not reduce the variance, and independent
-        between the
-        rows of a stroke. The rms noise is at most the rms residual, since the residual contains the
-        noise.
+        assumed to be equal in all strokes, so that more strokes do not reduce the variance, and
+        independent between the rows of a stroke. The rms noise is at most the rms residual, since
+        the residual contains the noise.
         """
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)
@@ -153,8 +150,7 @@ class EffectRegression:
         """Return the intervals of all parameters of the model extended by the hypotheses `more`.
 
         The intervals follow from the scatter between strokes. The result is empty if the rows do
-        not
-        determine the parameters.
+        not determine the parameters.
         """
         columns = self.rows.columns([*self.used, *more])
         try:
@@ -173,8 +169,7 @@ class EffectRegression:
         """Return the effects, single or in groups, that explain the residual.
 
         The result also contains effects that can replace an effect of the model, because the
-        prediction of
-        strokes outside the fit is then equally good.
+        prediction of strokes outside the fit is then equally good.
         """
         if self._values(self.used) is None or self.rows.squares(self.used) is None:
             return []
@@ -221,23 +216,18 @@ class EffectRegression:
         """Return the shift of the parameters by an unknown delay between effort and position.
 
         Before the fit, the delay is known to be within +-`known` [s]. The regression `smoother`
-        uses longer
-        smoothing windows and determines the delay too. A servo feeds noise of the encoder back into
-        the
-        effort, which looks like a delay; longer windows reduce this noise. The difference between
-        the two
-        estimates widens the interval of the delay, as far as chance does not explain the
-        difference. The
-        result is combined with +-`known`, weighted by inverse variances. If the fitted delay is
-        longer than
-        `known` and differs significantly from 0, only the fitted delay is used.
+        uses longer smoothing windows and determines the delay too. A servo feeds noise of the
+        encoder back into the effort, which looks like a delay; longer windows reduce this noise.
+        The difference between the two estimates widens the interval of the delay, as far as chance
+        does not explain the difference. The result is combined with +-`known`, weighted by inverse
+        variances. If the fitted delay is longer than `known` and differs significantly from 0, only
+        the fitted delay is used.
 
         The shift of a parameter is the delay times the parameter's change per second of delay. The
         regression gives these changes; `slopes` replaces some of them.
 
         Return None if the model includes the delay, if the rows do not determine the delay, or if
-        the
-        delay is not significant although there are at least FEWEST_STROKES strokes.
+        the delay is not significant although there are at least FEWEST_STROKES strokes.
         """
         late = next((one for one in self.free if one.term == DELAY), None)
         if late is None:
@@ -280,11 +270,9 @@ class EffectRegression:
         """Return the parameter shifts by an eccentric encoder with a local gain of 1 +- `known`.
 
         Over less than a turn, the eccentricity mainly multiplies the position by a gain that the
-        log hardly
-        determines. The shift of a parameter is therefore limited to `known` times the parameter.
-        Return None if the eccentricity is not in `free`, or if it does not improve the prediction
-        of
-        strokes outside the fit.
+        log hardly determines. The shift of a parameter is therefore limited to `known` times the
+        parameter. Return None if the eccentricity is not in `free`, or if it does not improve the
+        prediction of strokes outside the fit.
         """
         eccentric = next((one for one in self.free if one.term == ECCENTRICITY), None)
         if eccentric is None:
@@ -386,8 +374,8 @@ def effect_regression(
     """Return the regression of the effort; None if no sample slips or all parameters are fixed.
 
     `smoother` multiplies the length of the smoothing windows. If `hides` is True, the inertia is
-    fixed
-    as soon as noise of the acceleration reduces it by more than the half width of its interval.
+    fixed as soon as noise of the acceleration reduces it by more than the half width of its
+    interval.
     """
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:

@@ -111,8 +111,7 @@ class SlidingFit:
     - parameters: name -> interval
     - refused: name -> reason why the parameter was not accepted, with numbers
     - residual: rms residual of the method's equations divided by the rms of their right-hand side,
-      in
-      the strokes of the fit; not comparable between methods
+      in the strokes of the fit; not comparable between methods
     - held_out_residual: the same ratio in strokes outside the fit; None if it was not computed
     - condition: condition number of the regressor matrix
     - samples: number of rows or samples in the fit

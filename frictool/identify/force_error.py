@@ -151,8 +151,7 @@ def friction_in_slip(
     """Return the friction force (n,) [N m | N] at positions and velocities (n,) in slip.
 
     The friction has the sign of the velocity. `temperature` contains the temperatures (n,), degC;
-    None
-    stands for the reference temperature of the laws.
+    None stands for the reference temperature of the laws.
     """
     warm = np.ones((2, velocity.size))
     if temperature is not None and laws is not None and laws.temperature is not None:

@@ -154,8 +154,7 @@ class PreparedLog:
     """Record of a log, and signals of the actuator in this log.
 
     - currents: commanded current (n,) [A], measured current (n,) [A] and sample period [s]; None if
-      the
-      log lacks one of the currents
+      the log lacks one of the currents
     - winding: signals of the motor's winding; None if voltage, current or position is missing
     """
 

@@ -56,9 +56,8 @@ class HeldEffort:
     - logged: inertia fitted to the effort as it was logged, kg m^2 | kg
     - interpolated: inertia fitted to the effort interpolated between updates, kg m^2 | kg
     - effect: largest relative change of a parameter between these two fits. The change of the
-      inertia
-      is divided by the inertia. The change of another parameter is multiplied by the rms of its
-      regressor and divided by the rms effort.
+      inertia is divided by the inertia. The change of another parameter is multiplied by the rms of
+      its regressor and divided by the rms effort.
     """
 
     hold: int
@@ -108,10 +107,8 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
     """Return the number of samples between updates of an effort (n,), and the updates' indices.
 
     An update is a sample whose value differs from the previous value. Return None if there are
-    fewer
-    than FEWEST_UPDATES updates, if the updates are fewer than SHORTEST_HOLD samples apart, or if
-    the
-    effort is only coarsely quantised (`COARSE`).
+    fewer than FEWEST_UPDATES updates, if the updates are fewer than SHORTEST_HOLD samples apart, or
+    if the effort is only coarsely quantised (`COARSE`).
     """
     change = np.diff(effort)
     updates = np.flatnonzero(change) + 1
@@ -188,10 +185,8 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
     """Return a mask (size,) of the samples at which the logger read the effort.
 
     `updates` are the samples at which the value changes, and `hold` is the number of samples
-    between
-    two readings. If a value lasts longer than `hold`, the logger read it again unchanged. The
-    sample
-    `hold` samples before each change is therefore marked as a reading too.
+    between two readings. If a value lasts longer than `hold`, the logger read it again unchanged.
+    The sample `hold` samples before each change is therefore marked as a reading too.
     """
     out = np.zeros(size, dtype=np.bool_)
     out[[0, *updates.tolist()]] = True

@@ -125,8 +125,7 @@ def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
     """Return the slipping samples; the rms of each regressor is 1.
 
     Return None if the samples are too few to show a saturation, or if the encoder's noise changes
-    the
-    computed effort of the inertia as much as a saturation would.
+    the computed effort of the inertia as much as a saturation would.
     """
     length = stroke_samples(record)
     if length == 0.0:
@@ -172,8 +171,7 @@ def _saturating(
     """Fit the effort with a smooth saturation.
 
     The unknowns are the coefficients of `columns`, the logarithm of the limit of positive effort,
-    and
-    the logarithm of the limit of negative effort.
+    and the logarithm of the limit of negative effort.
     """
 
     def parts(unknowns: Vector) -> tuple[Vector, Vector, Vector, Vector]:
@@ -205,8 +203,7 @@ def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector)
     """Return whether a saturation explains the effort better than the linear fits.
 
     The arguments are squared residuals (n,): `squares` of the model with a saturation, `plain` of
-    the
-    linear fit, `rivals` of the linear fit with additional columns. `stroke` (n,) numbers the
+    the linear fit, `rivals` of the linear fit with additional columns. `stroke` (n,) numbers the
     strokes.
     """
     if squares.sum() > LARGEST_RESIDUAL**2 * squares.size or stroke.max() + 1 < FEWEST_STROKES:

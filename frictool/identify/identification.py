@@ -90,11 +90,9 @@ class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
     The message states the most frequent reason. If parameters have different reasons, the message
-    also
-    names the parameters with the most frequent reason, and the number of the other parameters.
+    also names the parameters with the most frequent reason, and the number of the other parameters.
     `exit_code` is 1 if no fit was possible. It is 4 if a fit gave neither inertia nor friction, or
-    if
-    position and drive have opposite signs.
+    if position and drive have opposite signs.
     """
 
     def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:
@@ -104,7 +102,9 @@ class NothingIdentified(UnusableLogs):
         reason = max(reasons, key=lambda one: len(reasons[one]), default="")
         others = sum(map(len, reasons.values())) - len(reasons.get(reason, ()))
         super().__init__(
-            f"{', '.join(reasons[reason])}: {reason} ({others} more)" if others else reason
+            f"{', '.join(reasons[reason])}: {reason} (other parameters: {others})"
+            if others
+            else reason
         )
 
     @property
@@ -192,10 +192,8 @@ def _estimate(
     """Return the logs, the free fit of the sliding logs, the outcome, and the widened fit.
 
     In the returned logs, the fitted load is subtracted from the effort of the ramps. In the free
-    fit,
-    no parameter is fixed at a value of the bench. Raises NothingIdentified if position and drive of
-    a
-    sliding log have opposite signs.
+    fit, no parameter is fixed at a value of the bench. Raises NothingIdentified if position and
+    drive of a sliding log have opposite signs.
     """
     free = None
     wider = None

@@ -26,17 +26,13 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     """Return why an interval is not usable; None if the interval is usable.
 
     An interval is not usable if it is impossible, too wide, or no narrower than the bench's
-    interval.
-    An interval that does not overlap the bench's interval is usable even if it is wider, because
-    the
-    bench's value would not explain the log.
+    interval. An interval that does not overlap the bench's interval is usable even if it is wider,
+    because the bench's value would not explain the log.
 
     Viscous and Coulomb friction may be 0. Only the part of their interval above 0 is compared with
-    the
-    bench's interval. The ratio of the ends of their interval is limited in two cases only: if the
-    interval is wider than the bench's interval and does not overlap it, or if the bench states a
-    value
-    without an interval.
+    the bench's interval. The ratio of the ends of their interval is limited in two cases only: if
+    the interval is wider than the bench's interval and does not overlap it, or if the bench states
+    a value without an interval.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):

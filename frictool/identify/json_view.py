@@ -67,8 +67,7 @@ def _ramp_view(ramp: Breakaway) -> dict[str, Any]:
     """Return the onsets of breakaway ramps as a mapping.
 
     The key `fall` contains the range of Stribeck velocities for which the breakaway's interval
-    holds;
-    an end that is null is unlimited.
+    holds; an end that is null is unlimited.
     """
     fall = ramp.fall
     return {

@@ -55,8 +55,7 @@ class TemperatureSignal:
     - viscous_rate, coulomb_rate: approximate relative change of viscous and of Coulomb friction per
       kelvin, 1/K
     - viscous_curvature: coefficient of `excess` squared in the exponent of viscous friction, 1/K^2;
-      0
-      if the logs do not determine it
+      0 if the logs do not determine it
     """
 
     values: Vector
@@ -172,8 +171,7 @@ def make_record(
     ------
     LogError
         If the time does not increase, if fewer than 3 samples are finite, or if more than half of
-        the
-        intervals differ from the median interval by more than ERRATIC times the median.
+        the intervals differ from the median interval by more than ERRATIC times the median.
 
     Notes
     -----
@@ -212,11 +210,9 @@ def _on_grid(record: MotionRecord) -> MotionRecord:
 
     A gap is an interval longer than LONGEST_BRIDGE periods. A gap-free part with fewer than 3 grid
     samples is left out. The position is interpolated by a monotone cubic (Fritsch and Carlson, SIAM
-    J.
-    Numer. Anal. 17, 1980), which does not overshoot between encoder counts. The effort of a drive
-    with
-    a lag is interpolated linearly. The effort of a drive without a lag is averaged over each grid
-    period, which keeps its impulse.
+    J. Numer. Anal. 17, 1980), which does not overshoot between encoder counts. The effort of a
+    drive with a lag is interpolated linearly. The effort of a drive without a lag is averaged over
+    each grid period, which keeps its impulse.
 
     Raises
     ------
@@ -303,8 +299,7 @@ def velocity_count(velocity: Vector) -> float:
     """Return the quantisation step of a velocity signal (n,).
 
     If no step is visible, the noise of the velocity is computed from fourth differences. The result
-    is
-    then the step whose rounding error has the same rms as this noise.
+    is then the step whose rounding error has the same rms as this noise.
     """
     step = encoder_step(np.unique(velocity))
     noise = float(np.sqrt(np.mean(np.diff(velocity, 4) ** 2) / 70.0)) if velocity.size > 4 else 0.0
@@ -316,8 +311,7 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
 
     The effort is the channel `effort`. If there is no such channel, the effort is the drive signal
     times the bench's effort constant. The effort of a servo is computed with the model of its
-    firmware
-    from goal and position. The temperature may be in any stream, and is interpolated.
+    firmware from goal and position. The temperature may be in any stream, and is interpolated.
 
     Raises
     ------
@@ -361,8 +355,7 @@ def _servo_drive(log: Log, stream: Stream, bench: Bench) -> ServoDrive:
     """Return the inputs (n,) of the firmware at the samples of a stream.
 
     If gain or supply were not logged, the bench's values are used. If the channel `torque_enabled`
-    is
-    missing, the torque is on.
+    is missing, the torque is on.
     """
     servo = bench.actuator.servo
     assert servo is not None
@@ -396,8 +389,7 @@ def reference_temperature(measured: Sequence[Vector]) -> float:
     """Return the measured temperature nearest to the mean of all measured temperatures, degC.
 
     `measured` contains one vector (n,) for each record. The mean itself is not used: it may lie
-    between
-    a cold and a hot log, where friction was not measured.
+    between a cold and a hot log, where friction was not measured.
     """
     values = np.concatenate(measured)
     return float(values[np.argmin(np.abs(values - np.mean(values)))])

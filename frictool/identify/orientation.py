@@ -52,10 +52,8 @@ def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: f
     """Return a message if the effort of a record opposes its motion, else None.
 
     With enough strokes in both directions, the effort opposes the motion if the mean effort along
-    the
-    strokes minus the offset is significantly negative. Otherwise, the mean effort of every stroke
-    and
-    the net work of the effort must be negative.
+    the strokes minus the offset is significantly negative. Otherwise, the mean effort of every
+    stroke and the net work of the effort must be negative.
     """
     for record in records:
         direction, effort = stroke_efforts(record)
@@ -104,8 +102,7 @@ def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Int
     """Return the mean effort along the strokes minus the offset, with its interval, N m | N.
 
     `direction` (s,) is +1 or -1, and `effort` (s,) is the mean effort of each stroke. Return None
-    if
-    there are too few strokes in one direction.
+    if there are too few strokes in one direction.
     """
     if min(np.count_nonzero(direction > 0.0), np.count_nonzero(direction < 0.0)) < FEWEST_STROKES:
         return None

@@ -150,8 +150,8 @@ def _reasons(
     step = bench.encoder.resolution
     if facts.sensing.step > MORE * step:
         reasons.append(
-            f"the position is as noisy as that of an encoder with the step "
-            f"{facts.sensing.step:.3g}, the bench's has {step:.3g}"
+            f"the position is as noisy as with an encoder step of "
+            f"{facts.sensing.step:.3g}, the bench states {step:.3g}"
         )
     assumed = SensorPrecision(
         facts.sensing.period, step, promise.drive_noise.value * constant.interval[1]

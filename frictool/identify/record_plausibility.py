@@ -23,8 +23,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
     ------
     LogError
         If a position exceeds the limits of the encoder or of the travel, or if an effort exceeds
-        the
-        actuator's limit. The message states the time.
+        the actuator's limit. The message states the time.
     """
     length, effort = si_unit("position", bench.axis), si_unit("effort", bench.axis)
     counts = MOST_COUNTS * record.resolution
@@ -33,7 +32,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
         np.abs(record.position) > counts,
         record.position,
         length,
-        f"an encoder shows at most 2^53 counts, {counts:.3g} {length}",
+        f"a position of at most 2^53 encoder counts, {counts:.3g} {length}",
     )
     travel = bench.mechanics.travel
     if travel is not None:
@@ -44,7 +43,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
             away,
             record.position,
             length,
-            f"within {MOST_TRAVELS:g} times the bench's travel ({reach:.4g} {length}) of the "
+            f"a position within {MOST_TRAVELS:g} times the travel ({reach:.4g} {length}) of the "
             "median position",
         )
     most = MOST_EFFORT * bench.actuator.limit.value * bench.actuator.constant.value
@@ -54,7 +53,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
         beyond,
         record.effort,
         effort,
-        f"at most {MOST_EFFORT:g} times the effort at the actuator's limit, {most:.4g} {effort}",
+        f"at most {MOST_EFFORT:g} times the effort at the drive's limit, {most:.4g} {effort}",
     )
     return _skipped_counts(record, bench)
 

@@ -4,8 +4,7 @@ The parameters are fitted by output error in closed loop: a simulation of the be
 axis follows the logged goal, and the simulated position is compared with the measured one. The
 result contains the axis with the torque enabled, whose viscous friction includes the back-EMF, and
 a bench with the identified constants of the servo. Intervals come from a jackknife over the logs
-or,
-if there are few logs, over strokes, because neighbouring samples have dependent errors.
+or, if there are few logs, over strokes, because neighbouring samples have dependent errors.
 """
 
 from __future__ import annotations
@@ -73,8 +72,7 @@ def identify_servo(
     ------
     UnusableLogs
         If the method does not suit a servo, if the logs show no motion with the torque enabled, or
-        if
-        the simulation along the goal does not explain the measured position.
+        if the simulation along the goal does not explain the measured position.
     LogError
         If a log occurs twice.
     """
@@ -162,8 +160,8 @@ def _free(
     """Return the parameters to fit.
 
     A constant of the servo is fitted if the bench states a range for it. The drive constant is
-    fitted
-    only if the pendulum is known, and the back-EMF constant only if a log moves without torque.
+    fitted only if the pendulum is known, and the back-EMF constant only if a log moves without
+    torque.
     """
     known = servo_quantities(bench)
     exact = {name for name, one in known.items() if one.interval[0] == one.interval[1]}
@@ -227,10 +225,8 @@ def _rounding(simulated: ServoSimulation, fit: SimulationFit) -> Vector:
     """Return the standard deviation (p,) of the parameters due to errors common to a whole log.
 
     A position is wrong by up to half an encoder count, because the firmware rounds it. The clock of
-    the
-    firmware is shifted by up to half a period against the log. Both errors have a uniform
-    distribution,
-    are constant during a log, and are independent between logs.
+    the firmware is shifted by up to half a period against the log. Both errors have a uniform
+    distribution, are constant during a log, and are independent between logs.
     """
     inverse = np.linalg.pinv(_of_driven_viscous(simulated.names, fit))
     edges = np.cumsum([one.last - one.first for one in simulated.segments])[:-1]

@@ -40,8 +40,8 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
     if fit.force_error is not None and fit.force_error > LARGEST_FORCE_ERROR:
         raise UnusableLogs(
             f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % "
-            f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %); was this effort recorded with this "
-            "motion?"
+            f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %); check that effort and "
+            "position are from the same test"
         )
     return fit
 
@@ -51,8 +51,8 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 
     The final fit is a second fit, in which the refused parameters have their values in the model
     (`fixed_parameter_refit.py`). If the second fit does not explain the effort, or refuses a
-    parameter
-    that `fit` identifies, a value of the bench contradicts the log. The final fit is then `fit`.
+    parameter that `fit` identifies, a value of the bench contradicts the log. The final fit is then
+    `fit`.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
@@ -84,8 +84,7 @@ def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
     The intervals do not change in two cases. If the drive was off, no effort shows the effects. If
-    a
-    comparison method has a large force error, `fit_warnings` warns of it.
+    a comparison method has a large force error, `fit_warnings` warns of it.
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):

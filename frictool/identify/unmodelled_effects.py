@@ -82,8 +82,7 @@ class WidenedFit:
     """Fit whose intervals include unmodelled effects.
 
     - what: name of the most significant effect; None if the effect is uncertain or hardly improves
-      the
-      prediction
+      the prediction
     - ratios: ratio of new to old width of each interval that becomes much wider
     """
 
@@ -158,12 +157,9 @@ def _of_windows(
     """Return the changes of the parameters with longer windows that chance does not explain.
 
     `smoother` is the regression over windows of twice the length. The fit approximates a delay and
-    a
-    resonance to first order, which is valid if the window is longer than the delay or the period of
-    the
-    resonance. A fit with this approximation is also compared with the regressions over the same
-    windows
-    and over the longest windows.
+    a resonance to first order, which is valid if the window is longer than the delay or the period
+    of the resonance. A fit with this approximation is also compared with the regressions over the
+    same windows and over the longest windows.
     """
     before = plain.intervals()
     out = []
@@ -212,10 +208,8 @@ def _of_delay(
     """Return the shifts of the parameters by an exact delay and by an exact lag.
 
     Each Gauss-Newton step delays or filters the effort by the present estimate and fits the
-    remaining
-    delay to first order. A lag is tried only if the effort is early, since the inverse of a lag
-    would
-    amplify the noise of the effort.
+    remaining delay to first order. A lag is tried only if the effort is early, since the inverse of
+    a lag would amplify the noise of the effort.
     """
     late = fit.effects.get(DELAY)
     if late is None:
@@ -249,8 +243,7 @@ def _of_timing(
 
     `regressions` contains the regression over the windows of the fit, and over windows of twice the
     length. If noise hides the inertia, both are repeated with the inertia as a parameter, since a
-    delay
-    changes it.
+    delay changes it.
     """
     plain, smoother = regressions
     if plain.noisy:
@@ -272,8 +265,7 @@ def _rates(
     """Return the change of each parameter per second of delay, for the method of stroke means.
 
     The fit is repeated with the effort delayed by `apart` [s], because stroke means do not weight
-    the
-    samples as the regression does. The result is empty for other methods.
+    the samples as the regression does. The result is empty for other methods.
     """
     if fit.method != STROKE_MEANS:
         return {}

@@ -67,8 +67,7 @@ class EstimateBlock:
 
     - piece: samples of the log
     - velocity [rad/s | m/s], friction [N m | N], wear [1]: (3, n), with the rows value, lower and
-      upper
-      bound
+      upper bound
     - second: output of an additional observer, or None
     """
 

@@ -56,8 +56,7 @@ def observe_logs(
 
     - cores: number of processes
     - cluster: address of a Dask cluster, used in place of local processes. If `cores` and `cluster`
-      are
-      None, a small fleet is processed in this process.
+      are None, a small fleet is processed in this process.
     - tick: callback that takes the completed fraction (0 to 1)
     """
     few = (

@@ -113,11 +113,9 @@ def rows(
     """Return one row per log, sorted by unit, date and file.
 
     - limit: largest allowed wear relative to commissioning; if the wear at commissioning is
-      unknown,
-      largest allowed wear
+      unknown, largest allowed wear
     - commissioning: wear at commissioning of all units. If None, each unit is compared with its
-      first
-      log that has an estimate.
+      first log that has an estimate.
     """
     first = {} if commissioning is not None else _first_logs(fleet)
     made = [_row(one, limit, commissioning, first) for one in fleet]

@@ -72,8 +72,7 @@ class FrictionTracker:
 
         - velocity: value, lower and upper bound, (3, n), rad/s | m/s
         - known: pairs (index of a sample, wear estimate that applies from this sample); the first
-          pair has
-          index 0
+          pair has index 0
         """
         if not piece.follows:
             self._state[KNOWN], self._state[GAPS:] = 0.0, 0.0
@@ -120,8 +119,7 @@ def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
     """Return the arrays `factors` (3, 3) and `zones` (k, 5) of kernels/friction_interval.py.
 
     `rough` is the relative half width of the friction at one position. It is added in quadrature to
-    the
-    interval of the wear.
+    the interval of the wear.
     """
     is_added = estimate.kind == "additive" and estimate.added is not None
     both = EstimateRange(1.0, 1.0, 1.0) if is_added else estimate.wear
@@ -180,8 +178,7 @@ def estimate_starts(
     """Return pairs (index of a sample in the block, wear estimate that applies from this sample).
 
     An estimate applies from the sample after the last sample that it uses. If several estimates
-    start
-    at the same sample, only the last one is kept.
+    start at the same sample, only the last one is kept.
     """
     starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in estimates)]
     pairs = [

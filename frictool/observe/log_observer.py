@@ -94,12 +94,11 @@ class LogObserver:
         """Open the log and create the estimators.
 
         `observer` contains path and document of an additional observer. A tracking observer
-        replaces the
-        velocity estimator.
+        replaces the velocity estimator.
 
         Raises LogError if the log cannot be observed (`open_stream`), DocumentError if the observer
-        has
-        another kind of axis or another period, and FrictoolError if the model has no dry friction.
+        has another kind of axis or another period, and FrictoolError if the model has no dry
+        friction.
         """
         self.name = name or LogName(path.name)
         self.settings = settings
@@ -142,8 +141,8 @@ class LogObserver:
         measured = log.coldest <= log.hottest
         if not measured and law is not None and (law.viscous or law.coulomb):
             return [
-                f"the log has no temperature: the wear is that at {law.reference.value:.4g} degC, "
-                "the model's reference; name the column under columns.temperature of the bench"
+                f"the log has no temperature: the wear assumes {law.reference.value:.4g} degC, "
+                "the model's reference; map the temperature in columns.temperature of the bench"
             ]
         if not measured or law is None:
             return [] if not measured or log.hottest - log.coldest < LEAST_RANGE else [UNKNOWN_LAW]
@@ -163,12 +162,12 @@ class LogObserver:
         if self.feed.gaps * OFTEN > self.feed.samples:
             grid = f"resample it first: `frictool ingest --resample {self.feed.period:.6g}`"
             return [
-                f"no move determines the wear: the log's clock breaks {self.feed.gaps} times, "
-                f"and a move must not contain a break; {grid}"
+                f"no move determines the wear: the log has {self.feed.gaps} gaps in time, "
+                f"and a move must not contain a gap; {grid}"
             ]
         return [
-            "no move determines the wear: within the bench's travel the axis never slips long "
-            "and fast enough with the load attached"
+            "no move determines the wear: within the bench's travel, the axis never slips long "
+            "and fast enough outside the backlash"
         ]
 
     def _figures(self) -> dict[str, Any]:

@@ -18,12 +18,10 @@ class MotionBlock:
     """Consecutive samples at the bench's sample period.
 
     - time, position, effort: finite samples, (n,), s, rad | m, N m | N. The effort is the drive
-      signal
-      times the actuator constant.
+      signal times the actuator constant.
     - follows: True if the first sample is one period after the last sample of the previous block
     - velocity: velocity from a simulation or a sensor, for comparison only, (n,), rad/s | m/s; None
-      if
-      the log contains no velocity
+      if the log contains no velocity
     - temperature: temperature, (n,), degC; None if the log contains no temperature
     """
 

@@ -28,11 +28,9 @@ class ObserverOutput:
     - time, position, velocity: time and estimated motion, s, rad | m, rad/s | m/s
     - friction: friction with the sign of the velocity, N m | N
     - wear: factor of the friction, or added friction [N m | N] for an additive observer; None if
-      the
-      observer does not estimate wear
+      the observer does not estimate wear
     - miss: innovation (measured minus predicted position) of a tracking observer, reduced by its
-      dead
-      zone, rad | m; None for other observers
+      dead zone, rad | m; None for other observers
     """
 
     time: Vector

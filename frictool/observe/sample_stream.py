@@ -105,8 +105,8 @@ class SampleStream:
         ]
         if self.made.earlier_losses:
             odd.append(
-                f"was made with data lost: {loss_count_text(self.made.earlier_losses)}; "
-                "`frictool info` lists them"
+                "data was lost when this log was made: "
+                f"{loss_count_text(self.made.earlier_losses)}; `frictool info` lists them"
             )
         sign = sign_of(self._beginning.stream).text if self.samples else None
         odd += [] if sign is None else [sign]

@@ -86,8 +86,7 @@ def check_observer(path: Path, observer: Observer, model: Model, period: float) 
     """Raise DocumentError if the observer has another kind of axis or another period.
 
     `path` is the file of the observer, `model` the model that the observer must match, and `period`
-    [s]
-    the sample period of the log.
+    [s] the sample period of the log.
     """
     if observer.axis != model.axis:
         raise DocumentError(

@@ -16,8 +16,7 @@ class DecimatedTrace:
     """Minimum and maximum of `count` signals in each column of a plot.
 
     Each column contains the same number of consecutive samples, also across gaps. The last column
-    may
-    contain fewer samples.
+    may contain fewer samples.
     """
 
     def __init__(self, count: int) -> None:

@@ -13,8 +13,7 @@ constant cancel in this ratio. The first rule that applies to the interval of th
     else                                       by the value   no
 
 The mean over all directions and zones may hide wear in one direction or zone. The limit is
-therefore
-also exceeded if the whole interval of one direction or zone is above the limit.
+therefore also exceeded if the whole interval of one direction or zone is above the limit.
 """
 
 from __future__ import annotations
@@ -53,8 +52,7 @@ def judge(
     """Return the verdict on the wear, or on `ratio`, the wear relative to commissioning, if known.
 
     `doubts` contains reasons why the log may be from another rig (rig_plausibility.py). If there
-    are
-    doubts, a wear below the limit is undecided; a wear above the limit still exceeds it.
+    are doubts, a wear below the limit is undecided; a wear above the limit still exceeds it.
     """
     verdict = _of_all_and_parts(estimate, limit, ratio)
     return verdict if verdict.exceeded or not doubts else WearVerdict(limit, None, False, doubts[0])

@@ -27,8 +27,7 @@ def trend(table: Sequence[FleetRow], limit: float | None) -> str:
     """Return the plot as an `<svg>` element.
 
     If ratios to commissioning are known, the plot shows them (1 for the first log of a unit), else
-    the
-    wear. If a log has no date, the abscissa is the order of the logs in the table.
+    the wear. If a log has no date, the abscissa is the order of the logs in the table.
     """
     ratios = any(row.ratio is not None for row in table)
     shown = [(row, estimate) for row in table if (estimate := _shown(row, ratios)) is not None]

@@ -37,7 +37,7 @@ def test_a_position_that_no_encoder_shows(log: MotionRecord, value: float) -> No
     position = log.position.copy()
     position[500] = value
     with pytest.raises(
-        LogError, match=r"at 0\.5 s; allowed: an encoder shows at most 2\^53 counts"
+        LogError, match=r"at 0\.5 s; allowed: a position of at most 2\^53 encoder counts"
     ):
         implausible(replace(log, position=position), without(clutch(), "travel", "top_speed"))
 
@@ -46,7 +46,7 @@ def test_a_position_beyond_any_travel(log: MotionRecord) -> None:
     position = log.position.copy()
     position[700:] += 700.0
     with pytest.raises(
-        LogError, match=r"at 0\.7 s; allowed: within 10 times the bench's travel \(630 rad\)"
+        LogError, match=r"at 0\.7 s; allowed: a position within 10 times the travel \(630 rad\)"
     ) as raised:
         implausible(
             replace(

@@ -134,8 +134,8 @@ def test_a_temperature_that_cannot_be_taken_out_is_a_warning(tmp_path: Path) -> 
     assert observed(tmp_path, axis, model, True) == ()
     (missing,) = observed(tmp_path, axis, model, False)
     assert missing == (
-        "the log has no temperature: the wear is that at 55 degC, the model's reference; name the "
-        "column under columns.temperature of the bench"
+        "the log has no temperature: the wear assumes 55 degC, the model's reference; map the "
+        "temperature in columns.temperature of the bench"
     )
     narrow = msgspec.structs.replace(law, over=msgspec.structs.replace(law.over, high=60.0))
     (extrapolated,) = observed(

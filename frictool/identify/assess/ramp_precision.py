@@ -21,8 +21,7 @@ class RampPrecision(NamedTuple):
 
     - latest: largest excess of the effort over the breakaway when the motion becomes visible
     - deviation: standard deviation of the mean breakaway of all onsets, after subtraction of the
-      mean
-      excess
+      mean excess
     """
 
     latest: float

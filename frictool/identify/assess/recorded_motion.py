@@ -75,7 +75,7 @@ def _strokes(record: MotionRecord) -> Vector:
 def _representatives(strokes: Vector) -> tuple[PlannedStroke, ...]:
     """Return at most MOST strokes that represent the m rows (duration, distance) of `strokes`.
 
-    The numbers of repetitions, each of which has both directions, sum to m/2.
+    Each stroke is repeated in both directions; the numbers of repetitions sum to m/2.
     """
     order = strokes[np.argsort(strokes[:, 0], kind="stable")]
     count = min(MOST, order.shape[0])

@@ -116,8 +116,7 @@ def breakaway(
 
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
     - stribeck: Stribeck velocity that was identified from another log; None to use the range that
-      the
-      onsets allow
+      the onsets allow
 
     If all ramps have the same direction, the offset is subtracted. Raises UnusableLogs if neither
     direction has five onsets, or if a load starts the axis.

@@ -13,8 +13,7 @@ On average, the axis passes an edge of the encoder half a sample before the log 
 this time, the axis has moved by s = start + (distance between the first and this change). `start`,
 the distance from the rest position to the first edge, is unknown and at most one count. t0 and
 `start` minimise the sum of the squared differences between this s and s(t). The excess at t0
-follows
-from the ramp.
+follows from the ramp.
 
 The changes may not determine `start`; a single change never does. Another term of the sum therefore
 prefers the value `expected` of `start`. The weight `timing` of this term is the variance of s at a
@@ -82,19 +81,14 @@ def travel_tables(
     """Return the travel as cubic polynomials of the time t since the onset, (m, STEPS, 6).
 
     Row k of an onset is valid from t = duration * (k/STEPS)^2 to t = duration * ((k + 1)/STEPS)^2.
-    The
-    columns are the start of this interval [s], 1/length [1/s], and the four coefficients, constant
-    first, of a cubic in (t - start)/length.
+    The columns are the start of this interval [s], 1/length [1/s], and the four coefficients,
+    constant first, of a cubic in (t - start)/length.
 
     `duration` [s] and `excess` [N m | N] are (m,); `axes` (m, 3) contains inertia, viscous and
-    Coulomb
-    friction of each onset. Friction decreases by `excess`, from the breakaway to Coulomb friction,
-    with
-    the Stribeck velocity `velocity`; if `velocity` is inf, friction does not decrease. The method
-    is
-    Runge-Kutta of order four, with short steps just after the onset, where friction changes fast.
-    The
-    loop over the onsets is the inner one, which is faster.
+    Coulomb friction of each onset. Friction decreases by `excess`, from the breakaway to Coulomb
+    friction, with the Stribeck velocity `velocity`; if `velocity` is inf, friction does not
+    decrease. The method is Runge-Kutta of order four, with short steps just after the onset, where
+    friction changes fast. The loop over the onsets is the inner one, which is faster.
     """
     m = duration.shape[0]
     tables = np.empty((m, STEPS, 6))
@@ -172,8 +166,7 @@ def misfit(
     """Return the weighted sum of squares for the onset time `t0` [s], and the best start [rad | m].
 
     The start is the distance from the rest position to the first change; it minimises the sum. The
-    sum
-    is `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change.
+    sum is `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change.
 
     - time: times at which the encoder's count changes, (n,), s
     - seen: distance from the first change to each change, (n,), rad | m

@@ -90,10 +90,8 @@ class OnsetTable:
         """Return |effort| (m,), rest position (m,) and misfit (m,) of the onsets `which` (m,).
 
         The rest position is a fraction of an encoder count, 0 to 1. The misfit is the sum of the
-        squared
-        differences between computed and logged travel, divided by their variance due to sampling.
-        If
-        `which` is None, all onsets are computed.
+        squared differences between computed and logged travel, divided by their variance due to
+        sampling. If `which` is None, all onsets are computed.
 
         - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
         - shape: factor of `coulomb` at each onset, (n,); None if friction is constant
@@ -172,8 +170,7 @@ class OnsetData:
     - table: the onsets as arrays, with the encoder step
     - positions: positions and directions of the onsets
     - offset: offset of the bench, N m | N. If all onsets have the same direction, it is None, and
-      the
-      argument `axis` of the methods contains the offset.
+      the argument `axis` of the methods contains the offset.
     - fall: assumed Stribeck curve after each onset
     """
 
@@ -194,8 +191,7 @@ class OnsetData:
         """Return the mean misfit (`OnsetTable.efforts`) of the onsets for a Stribeck curve.
 
         The onsets are evaluated in the order `order`, those with the largest expected misfit first.
-        The
-        result is inf as soon as the sum shows that the mean exceeds `most`.
+        The result is inf as soon as the sum shows that the mean exceeds `most`.
         """
         squares: Vector = np.empty(order.size)
         partial_sum = 0.0
@@ -240,12 +236,9 @@ class OnsetData:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
         The position fitted to an onset is a linear function of the position that the fit assumes:
-        fitted =
-        a + b assumed. The two are equal at a/(1 - b), which depends only on the times at which the
-        count
-        changes. The result is the average of a/(1 - b) and the middle of the count (uniform
-        distribution),
-        with weights 1/variance.
+        fitted = a + b assumed. The two are equal at a/(1 - b), which depends only on the times at
+        which the count changes. The result is the average of a/(1 - b) and the middle of the count
+        (uniform distribution), with weights 1/variance.
         """
         low, high = (
             self.table.efforts(axis, shape, expected, self.fall)[1] for expected in (0.0, 1.0)

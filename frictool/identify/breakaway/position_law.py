@@ -33,8 +33,7 @@ class PolynomialOrders:
 
     - orders: order of the forward and of the backward polynomial; -1 for a direction without data
     - common: True if both directions have the same polynomial, of order orders[0], and the effort
-      has
-      an offset
+      has an offset
     """
 
     orders: tuple[int, int]
@@ -108,8 +107,7 @@ def fit_polynomials(
     """Return the least-squares coefficients of friction over position, in the order of `design`.
 
     Successive breakaways are not independent, because the rest position within an encoder count
-    changes
-    slowly. FOLLOWING successive breakaways are therefore treated as one.
+    changes slowly. FOLLOWING successive breakaways are therefore treated as one.
     """
     together = FOLLOWING if friction.size >= FOLLOWING * FEWEST_GROUPS else 1
     return solve(
@@ -124,8 +122,7 @@ def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector
     """Split fitted coefficients into those of the forward and those of the backward polynomial.
 
     `value` contains all coefficients in the order of `design`. The lowest order is first. A
-    direction
-    without data has an empty array.
+    direction without data has an empty array.
     """
     if structure.common:
         return value[:-1], value[:-1]

@@ -53,8 +53,7 @@ class BreakawayOverRate:
 
     - rates: mean breakaway at each rate, in ascending order of the rate
     - per_decade: increase of the breakaway if the rate is ten times as high, N m | N; None if the
-      table
-      has a single rate
+      table has a single rate
     - interval: mean breakaway of all rates, and the range that contains the intervals of all rates
     """
 
@@ -139,8 +138,7 @@ def _rise(
     """Return the slope of the mean breakaways (k,) over the logarithms `decades` (k,) of the rates.
 
     The half width of the slope follows from the intervals of the means or, if that is larger, from
-    the
-    scatter of the means around the line.
+    the scatter of the means around the line.
     """
     if decades.size < 2:
         return None

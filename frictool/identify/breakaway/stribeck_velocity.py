@@ -100,10 +100,8 @@ def allowed_fall(
     -------
     StribeckVelocityRange
         For each exponent, the ends are the velocities of the grid just outside the allowed range.
-        The
-        value is the Stribeck velocity 0 if it is allowed, else the curve with the preferred
-        exponent
-        and the smallest misfit.
+        The value is the Stribeck velocity 0 if it is allowed, else the curve with the preferred
+        exponent and the smallest misfit.
     """
     columns = [
         [IMMEDIATE, *(StribeckFall(scale * step, exponent) for step in steps.tolist()), NO_FALL]

@@ -19,10 +19,10 @@ additional column for each load parameter; the strokes are centred on the middle
 the bench declares that there is no offset, G has no column for the offset.
 
 Effects that a test must separate from friction and inertia (`PriorAxis.effects`) add columns to G.
-A spring has the column x - middle. A delay of the effort has the column -du/dt, where
-u = inertia a + viscous v between the reversals. Along half sines of equal distance and duration,
-the acceleration is proportional to x - middle, and du/dt is a sum of acceleration, speed and a
-constant. Only strokes of different lengths therefore separate these effects from the parameters.
+A spring has the column x - middle. A delay of the effort has the column -du/dt, where u = inertia a
++ viscous v between the reversals. Along half sines of equal distance and duration, the acceleration
+is proportional to x - middle, and du/dt is a sum of acceleration, speed and a constant. Only
+strokes of different lengths therefore separate these effects from the parameters.
 
 If the axis moves less than a count per sample, e_x is a sawtooth and not white, and has less power
 at low frequencies than assumed here.
@@ -117,8 +117,7 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
     """Return the information matrix M (p, p) of all strokes, each in both directions.
 
     Rows and columns are in the order of the columns of `regressors`; the effects are last. If their
-    rows
-    and columns are removed, M is the information about an axis without these effects.
+    rows and columns are removed, M is the information about an axis without these effects.
     """
     total: Vector | None = None
     for stroke in strokes:

@@ -84,8 +84,7 @@ def multisine(
     - period: sample period, s
     - phases: phases of the harmonics, (harmonics,), rad
     - frequency: frequency of the first harmonic, Hz; None for the frequency at which travel and
-      speed
-      both reach their limits
+      speed both reach their limits
     - amplitude: half the range of positions, rad | m; None for the largest that the limits allow
     - repetitions: number of periods
     """

@@ -50,8 +50,7 @@ class PrecisionRequest:
     - noise: standard deviation of the measured drive, A | V; None for 0.2 % of its limit
     - seed: seed of the random reversal positions
     - robust: True if the strokes must separate EFFECTS from inertia and friction, and if no
-      parameter
-      may be much less precise than the others
+      parameter may be much less precise than the others
     - factors: for each parameter, half width that `identify` reports divided by the expected half
       width; EXPECTED_FACTOR for a parameter that is not a key
     """
@@ -78,10 +77,8 @@ class PrecisionRequest:
         """Return the relative half widths for which the test is designed.
 
         If the request is robust, the target of a sliding parameter is the geometric mean of its
-        requested
-        half width and the smallest requested half width, because the error of an imprecise
-        parameter
-        affects the others.
+        requested half width and the smallest requested half width, because the error of an
+        imprecise parameter affects the others.
         """
         targets = self.only(SLIDING)
         if not self.robust or not targets:
@@ -135,8 +132,7 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
         Bench whose limits the test respects on every axis within the a-priori intervals.
     request
         Requested precisions of inertia, viscous friction, Coulomb friction and offset; precisions
-        of
-        other parameters are ignored.
+        of other parameters are ignored.
 
     Returns
     -------
@@ -192,7 +188,7 @@ def _repetitions(bench: Bench, request: PrecisionRequest, program: StrokeProgram
     if times is None:
         raise NoSolutionError(
             f"time: no test of {request.duration:.4g} s determines "
-            f"{', '.join(request.only(SLIDING))}; the shortest stroke there and back takes "
+            f"{', '.join(request.only(SLIDING))}; the shortest stroke forward and back takes "
             f"{float(program.duration[:-1].min()):.3g} s; raise --duration"
         )
     return times
@@ -262,10 +258,8 @@ def stroke_motion(
     """Return the motion in which each of the k candidates is repeated.
 
     `times` (k + 1,) contains the number of repetitions of each candidate, then the number of
-    pauses,
-    which are spread evenly. The ends of the strokes vary at random by up to SPREAD times `reach`,
-    so
-    that the encoder errors differ between strokes.
+    pauses, which are spread evenly. The ends of the strokes vary at random by up to SPREAD times
+    `reach`, so that the encoder errors differ between strokes.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0

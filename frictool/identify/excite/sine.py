@@ -79,8 +79,7 @@ def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
     """Return position, velocity and acceleration (n,) of a sine around the middle of the travel.
 
     The motion starts at the lowest position. The number of periods is `stroke.times`, rounded, but
-    at
-    least one.
+    at least one.
     """
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     low = middle - 0.5 * stroke.distance

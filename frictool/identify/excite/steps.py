@@ -20,8 +20,7 @@ def steps(limits: BenchLimits, period: float, amplitude: float | None, repetitio
     """Return position, velocity and acceleration (n,) of steps through LEVELS.
 
     The levels are repeated `repetitions` times. `amplitude` [rad | m] is half the distance between
-    the
-    outermost levels.
+    the outermost levels.
     """
     distance = 2.0 * amplitude if amplitude else longest_distance(limits)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0

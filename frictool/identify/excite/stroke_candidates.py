@@ -53,8 +53,7 @@ class StrokeCandidate:
     - stroke: mean stroke; the reversal positions vary by the share SPREAD of `reach`
     - reach: largest distance between two reversals, rad | m
     - information: information matrix of both directions, (p, p); its last rows and columns belong
-      to
-      the effects
+      to the effects
     - mean_square: mean square of the drive signal divided by its limit, on the worst axis
     """
 
@@ -88,7 +87,9 @@ def worst_axis(bench: Bench, effects: tuple[str, ...] = ()) -> PriorAxis:
 def worst_sensing(bench: Bench, noise: float | None) -> SensorPrecision:
     """Return period, encoder step and effort noise for the largest drive constant.
 
-    `noise` is the standard deviation of the measured drive, A | V; None selects 0.2 % of its limit.
+    `noise` is the standard deviation of the measured drive, A | V; the default is 0.2 % of the
+    drive's
+    limit.
     """
     constant = bench.actuator.constant
     sensing = sensing_of(bench, noise)

@@ -95,8 +95,7 @@ def mean_over_position(samples: SlipSamples, sign: float) -> tuple[Vector, Vecto
     """Return cell centres (m,) [rad | m] over the travel, and mean residuals (m,) [N m | N].
 
     The travel is divided into CELLS cells of equal length. `sign` is the direction of motion, +1 or
-    -1,
-    or 0 for both directions. Cells without samples are left out.
+    -1, or 0 for both directions. Cells without samples are left out.
     """
     chosen = samples.velocity * sign >= 0.0
     position, residual = samples.position[chosen], samples.residual[chosen]
@@ -116,8 +115,7 @@ def position_spectrum(samples: SlipSamples) -> tuple[Vector, Vector] | None:
     """Return wave numbers (p,), 1/rad | 1/m, and amplitudes (p,), N m | N, of the mean residual.
 
     The spectrum is the Lomb-Scargle periodogram of the mean residual in each cell, from one cycle
-    per
-    travel to one cycle per four cells. The result is None if too few cells contain samples.
+    per travel to one cycle per four cells. The result is None if too few cells contain samples.
     """
     centre, mean = mean_over_position(samples, 0.0)
     if centre.size < FEWEST_CELLS:
@@ -145,8 +143,7 @@ class HeldOutPositions:
     """Positions of each half of the logs, predicted by a model identified from the other half.
 
     - held_out: False if the logs are too short for halves; the model then predicts the logs from
-      which
-      it was identified
+      which it was identified
     - segments: predictions, one for each gap-free part of the records
     """
 

@@ -11,9 +11,8 @@ The error of a signal is the norm of measured minus simulated values divided by 
 measured values, without the first `skip` samples. Velocity and acceleration are differences of the
 measured and the simulated position after the low-pass of the published pipeline
 (`inverse_dynamic`). The force error has the definition of `identify` (`force_error.py`): the part
-of
-the measured effort that the model does not explain for the measured motion, over the samples that
-certainly slip.
+of the measured effort that the model does not explain for the measured motion, over the samples
+that certainly slip.
 """
 
 from __future__ import annotations
@@ -333,10 +332,9 @@ def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
     """Return the parameters of the axis without end stops, and the state at the start of the piece.
 
     The lag is taken from the record. Presliding friction starts without deflection. If friction
-    depends
-    on temperature and the record contains a temperature, friction is computed for the mean
-    temperature
-    of the piece. Raises NoSolutionError if the model's presliding law does not support the axis.
+    depends on temperature and the record contains a temperature, friction is computed for the mean
+    temperature of the piece. Raises NoSolutionError if the model's presliding law does not support
+    the axis.
     """
     axis = axis_of(model)
     try:

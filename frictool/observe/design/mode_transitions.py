@@ -23,8 +23,7 @@ def switches(forward: int, backward: int, allowed: Transitions) -> tuple[Switch,
 
     - forward, backward: number of position intervals of each direction
     - allowed: if `neighbours`, a moving mode may change to the next interval in the direction of
-      motion;
-      if `direction`, to any interval of the same direction
+      motion; if `direction`, to any interval of the same direction
     """
     modes = [*range(-backward, 0), 0, *range(1, forward + 1)]
     pairs = {(i, i) for i in modes} | {(i, 0) for i in modes} | {(0, i) for i in modes}

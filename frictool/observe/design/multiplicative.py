@@ -19,8 +19,7 @@ def design(model: Model, settings: SwitchedObserverSettings, provenance: Provena
     """Design the observer, with verified gains for each position interval and direction.
 
     Raises NoSolutionError if there are too few intervals, if the inequalities have no solution, or
-    if
-    the gains fail verification.
+    if the gains fail verification.
     """
     friction = friction_map(model)
     forward, backward = (

@@ -37,8 +37,7 @@ def intervals(friction: FrictionMap, direction: int, count: int) -> list[Frictio
     """Return at most `count` position intervals of one direction, in ascending order.
 
     If friction is constant, there is one interval. Raises NoSolutionError if `count` is less than
-    the
-    number of monotone sections.
+    the number of monotone sections.
     """
     edges = turning_points(friction, direction)
     levels = friction_at(friction, direction, np.array(edges))

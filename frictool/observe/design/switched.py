@@ -110,8 +110,7 @@ def _synthesised(
     """Return the gains of the modes, and their noise gain.
 
     If `quiet` is None, the gains follow from thesis (6.6), and the noise gain is None. Otherwise,
-    the
-    gains pass less noise of the encoder.
+    the gains pass less noise of the encoder.
     """
     if quiet is None:
         return switched_gains(posed, allowed, decay), None

@@ -31,8 +31,7 @@ class SwitchedObserverSettings:
       direction of motion; `direction`, to any interval of the same direction
     - stuck_speed: factor of the estimated speed in each sample of mode 0, 0 or 1 (thesis 6.18)
     - quiet: largest bound gamma of the error, relative to the smallest possible gamma; the gains
-      then
-      pass less encoder noise (lmi/quiet_observer_gains.py). None selects the smallest gamma.
+      then pass less encoder noise (lmi/quiet_observer_gains.py). None selects the smallest gamma.
     """
 
     intervals: int = 10

@@ -51,8 +51,7 @@ class ObserverVerification:
       modes that may alternate
     - simulated_gain: largest |z|/|Delta| in simulation
     - rest: largest growth factor of e' P e from the start of a rest of any length to the first
-      sample
-      after the rest
+      sample after the rest
     - turn: largest growth factor of e' P e at a transition between moving modes that is not allowed
     """
 
@@ -245,8 +244,7 @@ def _over_rest(
     """Return the largest growth of e' P e from the start of a rest to the first sample after it.
 
     The estimate of the wear alpha is constant during the rest. Raises NoSolutionError if the errors
-    of
-    position and speed do not decay in a rest.
+    of position and speed do not decay in a rest.
     """
     resting = mode.a - gains[:, :1] @ mode.c[:1]
     resting[2] = (0.0, 0.0, 1.0)

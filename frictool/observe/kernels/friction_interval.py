@@ -93,8 +93,7 @@ def _in_slip(
     """Return value, low, high of the friction in slip at the position x and the velocity v.
 
     `loose` is the fraction that `_play` returns. The factors of viscous and dry friction are those
-    at
-    the temperature of the sample.
+    at the temperature of the sample.
     """
     direction = 1.0 if v > 0.0 else -1.0
     speed = abs(v)

@@ -46,16 +46,14 @@ class FilterBank:
     """Bank of k filters for the same n parameters.
 
     After each move, the parameter `name` makes a random step with the standard deviation `walk`
-    [SI].
-    The other parameters make a step only after a detected change.
+    [SI]. The other parameters make a step only after a detected change.
 
     - restrictions: for each filter, map from the parameters to the coefficients of a row; the maps
       differ only in the prior
     - variance: prior variance of a row's residual, (N m)^2 | N^2
     - inflation: number of overlapping rows that are as precise as one independent row
     - states, spreads: means (k, n) and covariances (k, n, n), relative to the prior mean, in units
-      of
-      the prior standard deviations
+      of the prior standard deviations
     """
 
     def __init__(
@@ -174,10 +172,8 @@ class FilterBank:
         """Return the noise variance r for a move [(N m)^2 | N^2].
 
         r is the variance learned so far. If the residual of the move is significantly larger, r
-        includes
-        this residual: a noisy first move must not have the weight that follows from the prior
-        variance.
-        `left` contains the squared residuals of the present filters, (k,).
+        includes this residual: a noisy first move must not have the weight that follows from the
+        prior variance. `left` contains the squared residuals of the present filters, (k,).
         """
         known = noise = self.noise
         # fitted without earlier moves, because a changed parameter is not noise

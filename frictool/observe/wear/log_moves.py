@@ -18,8 +18,7 @@ class Move:
     """Motion from one rest or reversal to the next.
 
     - gram: sum of row' row over the weak-form rows of the move, (p + 1, p + 1). The first p columns
-      of
-      a row are `WeakFormLayout.names`, the last column is the effort [N m | N].
+      of a row are `WeakFormLayout.names`, the last column is the effort [N m | N].
     - rows: number of rows
     - time: time [s] of the last sample of the last row
     - direction: 1 or -1

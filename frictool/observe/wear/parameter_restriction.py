@@ -85,8 +85,7 @@ def restriction(
     """Return the map from friction and wear parameters to the coefficients of a weak-form row.
 
     The first parameters are common to all kinds of wear: inertia, viscous friction, its asymmetry
-    and
-    its bends. The parameters of `wear` follow.
+    and its bends. The parameters of `wear` follow.
 
     Parameters
     ----------
@@ -145,10 +144,8 @@ def offset_of(
     """Return coefficients (p,) per unit, prior mean and deviation [N m | N] of the drive's offset.
 
     The offset is relative to the model's offset; a positive offset opposes a positive effort. The
-    prior
-    deviation is the root of the sum of two squares: `share` times the dry friction, and the
-    deviation
-    that corresponds to the wider of the model's and the bench's ranges.
+    prior deviation is the root of the sum of two squares: `share` times the dry friction, and the
+    deviation that corresponds to the wider of the model's and the bench's ranges.
     """
     known = max(
         _half(quantity)

@@ -127,10 +127,9 @@ class WearEstimator:
         """Return the lag of the estimate behind a wear that keeps growing.
 
         Each test in GOING_ON uses the last changes of the estimate, each over several moves. If all
-        of them
-        have the same sign, the wear grows at least at the rate of the smallest change per move. The
-        lag is
-        this rate times the lag of the filters in moves. The result is the largest lag of all tests.
+        of them have the same sign, the wear grows at least at the rate of the smallest change per
+        move. The lag is this rate times the lag of the filters in moves. The result is the largest
+        lag of all tests.
         """
         changes = [0.0]
         lately = list(self._lately)
@@ -217,8 +216,7 @@ def prior(model: Model) -> EstimateRange:
     """Return the prior of the wear: 1, with an interval.
 
     The interval is the bench's range of the Coulomb friction over the product's life. If there is
-    no
-    range, it is the interval of the model, which does not include wear after the identification.
+    no range, it is the interval of the model, which does not include wear after the identification.
     """
     for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval

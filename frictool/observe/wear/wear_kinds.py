@@ -147,10 +147,8 @@ class WearClassifier:
         """Set the prior of each kind of wear.
 
         The unit of each coefficient is the standard deviation of its widest prior, so that the sums
-        do not
-        lose precision. `_unit` (p,) contains these units; `_row` (p + 1,) also contains the unit of
-        the
-        effort, 1.
+        do not lose precision. `_unit` (p,) contains these units; `_row` (p + 1,) also contains the
+        unit of the effort, 1.
         """
         loose = sum((belief[LOOSE] for belief in beliefs.values()), free)
         deviations = np.sqrt(np.diag(loose))
@@ -214,8 +212,7 @@ class WearClassifier:
         """Return the number of moves since the friction has changed, 0 to RECENT (0: no change).
 
         All other parameters are assumed to be unchanged. Moves before and after a change would
-        together
-        look like wear of zones.
+        together look like wear of zones.
         """
         last = self._nothing
         since = 0
@@ -301,9 +298,8 @@ class WearClassifier:
         """Return the wear in each zone.
 
         A worn part of the travel may begin or end inside a zone. The interval therefore includes
-        part of
-        the differences between zones. Similar moves repeat their errors, so that the covariance is
-        multiplied by the number of similar moves.
+        part of the differences between zones. Similar moves repeat their errors, so that the
+        covariance is multiplied by the number of similar moves.
         """
         weights = [zone_mean(self.layout, zone) for zone in zones]
         edges = zone_edges(self.layout)
