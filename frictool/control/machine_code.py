@@ -5,8 +5,8 @@
 
 The code does the operations of `run_values` in the same order, each rounded to float64, so that
 drive and states are equal bit by bit. The code reads coefficients from memory. Programs that differ
-only in their coefficients therefore share one code. Compilation takes as long as about a hundred
-simulations of a thousand samples.
+only in their coefficients therefore share one code. Compilation saves time if the program runs in
+more than about a hundred simulations of a thousand samples.
 """
 
 from __future__ import annotations

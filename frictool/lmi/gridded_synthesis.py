@@ -188,7 +188,7 @@ class _GridSearch:
         raise NoSolutionError(
             f"the inequalities hold on the grid but fail between its points after {ROUNDS} "
             f"refinements (gamma {gamma * self.level:.4g}); "
-            "raise `recentring`, take a lower degree or slower parameters"
+            "raise `recentring`, or lower the degree of X and Y or the rates"
         )
 
     def inequalities(self, points: Sequence[Values]) -> GridInequalities:

@@ -89,7 +89,7 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     if required >= slowest.time + allowance:
         return
     raise NoSolutionError(
-        f"response_time_95_s: found {required:.4g} s; for a step of {length:.4g} "
+        f"response_time_95_s: found {required:.4g} s; on a step of {length:.4g} "
         f"{si_unit('position', model.axis)}, the drive needs {slowest.time:.4g} s "
         f"({_described(slowest.plant, model)}) and the loop {allowance:.4g} s; raise this time "
         "or actuator.limit"

@@ -518,7 +518,7 @@ def turn(
 
     D is the characteristic polynomial. `plant` is (kappa, sigma - middle). Between neighbouring
     points the enclosure of D does not contain zero, so that arg D changes by less than pi. The
-    error is infinite if the plant is not in the box, or if more than `most` points would be needed.
+    error is infinite if the plant is not in the box, or if more than `most` divisions are needed.
     """
     low, high = inverse_inertia(box, (plant[0], plant[0]), viscous_rates(loop, plant[1], plant[1]))
     space = workspace(loop)
