@@ -142,8 +142,7 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 def is_straight(p: Vector, load: Vector) -> bool:
     """Return True if every slip of an axis with parameters p and load (l,) has a closed form.
 
-    This requires a friction that is linear in speed between two knees and independent of the
-    position.
+    The friction must be independent of the position, and piecewise linear in the speed.
     """
     if load.shape[0] > 0:
         return False

@@ -77,9 +77,9 @@ def _opposing(p: Vector, laws: Laws, x: float) -> float:
 def _rest(
     state: Vector, command: float, p: Vector, laws: Laws, remaining: float, refused: float
 ) -> tuple[float, float]:
-    """Keep the axis at rest for up to `remaining` [s]; return the duration and the final direction.
+    """Keep the axis at rest for up to `remaining` [s]; return (duration, direction of a breakaway).
 
-    The direction is 0 unless a breakaway ends the rest. refused: direction in which the axis cannot
+    The direction is 0 if no breakaway ends the rest. refused: direction in which the axis cannot
     break away, because a slip in this direction has just failed to start.
     """
     lag = p[ax.LAG]

@@ -125,7 +125,7 @@ def changes_parameters(before: Vector, row: Vector) -> bool:
 
 @kernel
 def true_command(command: float, limit: float, row: Vector) -> float:
-    """Return the drive [A | V] that results from a command when the drive's sensor has a fault.
+    """Return the drive [A | V] that results from a command if the drive's sensor has a fault.
 
     The command is limited first. A command that is not finite is returned unchanged.
     """

@@ -77,8 +77,6 @@ ERRORS = np.array((E1, 0.0, E3, E4, E5, E6, E7))
 
 
 class _Slip(NamedTuple):
-    """Slip in one direction: v' = (effort - force(v, direction, law)) mobility."""
-
     force: Force
     law: Vector
     mobility: float
@@ -94,7 +92,7 @@ def _rate(slip: _Slip, t: float, x: float, v: float, q: float) -> float:
 
 @bare_kernel
 def fill_row(row: Vector, k: tuple[float, float, float, float, float, float, float]) -> None:
-    """Copy the derivatives k of the seven stages of a step to a row (7,)."""
+    """Copy the derivatives k at the seven stages of a step to a row (7,)."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = k
 
 

@@ -232,7 +232,7 @@ def _sample(driven: DrivenContact, t: float, y: Vector, zdot: Vector, row: Vecto
 
 @kernel
 def step_factor(error: float) -> float:
-    """Return the factor from the last step length to the next; error: relative to the tolerance."""
+    """Return (next step length)/(last step length); error: relative to the tolerance."""
     if not math.isfinite(error):
         return SHRINKAGE
     return GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.25))
@@ -250,7 +250,6 @@ def _segment(
     samples: Vector,
     filled: int,
 ) -> tuple[int, float, int]:
-    """Simulate one drive up to `end` [s]; return status, time reached and number of samples."""
     laws = driven.laws
     n = y.shape[0]
     slope = np.zeros(n)

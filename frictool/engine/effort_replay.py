@@ -70,8 +70,9 @@ def slip_through_period(
 ) -> bool:
     """Advance a slipping axis by one period in closed form; return False if an event may occur.
 
-    If the result is False, the state is unchanged. c (2, 6): `period_coefficients`. first, last,
-    command: efforts at the start and the end of the period, and the command [N m | N].
+    If the result is False, the state is unchanged. first, last: efforts at the start and the end of
+    the period [N m | N]. command: effort that the drive approaches. c (2, 6):
+    `period_coefficients`.
     """
     velocity = state[ax.VELOCITY]
     if velocity == 0.0:

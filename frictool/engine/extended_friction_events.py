@@ -34,7 +34,7 @@ from frictool.typing import Vector
 
 @kernel
 def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
-    """Set the speed range and the region in `state`; without a film lag, also the film's velocity.
+    """Set the speed range, the region and, if the film has no lag, the film's velocity in `state`.
 
     The region states whether the velocity of the film is in the Stribeck layer or above it.
     """

@@ -68,7 +68,6 @@ def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool
 
 @kernel
 def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) -> None:
-    """Set the law's parameters for the direction of the velocity v; at rest, of the effort u."""
     forward, backward, table, p = laws
     if table.shape[0] > 0:
         direction = math.copysign(1.0, u if stuck or v == 0.0 else v)
@@ -154,8 +153,8 @@ def run_hybrid(
 
     x is the position, v the velocity, q the integral of the position error, and z the law's state.
     step [s]: length of a step. ends (s,), drives (s, 10): drive i acts up to ends[i] [s]; each step
-    uses the drive in the middle of the step. times (n,): ascending. samples (n, 5): filled with the
-    values at the step's start that is nearest to each time. events (m, 4): filled. laws: as in
+    uses the drive in the middle of the step. times (n,): ascending. samples (n, 5): filled, for
+    each time, with the values at the nearest start of a step. events (m, 4): filled. laws: as in
     `dynamic_law_motion.run_dynamic`. past (d + 1,): workspace for a film delay of d steps.
 
     Returns a status of engine/status_codes.py, the time reached, and the number of events.

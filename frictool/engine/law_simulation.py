@@ -76,12 +76,13 @@ def _pointers(parts: Sequence[Any], types: Sequence[Any]) -> Any:
 class LawRunSettings:
     """Settings of a simulation of one law.
 
-    step: time step [s], needed and used only by a law with a fixed step.
+    step: time step [s], required and used only by a law with a fixed step.
     tolerance: relative tolerance of a dynamic law.
-    speed_scale: smallest speed to which `tolerance` is relative [m/s | rad/s].
-    length_scale: smallest presliding displacement to which `tolerance` is relative [m | rad].
-    extension: extended friction (friction/law_extension.py); the body stops just before 0 s.
-    most_events: largest number of events.
+    speed_scale: smallest reference of the relative error of the speed [m/s | rad/s].
+    length_scale: presliding displacement from which the smallest reference of the relative error of
+        the internal state is computed [m | rad].
+    extension: extended friction (friction/law_extension.py); the time at rest is 0 at 0 s.
+    most_events: allowed number of events.
     """
 
     step: float | None = None

@@ -64,9 +64,9 @@ def friction_line(body: Vector, region: float, direction: float) -> tuple[float,
 
 @bare_kernel
 def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
-    """Return the friction at velocity v; at rest it equals the effort, limited by the breakaway.
+    """Return the friction at velocity v; at rest, the effort u limited by the breakaway.
 
-    At an end stop, the stop balances the remaining effort.
+    If a body at rest touches an end stop, the stop balances the remaining effort.
     """
     force, law, body = driven.force, driven.law, driven.body
     if state[fb.DIRECTION] == 0.0:
@@ -81,7 +81,7 @@ def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
 
 @kernel
 def gross(state: Vector, t: float, drive: Vector) -> float:
-    """Return the sum of the magnitudes of all terms of the effort, as scale of its rounding error.
+    """Return the sum of the magnitudes of all terms of the effort, the scale of rounding errors.
 
     The sum includes the effect of the rounding of t.
     """

@@ -91,7 +91,7 @@ def complete_stage(
     """Replace row i of `stages`, which contains y' at the stage's point, by k_i.
 
     gains (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of the m elements of z
-    with a rate. in_time (3,): d(x', v', q')/dt.
+    that follow differential equations. in_time (3,): d(x', v', q')/dt.
     """
     m = couplings.shape[1]
     k = stages[i]

@@ -100,7 +100,6 @@ def slip_event(
 
 @kernel
 def _bounce(driven: DrivenBody, state: Vector, t: float, span: float) -> int:
-    """Rebound from an end stop with its restitution, or rest at the stop; return the event."""
     body, drive = driven.body, driven.drive
     direction = state[fb.DIRECTION]
     state[fb.POSITION] = body[fb.UPPER_STOP] if direction > 0.0 else body[fb.LOWER_STOP]

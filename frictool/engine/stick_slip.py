@@ -106,7 +106,6 @@ def _fill(
     samples: Vector,
     filled: int,
 ) -> int:
-    """Fill the samples in [t, until) from the state at t; return the number filled so far."""
     drive = driven.drive
     while filled < times.shape[0] and times[filled] < until:
         ahead = times[filled] - t

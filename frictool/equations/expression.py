@@ -2,7 +2,7 @@
 
 Atom      symbol in text and LaTeX, with its unit; a parameter also has a value
 Term      sign * product of atoms to integer powers
-Equation  (sum of terms) atom = sum of terms
+Equation  (sum of terms) times one atom = sum of terms
 """
 
 from __future__ import annotations

@@ -168,8 +168,6 @@ def rest_condition(
 
 
 def _modulus(term: Term) -> Term:
-    """Return the magnitude of a term: no sign, and |p| and |W| in place of p and W."""
-
     def sized(atom: Atom) -> Atom:
         signed = atom.text.startswith(("p_", "W_"))
         return (

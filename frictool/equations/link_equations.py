@@ -101,7 +101,10 @@ def link_equations(
 def _relations(
     name: str, link: Transmitting, notation: Notation, ratio: Term, offset: float, constrains: bool
 ) -> tuple[Equation, ...]:
-    """Return q_b = ratio q_a + o for a constraint, else the equation of e = q_b - ratio q_a - o."""
+    """Return the constraint q_b = ratio q_a + o, or the definition e = q_b - ratio q_a - o.
+
+    The second form is for a link with backlash or compliance; o is the offset.
+    """
     a, b = link.between
     key = f"links.{name}"
     source = SOURCES[str(link.__struct_config__.tag)]

@@ -202,10 +202,11 @@ def _by_direction(
 def _as_printed(
     name: str, link: Screw, notation: Notation, ratio: Term, force: Term, mu: float
 ) -> EffortTransfer:
-    """Return the transfer with W = mu |R lambda - u tan(alpha)| sign(omega), thesis (2.12).
+    """Return the transfer for a screw with the friction of thesis (2.12).
 
-    mu: friction coefficient. R: radius. lambda: effort at the nut. u: effort of the sources on the
-    screw. alpha: lead angle. omega: speed of the screw.
+    The friction is W = mu |R lambda - u tan(alpha)| sign(omega). mu: friction coefficient. R:
+    radius. lambda: effort at the nut. u: effort of the sources on the screw. alpha: lead angle.
+    omega: speed of the screw.
     """
     key = f"links.{name}"
     screw = link.between[0]

@@ -1,4 +1,4 @@
-"""Kernels that several dynamic laws share: virgin value of a scalar state z, and no memory."""
+"""Kernels of several dynamic laws: initial value of a scalar z, and `commit` without memory."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The lubricant film between the surfaces: frictional memory and lubrication regimes.
 
-The film has a velocity w (3.4.2.3). The dry part of a law depends on w, the viscous part, with the
-coefficient sigma_v, on the velocity v of the body:
+The film has a velocity w (3.4.2.3). The dry part of a law depends on w. The viscous part, with the
+coefficient sigma_v, depends on the velocity v of the body:
 
     F = F_law(w) + sigma_v (v - w)
 
@@ -15,8 +15,8 @@ regime  name      velocity                   friction
 ======  ========  =========================  ======================================
 1       STATIC    v = 0                      equals the effort, up to the breakaway
 2       BOUNDARY  0 < |v| <= v_b             constant, except for sigma_v
-3       PARTIAL   up to the curve's minimum  falls: Stribeck's effect
-4       FULL      above                      rises: viscous
+3       PARTIAL   up to the curve's minimum  falls with speed: Stribeck's effect
+4       FULL      above the minimum          rises with speed: viscous
 ======  ========  =========================  ======================================
 """
 

@@ -20,7 +20,7 @@ STEPS = 200
 
 
 def minimum(coefficients: Sequence[float] | Vector, low: float, high: float) -> tuple[float, float]:
-    """Return the position of the minimum in [low, high], and the minimum.
+    """Return position and value of the polynomial's minimum in [low, high].
 
     The coefficients are finite, lowest power first.
     """

@@ -96,7 +96,7 @@ def masing_everett() -> Vector:
 
 
 def masing_table(values: Values) -> Vector:
-    """Return the Everett table of the Masing hysteresis with n = `preisach_intervals`."""
+    """Return the Everett table of the Masing hysteresis; n = values["preisach_intervals"]."""
     return everett_tail(masing_cycles(int(values.get("preisach_intervals", CELLS))))
 
 

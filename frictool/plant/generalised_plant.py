@@ -33,7 +33,7 @@ Controlled = Literal["position", "speed"]
 
 @dataclass(frozen=True)
 class FirstOrderWeight:
-    """Weight gain (s/zero + 1)/(s/pole + 1); zero and pole in rad/s, inf if there is none."""
+    """Weight W(s) = gain (s/zero + 1)/(s/pole + 1); zero, pole: rad/s, inf if there is none."""
 
     gain: float
     zero: float = np.inf
@@ -91,10 +91,11 @@ def template(bandwidth: float, modulus_margin: float, static_error: float) -> Fi
 
 @dataclass(frozen=True)
 class UncertaintyChannel:
-    """Channel z_Delta = (drive i + viscous v + friction w)/d of one real |Delta| <= 1.
+    """Uncertainty channel z_Delta = (drive i + viscous v + friction w)/d of one real Delta.
 
-    i, v and w are the drive, the speed and the friction input. w_Delta = Delta z_Delta closes the
-    channel, annex (22), (29). The field `unit` of UncertainPlant is d, the scale of the channel.
+    i, v and w are the drive, the speed and the friction input. The feedback w_Delta = Delta z_Delta
+    with |Delta| <= 1 closes the channel, annex (22), (29). The scale d of the channel is the field
+    `unit` of UncertainPlant.
     """
 
     drive: float

@@ -2,7 +2,7 @@
 
     exact         k = K/J, s = sigma_v/J, f = F_c/J                                       (5.48)
     inertia       as exact, but 1/J is replaced by its tangent at the centre,
-                  (1 - dJ/J0)/J0; products are kept                                       (5.49)
+                  (1 - dJ/J0)/J0; products of deviations are kept                         (5.49)
     first_order   (p0 + dp - p0 dJ/J0)/J0 for p = K, sigma_v, F_c                         (5.50)
 
 linear_axis.py defines the rates k, s, f and the parameters K, J, sigma_v, F_c. p0 is the value at

@@ -16,7 +16,8 @@ from frictool.typing import Vector
 def bell(window: int) -> Vector:
     """Return the test function, shape (window - 2,), with sum 1.
 
-    Its second difference, shape (window,), weights the measured positions.
+    The second difference of the test function, shape (window,), gives the weights of the measured
+    positions.
     """
     inner = np.linspace(-1.0, 1.0, window)[1:-1]
     phi = (1.0 - inner**2) ** 3

@@ -118,7 +118,6 @@ def _span(one: OneInertia) -> float:
 
 
 def _fast(one: OneInertia) -> float:
-    """Return the acceleration that moves an axis by an eighth of the travel in 0.2 s from rest."""
     return 2.0 * PART * _span(one) / 0.2**2
 
 

@@ -140,7 +140,6 @@ def _laws(estimates: _Estimates, forward: Parameters) -> Laws:
 
 
 def _load(estimates: _Estimates) -> Load | None:
-    """Return the load law; on a rotary axis, gravity is the harmonic with one cycle per turn."""
     one = estimates.one.residual
     axis = estimates.axis
     if one.number == 0.0:

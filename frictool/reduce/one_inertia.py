@@ -42,11 +42,12 @@ FLAT = 1e-9  # variation of a constant curve, relative to the mean
 class DirectionFriction:
     """Friction in one direction, by position [N m | N], positive if it opposes the motion.
 
-    coulomb: polynomial of the Coulomb friction. extra: polynomial of the breakaway minus the
-    Coulomb friction. curve: Coulomb friction (n,) that `coulomb` approximates. breakaway: breakaway
-    (n,) that `coulomb` plus `extra` approximates. met: mask (n,), True at positions of the source
-    at which all blocks behind the backlash are within
-        their travel, so that the source can push them.
+    coulomb: polynomial of the Coulomb friction.
+    extra: polynomial of the breakaway minus the Coulomb friction.
+    curve: Coulomb friction (n,) that `coulomb` approximates.
+    breakaway: breakaway (n,) that `coulomb` plus `extra` approximates.
+    met: mask (n,), True where the blocks behind the backlash are within their travel, so that the
+        source can push them.
     """
 
     coulomb: PolynomialFit

@@ -201,8 +201,8 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
     return (
         f"{words.name}: at {side * x[worst]:.4g} {words.position_unit} the load is "
         f"{side * mean[worst]:.4g} {words.effort}, but friction holds only {half[worst]:.4g} "
-        f"{words.effort}; the best law of model.yaml (constant, spring or harmonic) leaves "
-        f"{left[worst]:.3g} {words.effort} that friction does not hold; try {tried}"
+        f"{words.effort}; the best law of model.yaml (constant, spring, harmonic) leaves "
+        f"{left[worst]:.3g} {words.effort} too much; try {tried}"
     )
 
 

@@ -229,8 +229,8 @@ def _refused(
             continue
         if measured.distance > tolerance * measured.way + play:
             return (
-                f"{one.step}: {measured.where}, {measured.distance:.3g} {unit} "
-                "from the mechanism before the step, over a distance of "
+                f"{one.step}: in the run {measured.where}, the step changes the position by "
+                f"{measured.distance:.3g} {unit} over a distance of "
                 f"{measured.way:.3g} {unit}; "
                 f"allowed: {100 * tolerance:g} % of the distance plus "
                 f"the backlash of {play:.3g} {unit}{_inertia_bounds(one, chain)}; "

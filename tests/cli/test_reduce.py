@@ -147,8 +147,8 @@ def test_an_error_beyond_the_tolerance_writes_nothing(train: Path) -> None:
     # friction and inertia are the same everywhere, so that all runs have this error; the first of
     # them is named
     assert (
-        "losses: forward from -7, 0.114 rad from the mechanism before the step, over a distance "
-        "of 4.8 rad; allowed: 0.1 % of the distance" in result.stderr
+        "losses: in the run forward from -7, the step changes the position by 0.114 rad over a "
+        "distance of 4.8 rad; allowed: 0.1 % of the distance" in result.stderr
     )
     assert not (train / "none.yaml").exists()
 

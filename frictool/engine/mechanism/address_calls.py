@@ -34,7 +34,10 @@ def function_type(result: Any, *arguments: Any) -> Any:
 
 
 def call_by_address(kind: Any) -> Callable[..., Any]:
-    """Return an intrinsic f(address, *arguments) that calls a kernel of type `kind`."""
+    """Return a numba intrinsic f(address, *arguments) that calls the kernel at an address.
+
+    kind: type of the kernel (`function_type`).
+    """
     called = kind.signature
 
     def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:

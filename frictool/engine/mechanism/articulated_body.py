@@ -66,7 +66,6 @@ def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
 def _hand_over_rest(
     k: IntVector, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool
 ) -> None:
-    """Add the force interval of a resting block and its subtree to that of the parent."""
     n = k[ly.BLOCKS]
     joint = ly.joint_of(k, i)
     parent = ly.parent_of(k, i)
@@ -106,7 +105,6 @@ def _hand_over_rest(
 def _guard_load(
     k: IntVector, p: Vector, i: int, modes: IntVector, w: Vector, guard: Vector
 ) -> None:
-    """Set the guard of a self-locking joint at rest, which is 0 when the load changes sign."""
     joint = ly.joint_of(k, i)
     row = ly.joint_row(k, joint)
     at = k[ly.BLOCKS] + k[ly.JOINTS] + joint
@@ -129,7 +127,6 @@ def direction_of(modes: IntVector, y: Vector, n: int, block: int) -> float:
 def _hand_over(
     k: IntVector, p: Vector, i: int, y: Vector, modes: IntVector, w: Vector, whole: bool
 ) -> None:
-    """Add the inertia and the force of a moving block and its subtree to those of the parent."""
     n = k[ly.BLOCKS]
     joint = ly.joint_of(k, i)
     parent = ly.parent_of(k, i)

@@ -18,7 +18,6 @@ from frictool.typing import IntVector, Vector
 
 @bare_kernel
 def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None:
-    """Fill AHEAD and BEHIND, each block's friction at the start of a slip, without joint losses."""
     k, p, laws = machine
     n = k[ly.BLOCKS]
     for i in range(n):

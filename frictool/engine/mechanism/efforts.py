@@ -35,10 +35,6 @@ STIFF_MARGIN = 1e-10  # tolerance of the contact of a compliant flank, relative 
 def _driving(
     k: IntVector, p: Vector, t: float, y: Vector, inputs: Vector, out: RateEvaluation, whole: bool
 ) -> None:
-    """Fill the rows of w with the efforts of sources, pushes and external efforts.
-
-    DRIVEN contains the sources only, `power` the powers of sources and external efforts.
-    """
     w, power = out.w, out.power
     n, u = k[ly.BLOCKS], k[ly.SOURCES]
     for i in range(n):
@@ -94,11 +90,6 @@ def _at_flank(
     guard: Vector,
     index: int,
 ) -> tuple[float, bool]:
-    """Set guard[index] of a compliant flank; return its deflection, and True if it is pressed.
-
-    e, rate: stretch of the coupling and its rate. mode: -1 or +1 if pressed at that flank, else
-    OPEN.
-    """
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
         side = float(mode)
@@ -174,7 +165,6 @@ def _couplings(
 def _frictions(
     machine: CompiledMechanism, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> int:
-    """Add the friction of each law; fill the rates of internal states; return a status code."""
     k, p, laws = machine
     rates, w, power = out.rates, out.w, out.power
     n = k[ly.BLOCKS]

@@ -59,7 +59,7 @@ def _is_settled(k: IntVector, state: MechanismState) -> bool:
 
 @bare_kernel
 def _change(error: float) -> float:
-    """Return the factor from the last step length to the next; error: relative to the tolerance."""
+    """Return (next step length)/(last step length); error: relative to the tolerance."""
     if error == 0.0:
         return GROWTH
     return (
@@ -69,7 +69,7 @@ def _change(error: float) -> float:
 
 @bare_kernel
 def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
-    """Return an earlier time at which a guard may fall briefly to its limit, else h [s]."""
+    """Return the first time within the step at which a guard may be passed briefly, else h [s]."""
     workspace = state.workspace
     guard, end = workspace.lines[st.GUARD], workspace.lines[st.END]
     return min(

@@ -112,7 +112,6 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
 
 @bare_kernel
 def _has_rate(k: IntVector, modes: IntVector, index: int) -> bool:
-    """Return True for a guard with a known rate: of a speed, a position or a compliant flank."""
     return not is_forced(k, modes, index) or index >= k[ly.BLOCKS] + 2 * k[ly.JOINTS]
 
 

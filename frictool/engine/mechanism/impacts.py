@@ -43,7 +43,6 @@ def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> floa
 
 @bare_kernel
 def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> float:
-    """Set the speeds of a group; return the lost energy [J]. speed: of the group's first block."""
     n = k[ly.BLOCKS]
     before = y[n + group]
     for i in range(n):
@@ -145,7 +144,6 @@ def _strike(
 
 @bare_kernel
 def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
-    """Close the open joints and stops that touch: set the mode to the side (+-1) of the contact."""
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for joint in range(k[ly.JOINTS]):
@@ -166,7 +164,6 @@ def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
 @bare_kernel
 def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) -> None:
-    """Open each contact whose separation speed exceeds `speed` times the speed scale."""
     n = k[ly.BLOCKS]
     for joint in range(k[ly.JOINTS]):
         if modes[n + joint] not in (OPEN, RIGID):

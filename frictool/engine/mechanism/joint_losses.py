@@ -11,7 +11,7 @@ end a. The kink is the force lambda at which the slope of g changes.
 - Screw of the thesis (2.12)-(2.13), (2.15): the kink is thesis_screw u_a/thread, where u_a is the
   effort of the sources on block a. c is ±s thread.
 
-If the load can drive the joint, g rises with ratio lambda.
+If the load can drive the joint, g rises with the product ratio lambda.
 """
 
 from __future__ import annotations

@@ -11,7 +11,8 @@ kind  name     treatment in the engine
 1     SMOOTH   regularised static law: a force that depends on the velocity
 2     DYNAMIC  its state is integrated, its memory is updated after accepted steps
 3     HYBRID   its mode is updated at the beginning of each step of a fixed length
-4     BANDED   static law that treats low speeds as rest (thesis 2.32, 2.35): as HYBRID
+4     BANDED   static law that treats low speeds as rest (thesis 2.32, 2.35); its mode is updated
+               as for HYBRID
 ====  =======  ==================================================================================
 
 The kernels are called by address, so that their callers are compiled once for all laws.

@@ -84,7 +84,6 @@ def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
 
 @bare_kernel
 def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
-    """Return the x at which VALUE of `_need` is 0, or NaN if VALUE does not rise at this x."""
     k, p, group, block, w = hit
     low = -math.inf
     high = math.inf
@@ -131,9 +130,9 @@ def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: boo
 def yielding(hit: Group, row: int, force: float, speed: float, lossy: bool) -> float:
     """Return the speed change of the group's first block per unit of impulse, at `speed`.
 
-    force: ±1, sign of the impulse. row: -1 if the impulse acts on `block`; otherwise the row of a
-    joint with `block` at end a, and the impulse acts on end b. lossy: `is_group_lossy`. The result
-    is NaN if the group jams.
+    force: ±1, sign of the impulse. row: -1 if the impulse acts on `hit.block`. Otherwise the
+    impulse acts on the load end b of the joint in this row, and `hit.block` is at end a. lossy:
+    `is_group_lossy`. The result is NaN if the group jams.
     """
     if speed != 0.0:
         return _by_direction(hit, row, force, math.copysign(1.0, speed), lossy)

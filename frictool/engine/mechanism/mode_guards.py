@@ -51,10 +51,6 @@ def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
 def _flank_left(
     k: IntVector, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int
 ) -> tuple[float, float]:
-    """Return (f, f') of a compliant flank.
-
-    f is the force of a pressed flank, or the distance of an open flank times its stiffness.
-    """
     n = k[ly.BLOCKS]
     row = ly.coupling_row(k, coupling)
     a, b = ly.coupling_a(k, coupling), ly.coupling_b(k, coupling)
@@ -82,7 +78,7 @@ def _flank_left(
 def distance_to_guard(
     k: IntVector, p: Vector, index: int, y: Vector, rates: Vector, modes: IntVector
 ) -> tuple[float, float]:
-    """Return the quantity of the guard at `index`, and its rate; the mode ends when it reaches 0.
+    """Return the quantity of the guard at `index`, and its rate; the mode ends at quantity 0.
 
     moving root       speed in the direction of the mode
     open joint, stop  distance to the nearer flank or stop
@@ -139,10 +135,6 @@ def is_any_broken(
 
 @bare_kernel
 def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float, float]:
-    """Return the time in [0, h] and the value of the minimum of a cubic.
-
-    The cubic has the values g0, g1 and the rates r0, r1 at 0 and h.
-    """
     if not (r0 < 0.0 < r1):
         return (h, g1) if g1 < g0 else (0.0, g0)
     slope = (g1 - g0) / h
@@ -159,7 +151,7 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
 
 @bare_kernel
 def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) -> float:
-    """Return an earlier time at which a guard may be passed briefly, else `shortest`.
+    """Return the first time before `shortest` at which a guard may be passed, else `shortest`.
 
     The guard has the values g0, g1 and the rates r0, r1 at 0 and h, and is not passed at 0 and h.
     """

@@ -62,9 +62,9 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 def _jam(
     k: IntVector, p: Vector, index: int, state: MechanismState, now: float, events: EventRows
 ) -> bool:
-    """Stop a jammed part at once, as in an impact; blocks that are only pushed keep their speed.
+    """Stop a jammed tree of blocks at once, as in an impact; blocks that are only pushed continue.
 
-    Returns False if the jammed part is already at rest.
+    Returns False if the jammed tree is already at rest.
     """
     n = k[ly.BLOCKS]
     root = ly.block_at(k, index)

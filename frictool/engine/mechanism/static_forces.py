@@ -23,12 +23,12 @@ from frictool.typing import IntVector, Vector
 
 @bare_kernel
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
-    """Fill NEED and NEED_HIGH with each member's force range; return False if a range is empty.
+    """Fill NEED and NEED_HIGH with each block's force range; return False if a range is empty.
 
-    sided: True if each self-locking joint must be loaded on the side of the kink that its branch
-    (state.py) states. A joint with branch 0 must then be loaded at its kink if `towards` is 0.
-    Otherwise such a joint must be loaded on the side on which it drives if the root moves in the
-    direction `towards`.
+    sided: True if the load of each self-locking joint must be on the side of the kink that the
+    joint's branch (state.py) states. The load of a joint with branch 0 must then be at the kink if
+    `towards` is 0, else on the side on which the joint drives while the root moves in the direction
+    `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]

@@ -104,8 +104,8 @@ def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]
     """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
     Without load, a self-locking joint cannot hold its driving end, which slips under any effort.
-    The slip stops at once if the driving end then drives the load. leaves: True if the motion of
-    the root in the returned direction continues, with the returned acceleration.
+    The slip stops at once if the driving end then drives the load. leaves: True if the tree starts
+    to move. direction, acceleration: of the root.
     """
     k, p, _, members, _, w = tree
     if stays_loaded(tree, 0.0):
@@ -147,7 +147,6 @@ def _jammed(tree: JointTree) -> int:
 def _force_in_motion(
     tree: JointTree, i: int, x: float, towards: float
 ) -> tuple[float, float, float]:
-    """Return the force at a moving joint's load end, the force of the kink, and the tolerance."""
     k, p, _, _, y, w = tree
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, ly.joint_of(k, i))
@@ -164,7 +163,6 @@ def _force_in_motion(
 
 @bare_kernel
 def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> None:
-    """Set the branch of a block's joint; open a flank that would pull."""
     k, p, modes, _, _, w = tree
     n = k[ly.BLOCKS]
     j = k[ly.JOINTS]

@@ -85,7 +85,7 @@ class Couplings(NamedTuple):
 
 
 class Frictions(NamedTuple):
-    """Friction of f bearings and slideways; `block` moves against the frame."""
+    """Friction of bearings and slideways (f,); `block` moves against the frame."""
 
     block: IntVector
     law: IntVector  # row of friction/law_registry.py
@@ -95,7 +95,7 @@ class Frictions(NamedTuple):
 
 
 class Pressings(NamedTuple):
-    """Friction of p cams: `coefficient` times the curve `force` of the block's position."""
+    """Friction of cams (p,): `coefficient` times the curve `force` of the block's position."""
 
     block: IntVector
     force: IntVector  # curve
