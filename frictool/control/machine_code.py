@@ -115,7 +115,6 @@ def _module(structure: ProgramStructure, name: str) -> ir.Module:
     }
 
     def at(index: int) -> ir.Value:
-        """Return the value at an index; load it from memory at its first use only."""
         if index not in values:
             values[index] = builder.load(_place(builder, memory, index))
         return values[index]

@@ -240,5 +240,4 @@ def _within(program: Program, value: ProgramNode, most: ProgramNode) -> ProgramN
 
 
 def _beyond(program: Program, value: ProgramNode, most: ProgramNode) -> ProgramNode:
-    """Return the signed excess of a value over +most or below -most; 0 between them."""
     return value - _within(program, value, most)

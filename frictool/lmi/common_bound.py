@@ -67,10 +67,6 @@ def _in_time_unit(loop: Lti, unit: float) -> Lti:
 
 
 def _solved(loops: Sequence[Lti]) -> tuple[float, Matrix]:
-    """Return the smallest gamma that the solver's Lyapunov matrix P proves, and P.
-
-    gamma is infinite if P proves no bound.
-    """
     n = loops[0].order
     unknowns = n * (n + 1) // 2 + 1  # P, then gamma
 

@@ -256,7 +256,6 @@ def _optimum(problem: GridInequalities) -> float:
 
 
 def _mean(problem: GridInequalities, x: Matrix, y: Matrix) -> tuple[Matrix, Matrix]:
-    """Return the means of X and of Y on the grid; x and y are their basis coefficients."""
     weights = [
         np.mean([basis.at(cell.values) for cell in problem.cells], axis=0)
         for basis in problem.bases
@@ -265,7 +264,6 @@ def _mean(problem: GridInequalities, x: Matrix, y: Matrix) -> tuple[Matrix, Matr
 
 
 def _trace(problem: GridInequalities) -> Vector:
-    """Return the objective: sum of the traces of the means of X and Y on the grid."""
     unit = np.eye(problem.n)[upper_triangle(problem.n)]
     weights = [
         np.mean([basis.at(cell.values) for cell in problem.cells], axis=0)

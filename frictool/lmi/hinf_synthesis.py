@@ -219,7 +219,6 @@ def scale_level(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
 
 
 def _optimum(problem: BoundedRealInequalities) -> tuple[float, Matrix, Matrix]:
-    """Return the smallest gamma with its R and S; raise NoSolutionError if gamma is not finite."""
     objective = np.zeros(2 * problem.half + 2)
     objective[-2] = -1.0
     solution = solve(objective, problem.free())
@@ -234,10 +233,6 @@ def _optimum(problem: BoundedRealInequalities) -> tuple[float, Matrix, Matrix]:
 
 
 def _next(*pairs: tuple[Matrix, Matrix]) -> Matrix:
-    """Return the balancing transformation of the first pair (R, S) that is finite and positive.
-
-    Raises NoSolutionError if no pair is finite and positive.
-    """
     for r, s in pairs:
         if (
             np.all(np.isfinite(r))
@@ -253,7 +248,6 @@ def _trace(problem: BoundedRealInequalities) -> Vector:
 
 
 def _smallest(problem: BoundedRealInequalities, gamma: float) -> Vector:
-    """Return the R and S with the smallest trace(R + S) at a given gamma, as a decision vector."""
     return solve(_trace(problem), problem.at(gamma, 1.0 + STRICT, STRICT)).x
 
 

@@ -57,7 +57,6 @@ def central(plant: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float) -> Lti:
 
 
 def _cayley(p: GeneralisedPlant, h: float) -> tuple[GeneralisedPlant, Matrix]:
-    """Return the continuous plant `p` as a discrete one, z = (1 + h s)/(1 - h s), and its D22."""
     identity = np.eye(len(p.a))
     inverse = np.linalg.inv(identity - h * p.a)
     root = np.sqrt(2.0 * h)
@@ -78,7 +77,6 @@ def _cayley(p: GeneralisedPlant, h: float) -> tuple[GeneralisedPlant, Matrix]:
 def _discrete(
     p: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float, d22: Matrix, period: float
 ) -> Lti:
-    """Return the central controller of a discrete plant for R = `r`, S = `s` and D22 = `d22`."""
     n = len(p.a)
     n_w = p.b1.shape[1]
     n_z = len(p.c1)

@@ -99,7 +99,6 @@ def lyapunov_blocks(
 
 
 def _continuous(plant: GeneralisedPlant) -> GeneralisedPlant:
-    """Return a sampled plant as a continuous plant in s = (z - 1)/(z + 1), with D22 set to 0."""
     if not plant.period:
         return plant
     identity = np.eye(len(plant.a))
@@ -140,7 +139,6 @@ def _radius(x: Matrix, y: Matrix) -> float:
 
 
 def _solutions(plant: GeneralisedPlant, gamma: float) -> tuple[Matrix, Matrix] | None:
-    """Return the stabilising solutions X and Y; None if X or Y does not exist or is indefinite."""
     p = plant
     n_z, n_w = p.d11.shape
     x = _stabilising(p.a, np.hstack([p.b1, p.b2]), p.c1, np.hstack([p.d11, p.d12]), gamma, n_w)

@@ -58,6 +58,5 @@ def balancing(r: Matrix, s: Matrix) -> Matrix:
 
 
 def _root(m: Matrix) -> Matrix:
-    """Return a square root of the matrix `m`, which is positive semidefinite up to rounding."""
     values, vectors = np.linalg.eigh(m)
     return np.asarray(vectors * np.sqrt(np.maximum(values, SMALLEST * values[-1])))

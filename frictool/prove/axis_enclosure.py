@@ -388,7 +388,6 @@ def _unit_sums(
     RoundedInterval,
     RoundedInterval,
 ]:
-    """Return speeds w0, w1, w2 and distances y0, y1, y2 of the three cached series of `_mapped`."""
     one = point(1.0)
     (w0, y0), (w1, y1), (w2, y2) = (
         _series(_Phase(speed, settled, excess, alpha, losing, rate), step)
@@ -398,7 +397,6 @@ def _unit_sums(
 
 
 def _series(phase: _Phase, step: float) -> tuple[RoundedInterval, RoundedInterval]:
-    """Return speed and distance after `step` [s], from the Taylor series."""
     d = point(step)
     b, c = phase.excess, phase.speed
     total, path = c, c * d

@@ -217,7 +217,6 @@ def prepare(f: Forms, o: int, c: AxisCell, nodes: Vector, weights: Vector) -> No
 
 @part_kernel
 def _coefficient(f: Forms, d: int, a: int, value: float, slope: float, second: float) -> None:
-    """Set row d to value + slope (a - centre of a), with an error of at most second / 2."""
     error = 0.5 * second + 1e-12 * abs(value)  # quadrature and rounding
     combine(f, d, slope, a, 0.0, a, value - slope * f.center[a], error)
 
@@ -335,7 +334,6 @@ def advance(f: Forms, o: int, c: AxisCell, m: Vector) -> None:
 def _contact_now(
     f: Forms, o: int, c: AxisCell, m: Vector, low: float, high: float, least: float, most: float
 ) -> int:
-    """Return the contact with the load during the sample; ANY if it may change."""
     t = c.period
     contact = int(m[CONTACT])
     gap = c.friction_low * c.gap_share
@@ -353,7 +351,6 @@ def _contact_now(
 
 @part_kernel
 def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
-    """Update the contact with the load at the end of a sample that began with `contact`."""
     low, high = lowest(f, o + Y), highest(f, o + Y)
     a, b = m[SPEED_LOW], m[SPEED_HIGH]
     top = high - c.period * min(a, 0.0)  # largest position during the sample
@@ -402,7 +399,6 @@ def _viscous_excess(slope: float, kappa: float, speed: float, braking: float, t:
 
 @part_kernel
 def _effort(f: Forms, o: int, c: AxisCell) -> None:
-    """Set the row EFFORT to the change of speed in a sample by drive and load, without friction."""
     combine(f, o + WORK, c.period, o + ACTING, c.lag_time, o + LAG, 0.0, 0.0)
     multiply(f, o + EFFORT, o + RATIO, o + WORK)
     combine(f, o + EFFORT, 1.0, o + EFFORT, -c.period, o + OFFSET, 0.0, 0.0)
@@ -422,7 +418,6 @@ def _trapezoid(f: Forms, o: int, c: AxisCell, error: float) -> None:
 
 @part_kernel
 def _known(f: Forms, o: int, c: AxisCell, sign: float, inside: bool) -> None:
-    """Set the rows SPEED and MOVE for a known direction and a known friction."""
     if inside:
         combine(f, o + WORK, 1.0, o + V, 1.0, o + EFFORT, 0.0, 0.0)
         friction = -sign * c.period * c.gap_share
@@ -436,7 +431,6 @@ def _known(f: Forms, o: int, c: AxisCell, sign: float, inside: bool) -> None:
 
 @part_kernel
 def _linear(f: Forms, o: int, d: int, speed: int, acting: int, drive: int, force: int) -> None:
-    """Set row d to the sum of V, ACTING, DRIVE and EFFORT, each times its row of coefficients."""
     multiply(f, d, speed, o + V)
     multiply(f, o + WORK, acting, o + ACTING)
     combine(f, d, 1.0, d, 1.0, o + WORK, 0.0, 0.0)

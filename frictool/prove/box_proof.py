@@ -171,7 +171,6 @@ def box_test(model: Model, controller: Controller, scenario: Scenario, spec: Spe
 def _goals(
     loop: TubeLoop, reference: Vector, start: float, spec: Spec
 ) -> tuple[HoldGoal, ...] | str:
-    """Return the requirements of each hold, or the reason why the holds cannot be proved."""
     runs = constant_runs(reference)
     if not runs or runs[0][0] != 0 or any(a[1] != b[0] for a, b in itertools.pairwise(runs)):
         return "the proof over the box supports only a piecewise constant reference"
@@ -263,7 +262,6 @@ def prove_cell(test: BoxTest, ratios: CellRatios) -> None:
 
 
 def _hold(test: BoxTest, ratios: CellRatios, start: StepStart, goal: HoldGoal) -> list[StepBounds]:
-    """Return the bounds of a hold from a set of starts; raise OpenCell if they prove too little."""
     if start.position[1] - start.position[0] > WIDEST_PART:
         raise OpenCell("the interval of initial positions is too long")
     found = step_bounds(test.loop, ratios, start, goal.plan)
@@ -273,7 +271,6 @@ def _hold(test: BoxTest, ratios: CellRatios, start: StepStart, goal: HoldGoal) -
 
 
 def _divided(start: StepStart, step: float) -> list[StepStart]:
-    """Return the halves of an interval of initial positions; empty for a short interval."""
     low, high = start.position
     if high - low <= SMALLEST_PART * step * (1.0 + 1e-9):
         return []

@@ -450,7 +450,6 @@ def _started(loop: TubeLoop, ratios: CellRatios, start: StepStart, plan: StepPla
 def _follow(
     loop: TubeLoop, cell: AxisCell, tube: _Tube, plan: StepPlan, last: int, choice: int = -1
 ) -> int:
-    """Run the tube to the sample `last`; return DONE, or the row of an uncertain band condition."""
     span = np.array([tube.sample, last, choice, plan.response])
     status = run_samples(
         tube.forms,
@@ -474,7 +473,6 @@ def _follow(
 
 
 def _branch(loop: TubeLoop, cell: AxisCell, tube: _Tube, plan: StepPlan, inside: int) -> _Tube:
-    """Run one sample of a tube whose axis is assumed inside (1) or outside (0) the rest band."""
     m = tube.motion
     tracked = tube.forms.center[loop.program.nodes[loop.names["error"]].args[0].index]
     if inside and m[ax.SPEED_LOW] >= 0.0:
@@ -488,7 +486,6 @@ def _branch(loop: TubeLoop, cell: AxisCell, tube: _Tube, plan: StepPlan, inside:
 def _finish(
     loop: TubeLoop, cell: AxisCell, ratios: CellRatios, tube: _Tube, plan: StepPlan
 ) -> StepBounds:
-    """Follow the tube until the controller releases the drive, and bound the final position."""
     o = loop.first
     if plan.pause:
         if tube.motion[ax.AT_REST] == 0.0:
@@ -531,7 +528,6 @@ def _finish(
 
 
 def _stopping(loop: TubeLoop, ratios: CellRatios, f: Forms) -> Vector | None:
-    """Return the argument `stop` of `coast`; None if the drive may still move an axis at rest."""
     o = loop.first
     for row in (o + ax.ACTING, o + ax.PENDING):
         if f.extent[row] or f.error[row] or f.center[row]:

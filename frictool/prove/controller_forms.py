@@ -152,7 +152,6 @@ def _above(value: float) -> float:
 
 @part_kernel
 def _dot(f: Forms, c: ControllerRows, d: int, first: int, last: int) -> None:
-    """Set row d to a sum of products of constants and rows, in the controller's order."""
     total = f.center[c.terms[first, 0]] * f.center[c.terms[first, 1]]
     extent = 0
     exact = True
@@ -214,7 +213,6 @@ def _root(f: Forms, d: int, a: int) -> None:
 
 @part_kernel
 def _truth(f: Forms, d: int, low: float, high: float) -> None:
-    """Set row d to a truth value between low and high, each 0 or 1."""
     assign(f, d, 0.5 * (low + high))
     f.error[d] = 0.5 * (high - low)
 
@@ -259,7 +257,6 @@ def _largest_held(f: Forms, c: ControllerRows, sign: float, limit: float) -> flo
 
 @part_kernel
 def _extreme(f: Forms, d: int, a: int, b: int, sign: float, scratch: int) -> None:
-    """Set row d to the maximum (sign 1) or minimum (sign -1) of rows a and b."""
     combine(f, scratch, sign, a, -sign, b, 0.0, 0.0)
     low, high = lowest(f, scratch), highest(f, scratch)
     if high <= 0.0:

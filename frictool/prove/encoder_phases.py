@@ -186,7 +186,6 @@ def _ended(branch: _Branch, reason: str) -> PhaseRun:
 
 
 def _divided(loop: LoopOfPlant, branch: _Branch) -> list[_Branch]:
-    """Return the parts of a branch, one for each encoder count that is possible at this sample."""
     step, moved = loop.encoder_step, branch.state.moved
     overlap = OVERLAP * step
     first = math.floor((branch.low + moved.low - overlap) / step)

@@ -72,7 +72,6 @@ def lines(proof: Proof) -> list[str]:
 
 
 def _rest_in_band(proof: Proof) -> list[str]:
-    """Return the lines of a successful proof of rest in the rest band for all plants of the box."""
     controller, certificate = proof.controller, proof.controller.certificate
     if certificate is None:
         return []

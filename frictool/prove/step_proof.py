@@ -147,7 +147,6 @@ def _prove_plant(test: ProofRequest, plant: AxisVariant) -> PlantOutcome:
 
 
 def _merged(outcomes: tuple[ProvedRequirement, ...]) -> ProvedRequirement:
-    """Return the worst verdict and the worst value of one requirement over all plants."""
     worst = min(outcomes, key=lambda one: ("refuted", "undecided", "proved").index(one.state))
     values = [one.value for one in outcomes]
     known = [value for value in values if value is not None]
@@ -213,7 +212,6 @@ def _box_test(test: ProofRequest) -> BoxTest:
 
 
 def _with_cells(proof: Proof, box: BoxTest, cells: tuple[str, ...]) -> Proof:
-    """Return the proof with the proved `cells` and their share of the parameter box."""
     share = total_share(box, cells)
     requirements = tuple(
         msgspec.structs.replace(one, share=share) if one.key in BOX_KEYS else one
@@ -346,7 +344,6 @@ def _for_the_box(test: ProofRequest, peak: ProvedRequirement) -> ProvedRequireme
 
 
 def _bound(spec: Spec, key: str) -> float:
-    """Return the limit of a requirement as a number; NaN if it has no numeric limit."""
     limit = getattr(spec, key)
     if key == "rest":
         return float(spec.rest.drive)
@@ -355,7 +352,6 @@ def _bound(spec: Spec, key: str) -> float:
 
 
 def _margin(controller: Controller, bound: float) -> ProvedRequirement:
-    """Return the verdict on the modulus margin, which the controller's certificate proves."""
     certificate = controller.certificate
     margins = [
         one.modulus_margin
@@ -376,7 +372,6 @@ Metric = Callable[[ProofRequest, LoopOfPlant, Vector, Vector], float | str]
 def _played(
     test: ProofRequest, loop: LoopOfPlant, plant: AxisVariant, start: float, metric: Metric
 ) -> float | str:
-    """Return the metric of the event-exact simulation from a start."""
     machine = copy_program(loop.running)
     start_at(machine, measure(start, loop.encoder_step))
     record = np.empty((loop.reference.size, RECORD_SIZE))
@@ -406,8 +401,6 @@ def _times(loop: LoopOfPlant) -> Vector:
 
 
 def _of_steps(value: Callable[[LoopOfPlant, Hold, Vector], float]) -> Metric:
-    """Return a metric of a run: the largest `value` of all its steps."""
-
     def metric(
         test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector
     ) -> float | str:

@@ -141,7 +141,6 @@ def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
 
 
 def _required(problem: SynthesisProblem) -> tuple[int, ...]:
-    """Return the delays [samples] with which every loop must be stable."""
     return tuple(one for one in delays_checked(problem.delay) if is_required(one, problem.delay))
 
 

@@ -157,7 +157,6 @@ def _best(points: Sequence[DescentPoint]) -> list[DescentPoint]:
 
 
 def _starts(descent: MinimaxDescent, random: np.random.Generator) -> list[Vector]:
-    """Return the best of many random lead-lag controllers that stabilise every plant."""
     drawn = [_drawn(descent.structure, descent.plants[0], random) for _ in range(DRAWN)]
     ranked = sorted(
         ((descent.coarse(parameters), index) for index, parameters in enumerate(drawn)),

@@ -101,7 +101,6 @@ def polynomial(roots: Sequence[complex]) -> Vector:
 
 
 def _shifted(coefficients: Vector, power: int, length: int) -> Vector:
-    """Return the polynomial times x^power, padded to `length` coefficients."""
     row = np.zeros(length)
     end = length - power
     row[end - len(coefficients) : end] = coefficients

@@ -66,7 +66,6 @@ def _halves(values: ComplexVector) -> ComplexVector:
 
 
 def _real(values: ComplexVector, distances: ComplexVector | Vector) -> Vector:
-    """Return the moduli of `distances`, with inf where `values` is not real."""
     return np.where(values.imag == 0.0, np.abs(distances), np.inf)
 
 

@@ -213,7 +213,6 @@ class _PlacementSearch:
         return max(0.0, trial.overshoot - allowed) if allowed is not None else 0.0
 
     def missed(self, trial: PlacementTrial) -> tuple[str, ...]:
-        """Return a note that names the requirements that no tuning meets."""
         late, margin, over, _ = self.merit(trial)
         names = (
             ["response time"] * (late < 0.0)
@@ -285,7 +284,6 @@ class _PlacementSearch:
 
 
 def _simulated(a: Vector, b: Vector, c: Vector, entering: Vector) -> Vector:
-    """Return the output c x (k,) of x+ = a x + b u from x = 0, with the input u = `entering`."""
     x, response = np.zeros(len(a)), np.empty(len(entering))
     for k, value in enumerate(entering):
         response[k] = c[0] @ x

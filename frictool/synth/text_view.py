@@ -107,7 +107,6 @@ def _tracking_blocks(controller: Controller) -> list[str]:
 
 
 def _blocks(controller: Controller) -> list[str]:
-    """Return text lines on the blocks around the linear controller, except the position law."""
     velocity, limiter, compensation = (
         controller.velocity,
         controller.limiter,

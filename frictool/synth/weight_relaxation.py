@@ -264,7 +264,6 @@ class _Bracket:
         self.open = self.kept is not None
 
     def put(self, x: float, point: TradePoint) -> None:
-        """Narrow the interval by the evaluated point at x."""
         seen = (x, self._excess(point.level))
         if point.level <= self.required:
             self.low, self.kept, self.below = x, point, seen

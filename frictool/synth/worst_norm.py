@@ -96,10 +96,6 @@ class OpenLoopResponses:
         )
 
     def _gram(self, k: ComplexVector) -> tuple[ComplexVector, ComplexVector]:
-        """Return the closed loop T at k frequencies, and T^H T (k, w, w).
-
-        The largest eigenvalue of T^H T is the squared gain.
-        """
         closed = self._closed(k)
         return closed, closed.conj().transpose(0, 2, 1) @ closed
 

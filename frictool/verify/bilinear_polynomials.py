@@ -82,7 +82,6 @@ def on_circle(polynomial: Polynomial) -> Polynomial:
 
 
 def _binomials(plus: int, minus: int) -> list[int]:
-    """Return the coefficients of p^j in (1 + p)^plus (1 - p)^minus."""
     return [
         sum(
             comb(plus, j - i) * comb(minus, i) * (-1) ** i
@@ -107,7 +106,6 @@ def total(x: Polynomial, y: Polynomial) -> Polynomial:
 
 
 def _scale(values: Sequence[float]) -> int:
-    """Return the least power of two that makes all values integers."""
     return max((Fraction(value).denominator for value in values), default=1)
 
 

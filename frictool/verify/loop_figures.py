@@ -183,7 +183,6 @@ class LinearLoops:
         return max(at_vertices, inside)
 
     def _norm(self, linear: stored.LinearController, point: PlantPoint, margin: float) -> float:
-        """Return the norm of the weighted loop, or of the sensitivity if `weights` is None."""
         if self.weights is not None:
             return performance(running_form(linear, self.period), self.plant(point.rates))
         return 1.0 / margin if margin > 0.0 else math.inf

@@ -239,7 +239,6 @@ def _contradicted_bounds(verified: Verified) -> Iterator[FigureDifference]:
 
 
 def _compared(key: str, stored: Any, computed: Any) -> Iterator[FigureDifference]:
-    """Yield every value that differs between two trees of dictionaries and lists."""
     if isinstance(stored, dict) and isinstance(computed, dict):
         for name in {**stored, **computed}:
             yield from _compared(f"{key}.{name}", stored.get(name), computed.get(name))

@@ -131,7 +131,6 @@ def _frequencies(period: float, weights: CertifiedWeights | None) -> Vector:
 
 
 def _closed(controller: Controller, vertex: Vertex, weights: PlantWeights) -> Lti:
-    """Return the weighted loop from [reference; friction] to [error; drive] at one vertex."""
     controlled: Controlled = "position" if controller.structure == "position" else "speed"
     rates = PlantPoint(
         vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
@@ -145,10 +144,6 @@ def _closed(controller: Controller, vertex: Vertex, weights: PlantWeights) -> Lt
 
 
 def _closed_by_speed(controller: Controller, rates: AxisRates, lag: float) -> Lti:
-    """Return the closed loop of a speed controller, from [speed reference; friction].
-
-    The input of the controller is the speed error.
-    """
     period, velocity = controller.sample_period_s, controller.velocity
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     drive = gain(1.0, period)

@@ -195,7 +195,6 @@ def _middle(box: Box, period: float) -> tuple[Fraction, Fraction]:
 
 
 def _pieces(interval: Interval) -> Iterator[Interval]:
-    """Yield adjacent intervals, each at most 1 wide, that cover `interval`."""
     low, high = interval
     count = max(1, math.ceil(high - low))
     for index in range(count):
@@ -203,7 +202,6 @@ def _pieces(interval: Interval) -> Iterator[Interval]:
 
 
 def _kernel_loop(loop: CertificateLoop, holds: HoldPolynomials) -> KernelLoop:
-    """Return the data of the loop for the kernel, valid for the viscous rates of `holds`."""
     period = Fraction(loop.period)
     feedback = feedback_polynomials(loop)
     numerator, measured, denominator = (

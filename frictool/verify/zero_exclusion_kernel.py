@@ -366,7 +366,6 @@ def _from_noise(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
 
 @part_kernel
 def _write(space: KernelWorkspace, row: int, column: int, entry: Form) -> float:
-    """Write an entry of the closed-loop matrix T to `space`; return its squared remainder."""
     space.parts[0, row, column] = entry[0]
     space.parts[1, row, column] = entry[1]
     space.parts[2, row, column] = entry[2]

@@ -205,7 +205,6 @@ class CandidateSearch:
     def _found(
         self, search: Callable[[np.random.Generator], None], random: np.random.Generator
     ) -> Candidate | None:
-        """Run `search`; return the candidate that passed, or None if no candidate passed."""
         try:
             search(random)
         except _FoundError as found:
@@ -224,7 +223,6 @@ class CandidateSearch:
         self._evolve([one.point for one in nearest], nearest[0].point, NEAR, random)
 
     def _nearest_miss(self) -> Candidate | None:
-        """Return the candidate with the smallest excess over a limit, verified or not."""
         missed = [one for one in self.played if self.refusals or one.largest_missing > 0.0]
         return min(missed or self.played, key=lambda one: one.largest_missing, default=None)
 
