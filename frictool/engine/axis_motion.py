@@ -63,7 +63,7 @@ from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
 ROUNDING = 2.0**-50  # largest effort that is treated as zero, relative to the sum of its terms
-MAX_EVENTS = 100  # most events in a call; a held command causes few, since its effort is monotone
+MAX_EVENTS = 100  # most events in a call; the effort is monotone under a constant command
 MAX_REBOUNDS = 10_000  # most events in a call if the axis has end stops, from which it may rebound
 SHORTEST_FLIGHT = 1e-6  # s; a rebound with a shorter flight ends at rest at the stop
 
