@@ -1,4 +1,4 @@
-"""Types of the YAML documents that pass between commands, with strict reading and writing.
+"""Types of the YAML documents that commands read and write, with strict reading and writing.
 
 `identify` turns a `bench` into a `model`. `synth` turns the model, a `spec` and a `design` into a
 `controller`. `simulate` simulates a `scenario` with the controller and writes logs. `report` judges

@@ -1,4 +1,4 @@
-"""`bench.yaml`: the rig before any measurement, and the map from log columns to channels."""
+"""`bench.yaml`: description of the rig before any measurement, and assignment of log columns."""
 
 from __future__ import annotations
 
@@ -63,16 +63,16 @@ Channel = Literal["time", Signal]
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Position sensor: its resolution, and the period and format of its counter.
 
-    - `counts_per_revolution`: Resolution of a rotary axis. Write this key or `step`.
+    - `counts_per_revolution`: Number of counts per turn of a rotary axis. Write this key or `step`.
     - `step`: Distance or angle of one count, for either kind of axis.
-    - `direction`: Sign of the count for forward motion.
+    - `direction`: Sign with which the count changes during forward motion.
     - `wrap`: Period of a sensor that reports the position modulo a period, such as 360 deg or 4096
       counts. The position must move by less than half a period per sample.
     - `wrap_bits`: Number of bits of a counter that overflows. Write this key or `wrap`.
-    - `signed`: True if the counter of `wrap_bits` is signed. Needed if the first count of the log
-      does not show it.
-    - `index_reset`: True if an index pulse resets the counter; the jumps of the position at the
-      index are then removed. Needs `mechanics.top_speed`.
+    - `signed`: True if the counter of `wrap_bits` is signed. This key is needed if the first count
+      of the log does not show whether the counter is signed.
+    - `index_reset`: True if an index pulse resets the counter. The jumps of the position at the
+      index are then removed, which needs `mechanics.top_speed`.
     """
 
     counts_per_revolution: PositiveNumber | None = None
@@ -95,14 +95,14 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     @property
     def period(self) -> float | None:
-        """Return the period [rad | m] of the reported position; None if it never wraps."""
+        """Return the period [rad | m] after which the position wraps; None if it never wraps."""
         if self.wrap is not None:
             return self.wrap.value
         return None if self.wrap_bits is None else self.resolution * 2.0**self.wrap_bits
 
     @property
     def resolution(self) -> float:
-        """Return the position change per count [rad | m]."""
+        """Return the change of the position per count [rad | m]."""
         if self.step is not None:
             return self.step.value
         assert self.counts_per_revolution is not None
@@ -123,19 +123,22 @@ class Winding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Servo(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Firmware of a position-controlled smart servo, which computes its voltage from a goal.
+    """Firmware of a smart servo, which computes the motor's voltage from a goal position.
 
     duty = duty_per_error * gain * (goal - position), limited to +-duty_limit; the voltage is duty
-    times the supply voltage. `identify` fits each quantity that has low and high.
+    times the supply voltage. `identify` estimates each quantity for which `low` and `high` are
+    written.
 
     - `duty_per_error`: Duty cycle per rad of position error and per unit of the gain.
-    - `gain`: Proportional gain in the firmware's unit, if no channel `gain` contains it.
+    - `gain`: Proportional gain in the firmware's unit. Write this key if no channel `gain` of the
+      log contains the gain.
     - `duty_limit`: Largest duty cycle.
     - `goal_speed`: Speed limit of the firmware's profile from the old goal to a new one.
-    - `delay`: Time from the logged goal until the logged position responds, such as the bus delay.
-    - `back_emf`: Voltage per speed, such as the supply voltage over the no-load speed.
-    - `zero`: Angle of the pendulum's arm from the downward direction at position 0. By default 0,
-      with low -0.5 rad and high 0.5 rad.
+    - `delay`: Time between a change of the logged goal and the response of the logged position,
+      such as the delay of the bus.
+    - `back_emf`: Back-EMF per speed, such as the supply voltage divided by the no-load speed.
+    - `zero`: Angle of the pendulum's arm from the downward direction at position 0. By default it
+      is estimated, between -0.5 rad and 0.5 rad.
     - `loop_period_s`: Sample period of the firmware.
     """
 
@@ -168,11 +171,12 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `drive`: Signal that drives the actuator: its current or its voltage.
     - `constant`: Force or torque per ampere or volt.
     - `limit`: Largest magnitude of the drive.
-    - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for none.
+    - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for a drive without
+      lag.
     - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
     - `servo`: Firmware of a smart servo; `limit` is then the nominal supply voltage.
-    - `rms_limit`: Largest rms of the drive over a test, such as the continuous current on the
-      nameplate. By default `limit`.
+    - `rms_limit`: Largest rms value that the drive may have over a test, such as the continuous
+      current on the nameplate. By default `limit`.
     """
 
     drive: Literal["current", "voltage"]
@@ -193,11 +197,12 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A-priori values of the mechanics, each with the range over the life of the product.
+    """Values of the mechanics that are known in advance.
 
-    The controller must be robust over these ranges.
+    Each value has a range over the life of the product. The controller must be robust over these
+    ranges.
 
-    - `inertia`: Inertia seen by the actuator.
+    - `inertia`: Total inertia that the actuator moves.
     - `breakaway`: Effort at which the axis starts to move. By default 1 to 1.5 times `coulomb`.
     - `offset`: Constant effort that opposes a positive drive, such as a weight. By default 0.
     - `backlash`: Full width of the free play between motor and load. By default none.
@@ -218,17 +223,19 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
 
 class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Source of one channel: a column by name or by number, with unit, scale and offset.
+    """Column of a log file that contains one channel, with its unit, scale and offset.
 
     `frictool init` writes `?` for a column or unit that the log does not contain; commands refuse
     such a bench until the value is filled in.
 
-    - `column`: Name of the column, or its number from 1. In a recording: `TOPIC#FIELD`.
-    - `unit`: Unit of scale * number + offset; `count` for encoder counts.
-    - `scale`: Factor on the number in the file.
-    - `offset`: Number added after the factor.
-    - `zero_first_samples`: Number of first samples whose mean is subtracted from the column, before
-      scale and offset.
+    - `column`: Name of the column, or its number from 1. For a recording with topics,
+      `TOPIC#FIELD`.
+    - `unit`: Unit of the channel, which is scale * number in the file + offset; `count` for encoder
+      counts.
+    - `scale`: Factor by which the number in the file is multiplied.
+    - `offset`: Number that is added after the multiplication.
+    - `zero_first_samples`: Number of samples at the start of the log. Their mean is subtracted from
+      the column before scale and offset are applied.
     """
 
     column: str | int
@@ -247,7 +254,7 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Two encoder channels as recorded by an oscilloscope or a logic analyser.
+    """Channels A and B of an encoder, recorded as voltages by an oscilloscope or a logic analyser.
 
     The decoded counts form a new column. A signal becomes high at `threshold` + `hysteresis` / 2
     and low at `threshold` - `hysteresis` / 2; these are voltages at the encoder.
@@ -255,7 +262,8 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `a`, `b`: Columns of channels A and B, by name or number.
     - `threshold`: Voltage between low and high [V].
     - `hysteresis`: Difference of the two switching voltages [V].
-    - `probe`: Attenuation of the probe: number in the file times `probe` = voltage at the encoder.
+    - `probe`: Attenuation of the probe: the voltage at the encoder is `probe` times the number in
+      the file.
     """
 
     a: str | int
@@ -266,10 +274,10 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Layout of a raw file, for properties that its content does not show reliably.
+    """Format properties of a raw file that its content does not show reliably.
 
-    Lines count from 1; 0 means that the file has no such line. Absent keys are detected in the
-    file.
+    Lines count from 1; 0 means that the file has no such line. Properties without a key are
+    detected from the file.
 
     - `encoding`: Encoding of the text.
     - `delimiter`: Character between two columns.
@@ -280,9 +288,9 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `first_line`: First line with numbers.
     - `dates`: Order of a date's parts if the year comes last: `day-first` (31/01/2026) or
       `month-first` (01/31/2026).
-    - `period_s`: Time between two rows, if no column contains the time.
+    - `period_s`: Time between two rows. Write this key if no column contains the time.
     - `start_s`: Time of the first row; needs `period_s`.
-    - `whole`: True if the last line is complete although it has no line end.
+    - `whole`: True if the last line is complete although it does not end with a line feed.
     - `dbc`: File that defines the signals of a CAN log, in the folder of the log. By default the
       `.dbc` file with the name of the log.
     - `clock`: Source of the times of a recording: `log time`, or the path of a time stamp in its
@@ -314,13 +322,13 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Estimate of an instrument's clock offset by matching two channels.
+    """Settings for estimating an instrument's clock offset from two matching channels.
 
-    Both channels measure the same quantity, up to a factor and an offset.
+    Both channels must measure the same quantity, but their scales and offsets may differ.
 
     - `channel`: Channel of the instrument.
     - `reference`: Channel of the first file of the log.
-    - `most`: Largest clock offset to search, ahead or behind.
+    - `most`: Largest magnitude of the clock offset that is considered.
     """
 
     channel: Signal
@@ -329,17 +337,17 @@ class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
 
 class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Files from another instrument, selected by their names.
+    """Further measuring instrument at the rig, whose files are recognised by their names.
 
-    Absent keys have the values of the bench.
+    For absent keys, the values of the bench apply.
 
     - `files`: Pattern of the file names, such as `"*MR*.csv"`.
     - `columns`: Column of each channel.
     - `layout`: Layout of these files.
     - `quadrature`: Encoder channels to decode, by the name of the new column.
-    - `clock_offset`: Lead of the instrument's clock over that of the log's first file; it is
-      subtracted from the instrument's times.
-    - `clock_estimate`: Settings with which this lead is estimated from the data.
+    - `clock_offset`: Time by which the instrument's clock is ahead of the clock of the log's first
+      file. It is subtracted from the instrument's times.
+    - `clock_estimate`: Settings with which the clock offset is estimated from the data.
     """
 
     files: Annotated[str, msgspec.Meta(min_length=1)]
@@ -358,7 +366,8 @@ class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Processor that runs the controller, and the budget of its exported C code.
 
-    `export --lang c` compiles the code for the core and refuses code that exceeds the budget.
+    `export --lang c` compiles the code for `core` and reports an error if the code exceeds the
+    budget.
 
     - `core`: `cortex-m4f` has a floating-point unit, `cortex-m4` has none.
     - `instructions`: Largest number of instructions per sample.
@@ -375,17 +384,18 @@ class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 class Bench(
     ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Rig before any measurement, and the map from log columns to channels: `bench.yaml`.
+    """Description of the rig before any measurement, and assignment of log columns: `bench.yaml`.
 
     - `encoder`: Position sensor.
     - `actuator`: Actuator and its drive.
-    - `mechanics`: A-priori values of the mechanics.
-    - `columns`: Column of each channel in a log file.
+    - `mechanics`: Values of the mechanics that are known in advance.
+    - `columns`: Column of a log file that contains each channel.
     - `layout`: Layout of the log files, if it cannot be detected.
-    - `quadrature`: Encoder channels to decode, by the name of the new column.
+    - `quadrature`: Pairs of encoder channels to decode. Each key is the name of the new column with
+      the counts.
     - `instruments`: Further instruments that record at the rig, by name.
-    - `load`: Load terms that `identify` estimates. By default an offset; method `auto` also tests
-      the others.
+    - `load`: Load terms that `identify` estimates. By default, only an offset is estimated; method
+      `auto` also tests the other terms.
     - `target`: Processor of the controller, and the budget of its code.
     - `pendulum`: Known pendulum on the axis; `mechanics.inertia` includes it.
     """

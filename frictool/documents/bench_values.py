@@ -1,4 +1,4 @@
-"""Warning about models that contain only values of the bench (`identify --keep-bench-values`)."""
+"""Warning about models with values of the bench only (`identify --keep-bench-values`)."""
 
 from __future__ import annotations
 
@@ -7,5 +7,5 @@ KEY = "bench_values_only"
 
 
 def bench_values_words(model: str, reason: str) -> str:
-    """Return the warning that `model` (name or path) contains only the bench's values."""
+    """Return the warning that all values of `model` (name or path) are only those of the bench."""
     return f"{model} contains only the bench's values ({reason})"

@@ -2,7 +2,7 @@
 
 A certificate contains the parameter intervals, the weights of the norm and the value of each bound.
 The proof needs no other data and no search (verify/zero_exclusion.py). A certificate contains no
-digest, because the proof depends on the coefficients alone.
+digest, because the proof depends only on the controller's coefficients.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def _increasing(name: str, interval: Row) -> None:
 
 
 class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Intervals [low, high] of the parameters (SI).
+    """Intervals [low, high] of the plant parameters (SI).
 
     Both ends are equal for an exactly known parameter.
     """
@@ -58,7 +58,9 @@ class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Weights of the generalised plant whose norm is bounded (docs/theory/plants.md).
+    """Weights of the closed loop's inputs and outputs (docs/theory/plants.md).
+
+    The certificate bounds the norm from the weighted inputs to the weighted outputs.
 
     - `error`: Error weight W2.
     - `disturbance`: Disturbance weight W1.
@@ -77,11 +79,11 @@ class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
 
 class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Part of a proof of version 1. It is read, but not used.
+    """Cell of the parameter box in a proof of version 1. It is read, but not used.
 
     - `drive_rate`: [low, high] of constant/inertia (SI).
     - `viscous_rate`: [low, high] of viscous/inertia (SI).
-    - `at_low`, `at_high`: Lyapunov matrix at this end of the drive rate.
+    - `at_low`, `at_high`: Lyapunov matrix at the lower and at the upper end of `drive_rate`.
     """
 
     drive_rate: Row
@@ -91,10 +93,11 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Upper bound of a property of the loop.
+    """Proved upper bound of a property of the closed loop.
 
-    - `of`: `norm`: the norm from the weighted inputs to the weighted outputs. `sensitivity`: the
-      largest sensitivity, the inverse of the modulus margin.
+    - `of`: Bounded property. `norm` is the norm from the weighted inputs to the weighted outputs.
+      `sensitivity` is the peak of the sensitivity function, which is the inverse of the modulus
+      margin.
     - `below`: Value of the bound.
     - `bits`, `factor`, `cells`: Matrices of a proof of version 1. They are read, but not used.
     """
@@ -107,23 +110,25 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     @property
     def modulus_margin(self) -> float | None:
-        """Return the modulus margin that a sensitivity bound implies; None for a norm."""
+        """Return the modulus margin that follows from a sensitivity bound; None for a norm."""
         return 1.0 / self.below if self.of == "sensitivity" else None
 
 
 class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One hypothesis of the proof of rest.
+    """One hypothesis of the proof that the axis comes to rest in the rest band (see RestProof).
 
-    - `name`: `breakaway`: the least friction of all plants is above 0 [N m | N]. `band`: the band
-      is not narrower than an encoder count [rad | m]. `released_effort`: the largest effort of the
-      released drive is below half of the least friction [N m | N]. `count_pulse`: the largest
-      effort in response to one encoder count is below half of the least friction.
-      `frozen_integrator`: integrators keep their values while the drive is released.
-      `arrival_speed`: the axis stops within the band from the speed at which the drive is released
-      [rad/s | m/s]. `stable_loop`: a bound of the linear loop's largest sensitivity is proved.
-    - `state`: `holds`, `fails`, or `undecided` if a sufficient but not necessary condition fails.
+    - `name`: Name of the hypothesis. `breakaway`: the smallest friction of all plants is above 0
+      [N m | N]. `band`: the half-width of the rest band is at least one encoder count [rad | m].
+      `released_effort`: while the drive is switched off, its largest effort is below half of the
+      smallest friction [N m | N]. `count_pulse`: the largest effort in response to one encoder
+      count is below half of the smallest friction [N m | N]. `frozen_integrator`: integrators keep
+      their values while the drive is switched off. `arrival_speed`: the axis stops within the rest
+      band from the speed at which the drive is switched off [rad/s | m/s]. `stable_loop`: a bound
+      of the sensitivity of the linear loop is proved.
+    - `state`: `holds` or `fails`; `undecided` if a condition fails that is sufficient but not
+      necessary.
     - `value`: Value of the checked quantity for this controller.
-    - `limit`: Value that `value` is compared with.
+    - `limit`: Value with which `value` is compared.
     """
 
     # the hypotheses of propositions 5.2.1 and 5.2.2
@@ -142,17 +147,20 @@ class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Proof for every plant of the certificate: an axis inside the band comes to rest and stays.
+    """Proof that an axis inside the rest band stops and stays at rest, for every plant.
+
+    The rest band is the range of position errors around the target in which the controller switches
+    the drive off. The plants are those of the certificate.
 
     - `verdict`: `proved` if all checks hold, except perhaps `arrival_speed` and `stable_loop`; else
       `undecided`.
     - `disturbance`: Largest sum of disturbance and offset at which a resting axis stays at rest [N
       m | N].
     - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` are valid [N m | N].
-    - `speed`: Largest speed [rad/s | m/s] at the target from which the axis, with the drive at 0,
-      stops inside the band. It is 0 for a limiter with condition `energy`.
-    - `stop_time_s`: Longest time until an axis that moves at `speed` stands still.
-    - `checks`: Hypotheses with their figures.
+    - `speed`: Largest speed [rad/s | m/s] at the target from which the axis stops inside the rest
+      band while the drive is off. It is 0 for a limiter with condition `energy`.
+    - `stop_time_s`: Longest time in which an axis stops that moves at `speed`.
+    - `checks`: Hypotheses of the proof, each with its value and limit.
     """
 
     verdict: Literal["proved", "undecided"]
@@ -164,7 +172,7 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Cycle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Limit cycle of the nominal plant in a simulation.
+    """Limit cycle of the nominal plant, found by a simulation.
 
     - `reference`: Constant position reference [rad | m].
     - `amplitude`: Half the peak-to-peak value of the position [rad | m].
@@ -179,14 +187,16 @@ class Cycle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameter intervals, weights and bounds of a certificate.
 
-    - `version`: Version of this layout. Both versions state the same bounds, and `verify` proves
-      both in the same way.
+    - `version`: Version of this layout. Version 1 also contains matrices of an older proof, which
+      are ignored. `verify` proves both versions in the same way.
     - `box`: Intervals of the parameters.
     - `weights`: Weights of the norm.
     - `bounds`: Bounds that are proved.
     - `not_proved`: Name of each bound without a proof, and the reason.
-    - `rest`: Proof of rest inside the band; absent without a band.
-    - `cycle`: Limit cycle of a controller without a band, if the simulation has one.
+    - `rest`: Proof that the axis comes to rest; absent if the controller has no rest band (position
+      error below which it switches the drive off).
+    - `cycle`: Limit cycle that a simulation shows for a controller without a rest band; absent if
+      the simulation shows no limit cycle.
     """
 
     version: Literal[1, 2]

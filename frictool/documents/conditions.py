@@ -22,12 +22,14 @@ Kind = Literal["lost_counts", "encoder_stuck", "encoder_invalid", "drive_offset"
 
 
 class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """External effort on the axis; a positive one pushes forward.
+    """External effort on the axis; a positive effort pushes forward.
 
-    - `kind`: `step`: `effort` until the end. `pulse`: `effort` for `duration_s`. `sine`: `effort`
-      sin(2 pi frequency_hz (t - at_s) + phase_deg), for `duration_s` or until the end.
+    - `kind`: Course of the effort. `step`: it is `effort` until the end. `pulse`: it is `effort`
+      for `duration_s`. `sine`: it is `effort` sin(2 pi frequency_hz (t - at_s) + phase_deg), for
+      `duration_s` or until the end.
     - `effort`: Level of the effort, or amplitude of the sine.
-    - `on`: Block of a mechanism. By default the block that the controlled source drives.
+    - `on`: Block of a mechanism on which the effort acts. By default the block that the controlled
+      source drives.
     """
 
     kind: Literal["step", "pulse", "sine"]
@@ -45,11 +47,12 @@ class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Command of a mechanism's source: a current [A], a voltage [V] or an effort.
 
-    Signals of one source add up.
+    If a source has several signals, they are added.
 
-    - `kind`: `step`: `level` until the end. `pulse`: `level` for `duration_s`. `ramp`: from 0 to
-      `level` in `duration_s`, then constant. `sine`: `level` sin(2 pi frequency_hz (t - at_s) +
-      phase_deg), for `duration_s` or until the end.
+    - `kind`: Course of the signal. `step`: it is `level` until the end. `pulse`: it is `level` for
+      `duration_s`. `ramp`: it rises from 0 to `level` in `duration_s`, then stays constant. `sine`:
+      it is `level` sin(2 pi frequency_hz (t - at_s) + phase_deg), for `duration_s` or until the
+      end.
     - `level`: Level of the signal, or amplitude of the sine.
     """
 
@@ -65,7 +68,7 @@ class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 def check_course(kind: str, lasts: bool, swings: bool) -> None:
-    """Raise ValueError if duration_s or frequency_hz does not suit this kind of signal.
+    """Raise ValueError if duration_s or frequency_hz does not fit this kind of signal.
 
     `lasts`: True if duration_s is present. `swings`: True if frequency_hz is present.
     """
@@ -89,7 +92,10 @@ def _check_course(one: Disturbance | Signal) -> None:
 
 
 def check_fault(kind: str, counts: object, offset: object, gain_error: object) -> None:
-    """Raise ValueError unless exactly the values that this kind of fault needs are present."""
+    """Raise ValueError if the values of a sensor fault do not fit its kind.
+
+    `counts`, `offset`, `gain_error`: values of these keys, None if the key is absent.
+    """
     for key, needed, value in (
         ("counts", "lost_counts", counts),
         ("offset", "drive_offset", offset),
@@ -100,11 +106,11 @@ def check_fault(kind: str, counts: object, offset: object, gain_error: object) -
 
 
 class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Drift factor at a time.
+    """Drift factor at one time.
 
     The factor is linear between points, and constant before the first and after the last point.
 
-    - `factor`: Factor on the initial parameter.
+    - `factor`: Factor by which the initial parameter is multiplied.
     """
 
     at_s: Instant
@@ -112,7 +118,7 @@ class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Time-varying factors on the initial plant parameters, for wear and warming.
+    """Factors by which plant parameters change over time, for wear and warming.
 
     - `friction`: Factor on all dry friction: Coulomb friction, breakaway, and the friction inside
       the backlash.
@@ -137,9 +143,10 @@ class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 class ControllerCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Command of a supervisor, which acts from the first sample at or after `at_s`.
 
-    - `command`: `disable`: the drive is 0 until `enable`, which starts at rest at the measured
-      position. `hold`: the last valid reference is kept until `follow`. `fault`: the drive is 0
-      until `reset`, which also acts as `enable` and `follow`.
+    - `command`: Command by name. `disable`: the drive is 0 until the command `enable`. `enable`:
+      the controller starts at rest at the measured position. `hold`: the last valid reference is
+      kept until the command `follow`. `fault`: the drive is 0 until the command `reset`, which also
+      acts as `enable` and `follow`.
     """
 
     command: Literal["disable", "enable", "hold", "follow", "fault", "reset"]
@@ -149,11 +156,11 @@ class ControllerCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
 class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Sensor fault that begins at `at_s`.
 
-    - `kind`: `lost_counts`: the encoder's reading is too low by `counts` counts. `encoder_stuck`:
-      the encoder repeats its last count. `encoder_invalid`: the encoder reports NaN, as after a
-      lost telegram. `drive_offset`, `drive_gain`: the drive's sensor shows (1 + gain_error) drive +
-      offset. A current drive feeds this value back, so that the true current changes; with a
-      voltage drive, only the record is wrong.
+    - `kind`: Kind of the fault. `lost_counts`: the encoder's reading is too low by `counts` counts.
+      `encoder_stuck`: the encoder repeats its last count. `encoder_invalid`: the encoder reports
+      NaN, as after a lost telegram. `drive_offset`, `drive_gain`: the drive's sensor shows (1 +
+      gain_error) drive + offset. A current drive feeds this value back, so that the true current
+      changes. In a voltage drive, only the logged value is wrong.
     - `until_s`: End of the fault. By default the end of the scenario.
     - `counts`: Number of lost counts; negative if the reading is too high.
     - `offset`: Offset of the drive's sensor.

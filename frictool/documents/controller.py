@@ -1,4 +1,4 @@
-"""`controller.yaml`: the coefficients that run on the target, and the verified loop properties."""
+"""`controller.yaml`: coefficients that run on the target, and verified properties of the loop."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ProgramNumber = Literal["double", "float", "q31"]  # of a program
 
 
 class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Matrices of a system with one input and one output, in rows.
+    """Matrices of a system with one input and one output, as lists of rows.
 
     - `a`: State matrix, n x n.
     - `b`: Input matrix, n x 1.
@@ -58,10 +58,10 @@ class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Linear controller from eta [rad | m] to the drive [A | V].
+    """Linear controller, whose input is eta [rad | m] and whose output is the drive [A | V].
 
-    In a cascade, eta is the integral of the speed reference minus the position; in structure
-    `position` it is the filtered reference minus the position.
+    In structure `position`, eta is the filtered reference minus the position. In structure
+    `speed_cascade`, eta is the integral of the speed reference, minus the position.
 
     - `discrete`: Controller at the sample period: x[k+1] = a x[k] + b eta[k], drive[k] = c x[k] + d
       eta[k].
@@ -69,14 +69,16 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     - `sos`: `discrete` as second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1: H = (b0 + b1/z +
       b2/z^2)/(1 + a1/z + a2/z^2).
     - `anti_windup`: Gains l in x[k+1] = a x + b eta + l (limited drive - drive).
-    - `input`: `speed_error` replaces eta by the speed reference minus the speed (a PI controller of
-      the speed).
-    - `form`: Realisation that runs on the target: `discrete` with `anti_windup`, or `sos` with
-      `sos_anti_windup`. Sections run in transposed direct form II.
+    - `input`: Input of the linear controller. With `speed_error`, it is the speed reference minus
+      the speed instead of eta (a PI controller of the speed).
+    - `form`: Form of the difference equation that runs on the target: the matrices `discrete` with
+      `anti_windup`, or the second-order sections `sos` with `sos_anti_windup`. Sections run in
+      transposed direct form II.
     - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of `sos`.
     - `conditional`: True for conditional integration: an integrator state keeps its value while its
-      input would drive a limited drive further into the limit, and while a position law sets the
-      drive to 0. If false, a position law sets the state to 0 together with the drive.
+      input would push a limited drive further beyond its limit, and while the position law switches
+      the drive off. If it is false, the position law sets the state to 0 when it switches the drive
+      off.
     """
 
     discrete: StateSpace
@@ -90,7 +92,7 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
     @property
     def order(self) -> int:
-        """Number of states."""
+        """Return the number of states."""
         return len(self.discrete.a)
 
     def __post_init__(self) -> None:
@@ -112,17 +114,21 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Speed reference as a function of the position error e, and the action inside |e| <= band.
+    """Speed reference as a function of the position error e, and the action inside the rest band.
+
+    The rest band is the range |e| <= `band` around the target.
 
     - `gain`: Gain of the law: [rad^0.5/s | m^0.5/s] for a square-root law, [1/s] for a proportional
       law.
-    - `kind`: `square_root`: gain sqrt(|e|) sign(e). `proportional`: gain e.
+    - `kind`: `square_root` has the speed reference gain sqrt(|e|) sign(e). `proportional` has the
+      speed reference gain e.
     - `formula`: Formula of the gain of a square-root law, with Coulomb friction F and inertia J.
-    - `band`: Half-width of the band [rad | m].
-    - `action`: `cut` opens the loop inside the band. `brake` opens the loop inside the band only
-      below `rest_speed`. `none` never opens the loop.
+    - `band`: Half-width of the rest band [rad | m].
+    - `action`: `cut` switches the drive off inside the rest band. `brake` switches it off inside
+      the rest band only when the measured speed is below `rest_speed`. `none` never switches it
+      off.
     - `settled_speed`: Speed of the prefilter below which `cut` and `brake` may act [rad/s | m/s].
-    - `rest_speed`: Measured speed below which `brake` opens the loop [rad/s | m/s].
+    - `rest_speed`: Measured speed below which `brake` switches the drive off [rad/s | m/s].
     """
 
     # (5.19)
@@ -146,10 +152,11 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Source of the speed signal for the nonlinear blocks.
 
-    - `source`: `position`: difference of the encoder position through a low-pass filter discretised
-      by Tustin's rule. `measured`: a speed sensor. `observer`: estimated from position and drive.
+    - `source`: Source of the speed. `position`: differences of the encoder position, filtered by a
+      low-pass filter that is discretised by Tustin's rule. `measured`: a speed sensor. `observer`:
+      an observer that uses position and drive.
     - `order`: Order of the low-pass filter; order 1 is bandwidth/(s + bandwidth).
-    - `bandwidth_rad_s`: Bandwidth of the low-pass filter; 0 for none.
+    - `bandwidth_rad_s`: Bandwidth of the low-pass filter; 0 for unfiltered differences.
     - `observer`: Observer as in observer.yaml; `observe loop` writes it.
     """
 
@@ -167,18 +174,21 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Release of the drive near the target (structure `position`); the integrator keeps its value.
+    """Block that switches the drive off near the target (structure `position`).
 
-    - `condition`: Condition of the release. With position error e and speed v, `energy`: ||e| -
-      inertia v^2/(2 (coulomb + virtual_coulomb))| < band. `error`: |e| < band.
-    - `band`: Half-width of the band [rad | m].
+    The integrator keeps its value while the drive is off. The rest band is the range of position
+    errors up to `band`.
+
+    - `condition`: Condition for switching the drive off, with position error e and speed v.
+      `energy`: ||e| - inertia v^2/(2 (coulomb + virtual_coulomb))| < band. `error`: |e| < band.
+    - `band`: Half-width of the rest band [rad | m].
     - `inertia`: Inertia in condition `energy` [kg m^2 | kg].
     - `coulomb`: Coulomb friction in condition `energy` [N m | N].
-    - `virtual_coulomb`: Largest braking effort of the released drive [N m | N]: -virtual_coulomb
-      tanh(v/virtual_speed).
+    - `virtual_coulomb`: Largest braking effort [N m | N] while the drive is otherwise off. The
+      effort is -virtual_coulomb tanh(v/virtual_speed).
     - `virtual_speed`: Speed scale of the braking effort [rad/s | m/s].
-    - `settled_speed`: The release waits until the prefilter moves more slowly than this [rad/s |
-      m/s].
+    - `settled_speed`: Speed [rad/s | m/s]. The drive is switched off only when the prefilter moves
+      more slowly.
     """
 
     # 5.2.2: (5.7), (5.40), (5.41); error is the usual cut-off that 5.2.1 argues against
@@ -202,15 +212,15 @@ class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 class FrictionCompensation(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Friction effort, modelled or observed, that is added to the drive: a baseline for comparison.
+    """Friction effort that is added to the drive; it is meant as a baseline for comparison.
 
-    - `source`: `model`: coulomb tanh(v/smoothing_speed) + viscous v, or the table `speeds`,
-      `efforts`. `observer`: the disturbance that an observer estimates from drive, measured speed
-      and inertia.
+    - `source`: Source of the effort. `model`: the effort is coulomb tanh(v/smoothing_speed) +
+      viscous v, or it is interpolated in the table `speeds`, `efforts`. `observer`: the effort is
+      the disturbance that an observer estimates from drive, measured speed and inertia.
     - `velocity`: Origin of the speed v: the filtered reference, or the measured speed.
     - `coulomb`: Coulomb friction of the model [N m | N].
     - `viscous`: Viscous friction of the model [N m s/rad | N s/m].
-    - `smoothing_speed`: Speed below which the modelled friction fades [rad/s | m/s].
+    - `smoothing_speed`: Speed scale below which the modelled friction decreases to 0 [rad/s | m/s].
     - `speeds`: Rising signed speeds of a table [rad/s | m/s]; beyond its ends, the friction is
       extrapolated linearly.
     - `efforts`: Friction at each speed of the table [N m | N].
@@ -222,7 +232,7 @@ class FrictionCompensation(
       negative direction [N m | N]. By default `forward`.
     - `observer_rad_s`: Bandwidth of the observer.
     - `inertia`: Inertia of the observer [kg m^2 | kg].
-    - `gain`: Fraction of the effort that is added.
+    - `gain`: Fraction of the friction effort that is added to the drive.
     """
 
     # 5.1 argues against it
@@ -296,7 +306,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Feedforward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Effort that moves the modelled axis along its reference, added to the drive.
+    """Effort that the modelled axis needs to follow its reference; it is added to the drive.
 
     The reference of the loop is delayed by the number of samples after which the drive acts.
 
@@ -327,7 +337,7 @@ class Feedforward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Sampled loop at one vertex with a computational delay.
+    """Properties of the sampled loop at one vertex for another computational delay.
 
     - `delay_samples`: Computational delay in samples.
     - `spectral_radius`: Largest magnitude of the loop's poles; below 1 the loop is stable.
@@ -340,7 +350,7 @@ class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One vertex of the polytope: its parameters (SI), and properties of the closed loop there.
+    """One vertex of the plant polytope: its parameters (SI), and properties of its closed loop.
 
     - `name`: Name of the vertex.
     - `norm`: Norm from the weighted inputs to the weighted outputs, in the time domain of the
@@ -348,7 +358,7 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `sampled_norm`: The same norm of the sampled loop.
     - `modulus_margin`: Modulus margin of the sampled loop.
     - `stable`: True if the sampled loop is stable.
-    - `checks`: Checks of the loop with other computational delays.
+    - `checks`: Properties of the loop with other computational delays.
     """
 
     name: str
@@ -364,9 +374,9 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Worst margins of the sampled loops at all vertices, with the bench's computational delay.
+    """Smallest margins of the sampled loops at all vertices, with the bench's computational delay.
 
-    An absent margin is unlimited.
+    A margin without a key is unlimited.
 
     - `small_gain`: Norm from the friction, scaled to [-1, 1], to the speed [rad/s | m/s].
     - `gain_increase`, `gain_decrease`: Largest and smallest admissible factor on the loop gain.
@@ -383,11 +393,11 @@ class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Worst norm of the sampled loop inside the intervals of the parameters.
+    """Largest norm of the sampled loop for plants inside the intervals of the parameters.
 
-    For a loop without weights, the largest sensitivity replaces the norm. The block is absent if a
-    certificate proves a bound. A missing key was not computed. `parameter_dependent` and `common`
-    apply to interpolations of the vertices' sampled models.
+    For a loop without weights, the peak of the sensitivity function replaces the norm. The block is
+    absent if a certificate proves a bound. A missing key means that the value was not computed.
+    `parameter_dependent` and `common` apply to interpolations of the vertices' sampled models.
 
     - `interior_points`: Number of plants at which the norm was computed.
     - `interior`: Largest norm at these plants and in a local search from the worst vertex; a lower
@@ -407,11 +417,11 @@ class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Loop properties with the coefficients rounded to a number format of the target.
+    """Properties of the closed loop with coefficients in a number format of the target.
 
-    - `number`: Number format.
-    - `gamma`: Worst norm of the sampled loop.
-    - `modulus_margin`: Worst modulus margin.
+    - `number`: Number format to which the coefficients are rounded.
+    - `gamma`: Largest norm of the sampled loop at all vertices.
+    - `modulus_margin`: Smallest modulus margin at all vertices.
     """
 
     number: Number
@@ -422,15 +432,16 @@ class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Verified properties of the loop; `frictool verify` computes them again.
 
-    - `gamma_asked`: Bound of the norm that the method claims for the plants of the design; null
-      if it claims none.
-    - `gamma_verified`: Worst norm of the rebuilt sampled loop.
+    - `gamma_asked`: Bound of the norm that the synthesis method guarantees for the plants of the
+      design; null if it guarantees none.
+    - `gamma_verified`: Largest norm of the sampled loop at all vertices, computed from the stored
+      coefficients.
     - `modulus_margin_specified`: Modulus margin that the specification requires.
     - `vertices`: Properties at each vertex.
     - `count_drive`: Largest drive in response to one encoder count [A | V].
     - `rounded`: Properties with rounded coefficients.
-    - `margins`: Worst margins of all vertices.
-    - `robustness`: Worst norm inside the intervals of the parameters.
+    - `margins`: Smallest margins of all vertices.
+    - `robustness`: Largest norm for plants inside the intervals of the parameters.
     - `digests`: SHA-256 of each block at verification, by the block's name. Without digests
       `verify` ends with exit code 1.
     """
@@ -448,19 +459,19 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     @property
     def modulus_margin(self) -> float:
-        """Smallest modulus margin of all vertices."""
+        """Return the smallest modulus margin of all vertices."""
         return min(vertex.modulus_margin for vertex in self.vertices)
 
 
 class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Controller at one corner of the intervals of the scheduled parameters.
 
-    All corners have the same state coordinates. The parameters that are not scheduled have their
-    centre values.
+    All corners have the same state coordinates. The parameters that are not scheduled are at the
+    centres of their intervals.
 
     - `discrete`: Matrices of the controller at this corner.
-    - `anti_windup`: Anti-windup gains of this corner; the target interpolates between the corners'
-      gains as between their matrices.
+    - `anti_windup`: Anti-windup gains at this corner. The target interpolates them between the
+      corners, as it does the matrices.
     """
 
     inertia: float
@@ -479,16 +490,16 @@ class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Gain schedule for parameters that are known at run time.
+    """Gain schedule: the controller depends on parameters that are known at run time.
 
-    The controller's matrices are a weighted sum of those of the corners; the weights follow from
-    the present parameters.
+    The controller's matrices are a weighted sum of the matrices at the corners of the parameter
+    intervals. The weights follow from the present parameters.
 
     - `parameters`: Scheduled parameters.
     - `corners`: Controllers at the corners.
-    - `gamma`: Worst norm of the sampled loop at the corners and at plants between them, each plant
-      with the controller for its parameters.
-    - `modulus_margin`: Worst modulus margin of these plants.
+    - `gamma`: Largest norm of the sampled loop at the corners and at plants between them. Each
+      plant has the controller for its parameters.
+    - `modulus_margin`: Smallest modulus margin of these plants.
     - `points`: Number of plants between the corners.
     """
 
@@ -503,10 +514,10 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Controller(
     ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Coefficients that run on the target, and the verified loop properties: `controller.yaml`.
+    """Coefficients that run on the target, and verified properties of the loop: `controller.yaml`.
 
-    - `structure`: `position` closes one loop on the position; `speed_cascade` closes a speed loop
-      inside a position law.
+    - `structure`: `position` is a single loop of the position. `speed_cascade` is a speed loop
+      whose reference comes from a position law.
     - `method`: Synthesis method, or `own` for a controller that was designed with another tool.
     - `domain`: Time domain of the synthesis.
     - `drive_limit`: Largest magnitude of the drive [A | V].
@@ -516,18 +527,18 @@ class Controller(
     - `position_law`: Speed reference from the position error; present in structure `speed_cascade`.
     - `prefilter`: Low-pass filter of the reference.
     - `profile`: Profile from the present position to the reference.
-    - `feedforward`: Effort that moves the modelled axis along its reference.
+    - `feedforward`: Effort that the modelled axis needs to follow its reference.
     - `velocity`: Source of the speed signal.
-    - `limiter`: Release of the drive near the target.
+    - `limiter`: Block that switches the drive off near the target.
     - `friction_compensation`: Friction effort that is added to the drive.
     - `certificate`: Data that prove the bounds of the loop.
     - `weights`: Weights of the generalised plant in the verified norm; absent if the certificate
       contains them.
-    - `schedule`: Controllers of the corners, if the design requests them.
+    - `schedule`: Controllers for gain scheduling, if the design requests them.
     - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices
       include the resonances; norms and certificate do not.
-    - `measurement_hold_samples`: Number of successive samples at which an invalid input is
-      replaced by its last valid value. At the next sample, the drive becomes 0 and the fault is
+    - `measurement_hold_samples`: Number of successive samples at which an invalid input is replaced
+      by its last valid value. After more invalid samples, the drive becomes 0 and the fault flag is
       set.
     """
 
@@ -562,9 +573,9 @@ class Controller(
 
     @property
     def judged_by(self) -> CertifiedWeights | None:
-        """Return the weights of the verified norm; None if a speed is the input of the loop.
+        """Return the weights of the verified norm; None if the loop's input is a speed.
 
-        The certificate's weights are returned; without a certificate, `weights`.
+        The weights are those of the certificate or, without a certificate, those under `weights`.
         """
         if self.linear.input == "speed_error":
             return None

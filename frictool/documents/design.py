@@ -1,4 +1,4 @@
-"""`design.yaml`: structure, method, weights and blocks of a controller to synthesise."""
+"""`design.yaml`: structure, method, weights and blocks of a controller to be synthesised."""
 
 from __future__ import annotations
 
@@ -36,9 +36,10 @@ READ_BY_TRADE = ("schedule", "vertices", "recentring")
 
 
 class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Region of the closed loop's poles: left of -decay_rad_s, or inside a disc.
+    """Region in which the closed loop's poles must lie: left of -decay_rad_s, or inside a disc.
 
-    The disc is in rad/s for domain continuous, and in the z plane for domain discrete.
+    The disc is in the s plane [rad/s] for domain `continuous`, and in the z plane for domain
+    `discrete`.
 
     - `decay_rad_s`: Smallest decay rate of the poles (continuous time).
     - `centre`: Centre of the disc on the real axis.
@@ -57,12 +58,12 @@ class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Settings of a synthesis on a grid of parameters.
+    """Settings of a synthesis whose inequalities are imposed on a grid of parameters.
 
     - `degree`: Degree of the Lyapunov matrices X and Y in each parameter.
     - `speed_per_s`: Bound of each parameter's rate, in widths of its interval per second; 0 for
       constant parameters.
-    - `points`: Number of points along each parameter in the first grid.
+    - `points`: Number of grid points along each parameter at the start.
     """
 
     degree: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
@@ -78,58 +79,61 @@ class Design(
     omit_defaults=True,
     kw_only=True,
 ):
-    """Structure, method, weights and blocks of a controller to synthesise: `design.yaml`.
+    """Structure, method, weights and blocks of a controller to be synthesised: `design.yaml`.
 
-    Unused keys are errors: a key that the method or the structure does not read, a block without
-    input, and a block whose output is not read.
+    An unused key is an error. A key is unused if the method or the structure does not read it, or
+    if it describes a block that has no input or whose output is not used.
 
-    - `structure`: `position` closes one loop on the position; `speed_cascade` closes a speed loop
-      inside a position law. Method `auto` needs no structure.
+    - `structure`: `position` is a single loop of the position. `speed_cascade` is a speed loop
+      whose reference comes from a position law. Method `auto` needs no structure.
     - `method`: Synthesis method; docs/theory/synth.md compares them.
-    - `weights`: Weights of the closed-loop norm. `{}` derives every weight, and `synth` prints each
-      with its origin.
+    - `weights`: Weights of the closed-loop norm. With `{}`, every weight is derived from the
+      specification and the bench, and `synth` prints each weight with its origin.
     - `position_law`: Speed reference from the position error; structure `speed_cascade` needs it.
-    - `domain`: `discrete`: designed at the bench's sample period, with the bench's delay.
-      `continuous`: designed in continuous time and discretised by Tustin's rule.
+    - `domain`: `discrete`: the controller is designed at the bench's sample period, with the
+      bench's delay. `continuous`: it is designed in continuous time and discretised by Tustin's
+      rule.
     - `prewarp_rad_s`: Frequency at which the discretisation of domain `continuous` is exact. By
       default 0.
     - `schedule`: Parameters that span the polytope; `regime` is the speed regime (`laws.regimes` of
-      the model). By default `regime` for a method with an uncertainty channel, and all but `regime`
-      for other methods. Parameters that are not listed have their centre values, or belong to the
-      uncertainty channel.
-    - `vertices`: `exact`: exact vertices of the polytope. `inertia`: linearised in the inertia.
-      `first_order`: linearised in all parameters.
-    - `frozen_at`: The controller for this plant of the polytope runs on the target. `centre`: the
-      middle of the intervals. `identified`: the identified values.
-    - `scheduled`: True to store the vertices' controllers as well. A target that knows the
-      parameters at run time can then interpolate between these controllers.
-    - `grid`: Settings of a synthesis on a grid of parameters.
-    - `channel_effort`: Effort for which the uncertainty channel's signal is 1 [N m | N]. By default
-      half the width of the Coulomb friction interval.
-    - `poles`: Region of the closed loop's poles.
-    - `order`: Order of the controller; for a method that solves matrix inequalities, order after
-      reduction.
+      the model). By default, this is only `regime` for a method with an uncertainty channel, and
+      all parameters except `regime` for other methods. Parameters that are not listed are at the
+      centres of their intervals, or belong to the uncertainty channel.
+    - `vertices`: How the plants at the vertices are computed. `exact`: without approximation.
+      `inertia`: linearised in the inertia. `first_order`: linearised in all parameters.
+    - `frozen_at`: Parameters of the plant for which the controller on the target is computed.
+      `centre`: the centres of the intervals. `identified`: the identified values.
+    - `scheduled`: True to store also the controllers at the vertices. A target that knows the
+      parameters at run time can then interpolate between them.
+    - `grid`: Settings of a synthesis whose inequalities are imposed on a grid of parameters.
+    - `channel_effort`: Effort [N m | N] that corresponds to the signal 1 in the uncertainty
+      channel. By default half the width of the Coulomb friction interval.
+    - `poles`: Region in which the closed loop's poles must lie.
+    - `order`: Order of the controller. A method that solves matrix inequalities reduces its
+      controller to this order.
     - `pole_bound_rad_s`: Largest magnitude of the controller's poles.
     - `integrator`: True for a controller with an integrator. A method that solves matrix
-      inequalities moves the slow pole of the reduced controller to 0.
-    - `relax`: `auto` reduces the weights on disturbance and effort, but only until the norm has the
-      bound gamma = 1; `synth --plot` draws this trade-off.
+      inequalities then moves the slowest pole of the reduced controller to 0.
+    - `relax`: `auto` reduces the weights on disturbance and effort until the bound gamma of the
+      norm is 1, but not further. `synth --plot` draws this trade-off.
     - `prefilter`: Low-pass filter of the position reference.
-    - `profile`: Profile with bounded jerk from the present position to the reference, in place of a
+    - `profile`: Profile with bounded jerk from the present position to the reference. It replaces a
       prefilter.
-    - `feedforward`: Effort that moves the modelled axis along its reference, added to the drive.
+    - `feedforward`: Effort that the modelled axis needs to follow its reference; it is added to the
+      drive.
     - `velocity`: Source of the speed signal.
-    - `limiter`: Release of the drive near the target, for structure `position`.
+    - `limiter`: Block that switches the drive off near the target, for structure `position`.
     - `friction_compensation`: Friction effort that is added to the drive.
-    - `pid`: Gains that the design provides.
-    - `form`: Realisation of the difference equation on the target: matrices or second-order
+    - `pid`: Gains of the PID controller, for method `pid`.
+    - `form`: Form of the difference equation that runs on the target: matrices or second-order
       sections.
-    - `recentring`: The inequalities are solved at this multiple of the smallest bound gamma of the
-      norm. Near the smallest gamma itself, the Lyapunov matrices X and Y become very large.
-    - `ease`: The controller is computed at this multiple of the gamma of `recentring`. A larger
-      multiple gives lower gains and more margin.
-    - `measurement_hold_samples`: Number of successive samples at which an invalid input is
-      replaced by its last valid value. At the next sample, the drive becomes 0 and the fault is
+    - `recentring`: Factor above 1. The matrix inequalities are solved for the bound `recentring`
+      times the smallest gamma. Near the smallest gamma itself, the Lyapunov matrices X and Y become
+      very large.
+    - `ease`: Factor by which the bound gamma is increased once more when the controller is
+      computed. A larger factor gives lower gains and more margin.
+    - `measurement_hold_samples`: Number of successive samples at which an invalid input is replaced
+      by its last valid value. After more invalid samples, the drive becomes 0 and the fault flag is
       set.
     """
 
@@ -207,7 +211,7 @@ class Design(
 
     @property
     def speed_input(self) -> bool:
-        """Return True if the linear controller takes the speed error instead of eta."""
+        """Return True if the linear controller's input is the speed error, False if it is eta."""
         return METHODS[self.method].provided_gains and self.structure == "speed_cascade"
 
     @property
@@ -225,7 +229,6 @@ class Design(
         )
 
     def _blocks(self) -> None:
-        """Raise ValueError if a block is unused or does not suit the structure."""
         law, limiter, compensation = self.position_law, self.limiter, self.friction_compensation
         if limiter is not None and self.structure != "position":
             raise ValueError(
@@ -273,11 +276,10 @@ class Design(
 
     @property
     def filters_reference(self) -> bool:
-        """Return True if a prefilter or a profile lies between the reference and the loop."""
+        """Return True if a prefilter or a profile filters the reference of the loop."""
         return self.prefilter is not None or self.profile is not None
 
     def _tracking_blocks(self) -> None:
-        """Raise ValueError if profile and feedforward do not suit the other blocks."""
         if self.profile is not None and self.prefilter is not None:
             raise ValueError("`profile` replaces `prefilter`; remove one of them")
         if self.feedforward is None:
@@ -294,7 +296,6 @@ class Design(
             )
 
     def _unread(self) -> None:
-        """Raise ValueError if a key is present that the method does not read."""
         for field in fields_of(type(self)):
             methods = READ_BY.get(field.name, (self.method,))
             present = getattr(self, field.name) != field.default

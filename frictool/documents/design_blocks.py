@@ -1,4 +1,4 @@
-"""Blocks of `design.yaml` around the linear controller."""
+"""Blocks of `design.yaml` that surround the linear controller."""
 
 from __future__ import annotations
 
@@ -27,21 +27,23 @@ SmoothingSamples = Annotated[int, msgspec.Meta(ge=2, le=MOST_SMOOTHING)]
 class PositionLawDesign(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Speed reference as a function of the position error, and the action inside the band.
+    """Speed reference as a function of the position error, and the action inside the rest band.
 
-    - `action`: Action inside the band. `cut`: the drive becomes 0. `brake`: the speed reference is
-      0 until the measured speed is below `rest_speed`, then the drive becomes 0. `none`: the loop
-      stays closed.
-    - `kind`: `square_root`: speed from the square root of the error. `proportional`: `gain_per_s`
-      times the error.
+    The rest band is the range of position errors up to `band`.
+
+    - `action`: Action inside the rest band. `cut`: the drive is switched off. `brake`: the speed
+      reference is 0 until the measured speed is below `rest_speed`, then the drive is switched off.
+      `none`: the loop stays closed.
+    - `kind`: `square_root`: the speed reference is proportional to the square root of the error.
+      `proportional`: it is `gain_per_s` times the error.
     - `formula`: Gain of the square-root law, with the model's Coulomb friction F and inertia J.
       `sqrt(F/J)` is lower by the factor sqrt(2).
     - `gain_per_s`: Gain of the proportional law.
-    - `band`: Half-width of the band. By default the encoder's step.
+    - `band`: Half-width of the rest band. By default the encoder's step.
     - `settled_speed`: Speed of the prefilter or profile below which `cut` and `brake` may act.
-    - `rest_speed`: Measured speed below which `brake` sets the drive to 0.
-    - `virtual_coulomb_factor`: Factor on F in the square-root law, for virtual friction in addition
-      to the axis's friction.
+    - `rest_speed`: Measured speed below which `brake` switches the drive off.
+    - `virtual_coulomb_factor`: Factor by which F is multiplied in the square-root law. A factor
+      above 1 stands for virtual friction in addition to the axis's friction.
     """
 
     # square_root is (5.19), annex (5): sqrt(2F/J); sqrt(F/J) is annex 5.2. The factor is F_cv/F_c
@@ -86,13 +88,13 @@ class PositionLawDesign(
 
 
 class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Source of the speed signal: filtered difference of the encoder position, or a speed sensor.
+    """Source of the speed signal: filtered differences of the encoder position, or a speed sensor.
 
-    - `source`: `position`: filtered difference of the encoder position. `measured`: signal of a
-      speed sensor, unfiltered.
+    - `source`: `position`: filtered differences of the encoder position. `measured`: unfiltered
+      signal of a speed sensor.
     - `order`: Order of the low-pass filter; order 1 has half the lag of order 2. By default 2.
-    - `filter_rad_s`: Bandwidth of the low-pass filter; 0 for none. By default 10 times the
-      prefilter's frequency.
+    - `filter_rad_s`: Bandwidth of the low-pass filter; 0 for unfiltered differences. By default 10
+      times the prefilter's frequency.
     """
 
     # order 2 is (5.70), and the default bandwidth stands below it
@@ -111,16 +113,20 @@ class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
 
 
 class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Release of the drive near the target of a position loop; the integrator keeps its value.
+    """Block of a position loop that switches the drive off near the target.
 
-    - `condition`: `energy` releases the drive if the model's Coulomb friction alone stops the
-      motion inside the band. `error` releases the drive if the error is inside the band; this
-      condition causes limit cycles and is for comparison only.
-    - `band`: Half-width of the band around the target. By default the encoder's step, which is also
-      the smallest allowed value.
-    - `settled_speed`: The release waits until the prefilter or profile moves more slowly than this.
-    - `virtual_coulomb`: Largest braking effort of the released drive: -virtual_coulomb
-      tanh(v/virtual_speed). By default 0.
+    The integrator keeps its value while the drive is off. The rest band is the range of position
+    errors up to `band`.
+
+    - `condition`: `energy` switches the drive off if the model's Coulomb friction alone stops the
+      motion inside the rest band. `error` switches the drive off if the error is inside the rest
+      band; this condition causes limit cycles and is for comparison only.
+    - `band`: Half-width of the rest band. By default the encoder's step, which is also the smallest
+      allowed value.
+    - `settled_speed`: Speed below which the prefilter or profile must be before the drive is
+      switched off.
+    - `virtual_coulomb`: Largest braking effort while the drive is otherwise off. The effort is
+      -virtual_coulomb tanh(v/virtual_speed). By default 0.
     - `virtual_speed`: Speed scale of the braking effort. By default 10 virtual_coulomb T/inertia
       with the sample period T: near rest the brake then reduces the speed with a time constant of
       10 T.
@@ -142,7 +148,7 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 class FrictionCompensationDesign(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Friction effort added to the drive: a baseline for comparison.
+    """Friction effort that is added to the drive; it is meant as a baseline for comparison.
 
     - `source`: `model` adds the model's friction: Coulomb friction times tanh(v/smoothing_speed)
       plus viscous friction times v, or a table against v if the friction has a Stribeck term or
@@ -150,10 +156,10 @@ class FrictionCompensationDesign(
       against position is added. `observer` adds the disturbance that an observer estimates.
     - `velocity`: Origin of the speed v: the filtered reference, or the measured speed. By default
       `measured`.
-    - `smoothing_speed`: Speed below which the modelled friction fades. By default, for the measured
-      speed, one encoder count per sample.
+    - `smoothing_speed`: Speed scale below which the modelled friction decreases to 0. For the
+      measured speed, the default is one encoder count per sample.
     - `observer_rad_s`: Bandwidth of the observer.
-    - `gain`: Fraction of the effort that is added.
+    - `gain`: Fraction of the friction effort that is added to the drive.
     """
 
     # 5.1 argues against it
@@ -185,15 +191,16 @@ class FrictionCompensationDesign(
 class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Profile with bounded jerk from the present position to the reference.
 
-    `{}` derives all limits from the drive, and `synth` prints each with its source.
+    With `{}`, all limits are derived from the drive, and `synth` prints each limit with its source.
 
     - `speed`: Largest speed. By default the bench's top speed.
     - `acceleration`: Largest acceleration. By default ((`drive_share` times the drive's largest
       effort) - friction - load)/inertia at `speed`, for the plant with the smallest result.
-    - `jerk`: Largest jerk. By default the jerk for which a move becomes longer by one period of the
-      model's lowest resonance; without resonances, by a tenth of the time until `speed` is reached.
-    - `drive_share`: Part of the drive's limit that the default acceleration uses; the remainder is
-      for the feedback.
+    - `jerk`: Largest jerk. By default the jerk limit makes a move longer by one period of the
+      model's lowest resonance. For a model without resonances, it makes the move longer by a tenth
+      of the time in which `speed` is reached.
+    - `drive_share`: Fraction of the drive's limit that the default acceleration uses. The rest of
+      the limit is left for the feedback.
     """
 
     speed: PositiveVelocity | None = None
@@ -205,17 +212,18 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 class FeedforwardDesign(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Effort that moves the modelled axis along its reference, added to the drive.
+    """Effort that the modelled axis needs to follow its reference; it is added to the drive.
 
-    `{}` takes all values from the model. `profile` or `prefilter` provides speed and acceleration
-    of the reference; without them a filter differentiates the reference.
+    With `{}`, all values are those of the model. Speed and acceleration of the reference come from
+    `profile` or `prefilter`. If the design has neither of them, a filter differentiates the
+    reference.
 
     - `inertia`: Inertia.
     - `viscous`: Viscous friction.
     - `coulomb`: Coulomb friction.
     - `switch_on_speed`: Speed of the reference above which the Coulomb friction is added. By
-      default one encoder step in 10 samples. Below half of this speed the friction is removed
-      again.
+      default it is one encoder step in 10 samples. Below half of this speed, the Coulomb friction
+      is no longer added.
     - `filter_rad_s`: Bandwidth of the filter that differentiates the reference.
     """
 

@@ -1,8 +1,8 @@
-"""Digests of a controller's blocks, which show changes since the controller was verified.
+"""Digests of a controller's blocks, which reveal changes since the controller was verified.
 
 No property of the linear loop depends on the gain of a position law, on the prefilter or on the
-specified margin. Therefore only a digest shows that one of them has changed. No proof uses a
-digest.
+specified margin. Therefore only a digest shows that one of them has changed. Proofs do not use
+digests.
 """
 
 from __future__ import annotations
@@ -44,11 +44,12 @@ SOLVED = (
 
 
 def block_digests(controller: Controller) -> dict[str, str]:
-    """Return the SHA-256 of each block of the document, by the name of the block.
+    """Return the SHA-256 of each block of a controller, by the name of the block.
 
-    The digest `header` is computed from the scalar fields at the top level, the digest `verified`
-    from those values under `verified` that `frictool verify` cannot recompute. Digests are computed
-    from values, so that number format, comments and layout of the file may change.
+    The digest `header` is computed from the scalar fields at the top level of the document. The
+    digest `verified` is computed from those values under `verified` that `frictool verify` cannot
+    recompute. Digests are computed from values, so that number format, comments and layout of the
+    file may change.
     """
     fields = msgspec.to_builtins(controller)
     blocks = {name: fields[name] for name in sorted(fields) if name not in (*UNTOUCHED, *HEADER)}
@@ -68,10 +69,11 @@ def uncomputed_figures(verified: Verified) -> dict[str, float]:
 
 
 def with_digests(controller: Controller, *blocks: str) -> Controller:
-    """Return the controller with new digests of its blocks.
+    """Return a copy of the controller with new digests of its blocks.
 
-    blocks: names of the blocks to digest; without names, all blocks. The digests of other blocks
-        remain, so that earlier changes of these blocks are still visible.
+    blocks: names of the blocks for which digests are computed; by default, all blocks. The digests
+    of
+        other blocks remain, so that earlier changes of these blocks are still detected.
     """
     now = block_digests(controller)
     kept = (
@@ -87,14 +89,14 @@ def with_digests(controller: Controller, *blocks: str) -> Controller:
 
 
 def changed_blocks(controller: Controller) -> tuple[str, ...]:
-    """Return the names of the blocks changed, added or removed since verification."""
+    """Return the names of the blocks that were changed, added or removed since verification."""
     now = block_digests(controller)
     then = controller.verified.digests
     return tuple(name for name in sorted({*now, *then}) if now.get(name) != then.get(name))
 
 
 def changed_words(controller: Controller) -> str:
-    """Return a message on the changed blocks; empty if none changed or no digests exist."""
+    """Return a message on the changed blocks; empty if no block changed or there are no digests."""
     changed = changed_blocks(controller) if controller.verified.digests else ()
     return (
         (

@@ -1,7 +1,7 @@
-"""Strict reading of a YAML document as an object of its document type.
+"""Strict reading of a YAML document into an object of its document type.
 
-The nodes are matched with the fields of the type, so that every error names the key, the value
-found and the allowed values.
+The nodes are matched with the fields of the type, so that every error names the key, the value in
+the file and the allowed values.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ class DocumentReader(QuantityReader):
     """Reader of documents: it converts each YAML node to the Python type of its field."""
 
     def read(self, node: yaml.Node, kind: Any, key: str) -> Any:
-        """Return the value of `node` as the document type `kind`."""
+        """Convert a YAML node to the type `kind`, and return the value.
+
+        `key`: path of the node in the document, for messages.
+        """
         meta: list[msgspec.Meta] = []
         origin = get_origin(kind)
         if origin is typing.Annotated:
@@ -81,7 +84,6 @@ class DocumentReader(QuantityReader):
         return value
 
     def _tagged(self, node: yaml.Node, members: list[type[msgspec.Struct]], key: str) -> Any:
-        """Return one of several structs, selected by its tag field."""
         kinds = {str(member.__struct_config__.tag): member for member in members}
         field = str(members[0].__struct_config__.tag_field)
         pairs = self.pairs(node, key)

@@ -45,7 +45,7 @@ def read_text(path: Path) -> str:
 
 
 def compose(text: str, path: Path) -> yaml.Node:
-    """Return the node tree of a document.
+    """Parse the text of a document and return the root of its tree of YAML nodes.
 
     Raises InputFileError with the line of the first syntax error.
     """

@@ -1,4 +1,4 @@
-"""Worked rigs that `init --example` writes: documents, Makefile and the bench's logs."""
+"""Complete example rigs that `init --example` writes: documents, Makefile and logs of the bench."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PACKED = ".xz"
 
 
 def example_files(name: str) -> dict[str, str]:
-    """Return path in the rig -> text of each file of the rig `name`, a key of EXAMPLES."""
+    """Return the files of the example rig `name` (a key of EXAMPLES): path in the rig -> text."""
     import lzma
 
     import jinja2

@@ -14,16 +14,16 @@ LONGEST_KEYS = 105  # characters of the keys in a message
 
 
 def examples_of(document: Any) -> tuple[str, ...]:
-    """Return the keys of a document's example values, including those of its bench."""
+    """Return the keys under `examples` of a document and of its bench."""
     bench = getattr(document, "bench", None)
     examples: tuple[str, ...] = getattr(document, "examples", ())
     return (*examples, *(f"bench.{key}" for key in getattr(bench, "examples", ())))
 
 
 def examples_words(groups: Mapping[str, Iterable[str]]) -> str:
-    """Return a message on the example values that are not replaced yet; empty if there are none.
+    """Return a message on example values that are not replaced yet; empty if there are none.
 
-    groups: document -> keys of its example values. A long message shows the first keys.
+    groups: document -> keys of its example values. A long message names only the first keys.
     """
     left = {name: keys for name, values in groups.items() if (keys := tuple(values))}
     described = [

@@ -24,9 +24,9 @@ Share = Annotated[float, msgspec.Meta(gt=0, lt=1)]
 
 
 class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Parameters of the hybrid law versions.
+    """Parameters of the hybrid friction laws (versions A to C).
 
-    - `step_s`: Time step of the law.
+    - `step_s`: Time step of the laws.
     - `switch_velocity`: Speed below which slip may become stick.
     - `decay_rad_s`: Decay rate of the force in version A.
     - `preisach_intervals`: Number of intervals along each side of version C's Preisach triangle; an
@@ -56,9 +56,9 @@ class Opposite(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class SpeedRegime(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Viscous friction above a knee speed; the friction is continuous at the knee.
+    """Viscous friction at speeds above `above`; the friction is continuous at this speed.
 
-    - `above`: Knee speed.
+    - `above`: Speed at which the viscous friction changes.
     """
 
     # figure 4.10
@@ -69,8 +69,8 @@ class SpeedRegime(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Levels(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Position-dependent friction over a travel.
 
-    Each polynomial, divided by its mean over the travel, is a factor on the friction levels of its
-    direction.
+    Each polynomial is divided by its mean over the travel. The result is the factor by which the
+    friction level of its direction is multiplied.
 
     - `over`: Travel on which the polynomials apply; the friction is constant beyond it.
     - `levels`: Polynomials of the position.
@@ -82,10 +82,10 @@ class Levels(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Frictional memory: lag of the velocity at which the Stribeck curve is evaluated.
+    """Frictional memory: the friction follows the Stribeck curve with a lag in the velocity.
 
-    - `lag_s`: Time constant of the lag; 0 for none.
-    - `boundary`: Speed below which no lubricant film forms. By default none.
+    - `lag_s`: Time constant of the lag; 0 for no lag.
+    - `boundary`: Speed below which no lubricant film forms. By default 0.
     """
 
     # 3.4.2.3, figure 2.16
@@ -98,11 +98,10 @@ class Friction(
 ):
     """Parameters for the comparison of friction laws: `friction.yaml`.
 
-    `backward`, `position`, `regimes`, `dwell` and `film` extend the laws. By default they are
-    absent.
+    `backward`, `position`, `regimes`, `dwell` and `film` are optional extensions of the laws.
 
-    - `stribeck_velocity`: Speed scale at which the friction falls from the breakaway to the Coulomb
-      friction.
+    - `stribeck_velocity`: Speed scale over which the friction decreases from the breakaway to the
+      Coulomb friction.
     - `presliding`: Largest deflection z_max of the contacts before they break.
     - `effort_limit`: Largest effort u_max of the actuator.
     - `hybrid`: Parameters of the hybrid laws.
@@ -114,11 +113,11 @@ class Friction(
     - `bristle_stiffness`, `bristle_damping`: Stiffness and damping of the bristles. By default they
       follow from the presliding, the breakaway and the inertia.
     - `dead_band`: Speed below which the laws `karnopp` and `svc_band` treat the velocity as zero.
-    - `backward`: Levels of the negative direction, where they differ.
+    - `backward`: Friction levels of the negative direction that differ from the positive direction.
     - `position`: Position-dependent friction.
-    - `regimes`: Viscous friction above knee speeds.
-    - `dwell`: Breakaway that rises with the time at rest.
-    - `film`: Lag of the friction behind the speed.
+    - `regimes`: Other viscous friction above certain speeds.
+    - `dwell`: Increase of the breakaway with the time at rest.
+    - `film`: Lag with which the friction follows the speed.
     """
 
     # thesis table 3.1: plastic_from is z_ba/z_max of (2.46), leuven_exponent i of (2.49),

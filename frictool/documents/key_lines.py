@@ -15,8 +15,8 @@ from frictool.errors import DocumentError, FrictoolError, InputFileError
 def line_of(path: Path, key: str) -> int | None:
     """Return the line of `key` (such as `steps[1].reference`) in the document at `path`.
 
-    If the key is absent, return the line of the nearest enclosing key that is present; None if the
-    document cannot be read again.
+    If the key is absent, return the line of the nearest enclosing key that is present. Return None
+    if the document cannot be read again.
     """
     try:
         node = compose(read_text(path), path)
@@ -51,7 +51,6 @@ def in_file(error: FrictoolError, paths: Mapping[str, Path]) -> FrictoolError:
 
 
 def _within(node: yaml.Node, name: str, index: str) -> tuple[int, yaml.Node] | None:
-    """Return the line and the value node of a mapping's key or a list's item; None if absent."""
     if name and isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             if key.value == name:

@@ -48,13 +48,13 @@ ITEM = re.compile(r"^- ((?:`\w+`(?:, )?)+): (.+(?:\n  .+)*)$", re.MULTILINE)
 
 
 def summary_of(kind: type[msgspec.Struct]) -> str:
-    """Return the docstring without the list of keys, with one line per paragraph."""
+    """Return the docstring of a document type without its list of keys, one line per paragraph."""
     text = ITEM.sub("", inspect.cleandoc(kind.__doc__ or "")).strip()
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in re.split(r"\n\s*\n", text))
 
 
 def meanings_of(kind: type[msgspec.Struct]) -> dict[str, str]:
-    """Return key -> meaning for each key with a meaning in the docstring or in COMMON."""
+    """Return key -> meaning for each key that the docstring of the type or COMMON explains."""
     meanings = {
         key: " ".join(text.split())
         for keys, text in ITEM.findall(inspect.cleandoc(kind.__doc__ or ""))
@@ -68,7 +68,7 @@ def meanings_of(kind: type[msgspec.Struct]) -> dict[str, str]:
 
 
 def structs_of(kind: Any, collected: list[type[msgspec.Struct]] | None = None) -> list[Any]:
-    """Return the struct types that a type contains, in the order of their first use."""
+    """Return the document types that a type contains, in the order of their first use."""
     collected = [] if collected is None else collected
     if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and kind not in collected:
         collected.append(kind)

@@ -1,4 +1,7 @@
-"""`laws` of `model.yaml`: friction by direction, speed, position and time at rest."""
+"""`laws` of `model.yaml`: friction by direction, speed, position, time at rest and temperature.
+
+The laws also contain position-dependent loads.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,10 @@ MOST_REGIMES, MOST_COEFFICIENTS = 4, 8
 
 
 class Backward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Friction levels of the negative direction; `parameters` then apply to the positive one."""
+    """Friction levels of the negative direction.
+
+    The friction levels under `parameters` then apply to the positive direction only.
+    """
 
     viscous: ViscousEstimate | None = None
     coulomb: NonNegativeEffortEstimate | None = None
@@ -35,10 +41,10 @@ class Backward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Viscous friction above a knee speed; the friction is continuous at the knee.
+    """Viscous friction at speeds above `above`; the friction is continuous at this speed.
 
-    - `above`: Knee speed.
-    - `viscous`: Viscous friction above the knee.
+    - `above`: Speed at which the viscous friction changes.
+    - `viscous`: Viscous friction above this speed.
     - `backward`: Viscous friction of the negative direction. By default `viscous`.
     """
 
@@ -49,11 +55,11 @@ class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """1 to 8 coefficients of powers of the position in SI (rad | m), lowest power first.
+    """Polynomials of the position [rad | m], with 1 to 8 coefficients each, lowest power first.
 
     - `forward`: Coefficients of the positive direction.
     - `backward`: Coefficients of the negative direction. By default `forward`.
-    - `forward_interval`, `backward_interval`: [low, high] of each single coefficient, if it was
+    - `forward_interval`, `backward_interval`: Interval [low, high] of each coefficient, if it was
       identified.
     """
 
@@ -81,10 +87,11 @@ class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class FrictionOverPosition(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Position-dependent friction over a travel, constant beyond its ends.
+    """Position-dependent friction over a travel; beyond the ends of the travel it is constant.
 
-    Each polynomial, divided by its mean over the travel, is a factor on the model's parameter of
-    the same name. The interval of this parameter scales the whole curve.
+    Each polynomial is divided by its mean over the travel. The result is the factor by which the
+    model's parameter of the same name is multiplied. The interval of this parameter scales the
+    whole curve.
 
     - `over`: Travel on which the polynomials apply.
     - `coulomb`: Polynomials of the Coulomb friction.
@@ -125,12 +132,11 @@ def _mean(coefficients: tuple[float, ...], low: float, high: float) -> float:
 
 
 class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Breakaway that rises with the time at rest.
+    """Increase of the breakaway with the time at rest.
 
     - `fresh`: Breakaway just after a stop, divided by the breakaway after a long rest.
-    - `rise_time_s`: Time at rest after which the breakaway has risen half-way to its value after a
-      long rest.
-    - `fresh_interval`, `rise_time_interval_s`: [low, high], if identified.
+    - `rise_time_s`: Time at rest after which half of the increase is reached.
+    - `fresh_interval`, `rise_time_interval_s`: Interval [low, high], if the value was identified.
     """
 
     fresh: Annotated[float, msgspec.Meta(gt=0, le=1)]
@@ -142,14 +148,15 @@ class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 class TemperatureChange(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Change of a friction with the temperature, relative to the reference temperature.
+    """Factor by which a friction parameter changes with the temperature.
 
-    The friction is multiplied by exp(slope h + curvature h^2), where h is the temperature minus the
-    reference temperature.
+    The factor is exp(slope h + curvature h^2), where h is the temperature minus the reference
+    temperature.
 
-    - `slope`: Relative change per kelvin at h = 0. A friction that halves in 50 K has the slope
-      -0.0139 per kelvin.
-    - `curvature`: Coefficient of the square. By default 0: the same ratio for each kelvin.
+    - `slope`: Relative change per kelvin at h = 0. For example, a friction that halves over 50 K
+      has the slope -0.0139 per kelvin.
+    - `curvature`: Coefficient of h^2. By default 0, so that each kelvin changes the friction by the
+      same ratio.
     """
 
     slope: ChangePerKelvin
@@ -163,8 +170,8 @@ class FrictionOverTemperature(
 
     - `reference`: Temperature for which the parameters and the other laws are valid.
     - `over`: Temperatures of the logs. Beyond them the friction is extrapolated.
-    - `viscous`: Change of the viscous friction. By default none.
-    - `coulomb`: Change of the Coulomb friction and of the breakaway. By default none.
+    - `viscous`: Change of the viscous friction. By default the viscous friction is constant.
+    - `coulomb`: Change of the Coulomb friction and of the breakaway. By default they are constant.
     """
 
     reference: Temperature
@@ -181,11 +188,11 @@ class FrictionOverTemperature(
 
 
 class Gravity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Gravity of an unbalanced arm on a rotary axis.
+    """Gravity effort of an unbalanced arm on a rotary axis.
 
     The effort is sine sin(x) + cosine cos(x) at the angle x [rad].
 
-    - `sine`, `cosine`: Amplitude of the term.
+    - `sine`, `cosine`: Amplitude of the sine term and of the cosine term.
     """
 
     sine: EffortEstimate
@@ -199,7 +206,7 @@ class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `cycles`: Number of periods in the distance `per`.
     - `per`: Distance that contains `cycles` periods.
-    - `sine`, `cosine`: Amplitude of the term.
+    - `sine`, `cosine`: Amplitude of the sine term and of the cosine term.
     """
 
     cycles: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
@@ -209,12 +216,12 @@ class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Position-dependent load; it opposes a positive effort, as `parameters.offset` does.
+    """Position-dependent load; a positive load opposes a positive effort, as `offset` does.
 
     - `stiffness`: Stiffness of a spring that is relaxed at position 0.
     - `gravity`: Gravity of an unbalanced arm.
     - `ripple`: Effort ripple.
-    - `harmonics`: Further harmonics of the ripple.
+    - `harmonics`: Ripple components with other periods, such as harmonics of `ripple`.
     """
 
     stiffness: StiffnessEstimate | None = None
@@ -224,20 +231,21 @@ class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
     @property
     def ripples(self) -> tuple[Ripple, ...]:
-        """Return all harmonics of the ripple."""
+        """Return all components of the effort ripple."""
         return (() if self.ripple is None else (self.ripple,)) + self.harmonics
 
 
 class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Optional friction and load laws of a model.
 
-    - `backward`: Friction levels of the negative direction, where they differ.
-    - `regimes`: Viscous friction above knee speeds; at most 4 regimes in rising order of the knees.
+    - `backward`: Friction levels of the negative direction that differ from the positive direction.
+    - `regimes`: Other viscous friction above certain speeds; at most 4 regimes, in rising order of
+      the speeds.
     - `position`: Position-dependent friction.
     - `stribeck_exponent`: Exponent of the Stribeck curve.
-    - `dwell`: Breakaway that rises with the time at rest.
+    - `dwell`: Increase of the breakaway with the time at rest.
     - `restitution`: Speed after an impact on an end of the bench's travel, divided by the speed
-      before.
+      before the impact.
     - `load`: Position-dependent load.
     - `temperature`: Temperature for which the model is valid, and change of friction with
       temperature.

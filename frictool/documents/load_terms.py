@@ -37,7 +37,7 @@ class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
 
     - `cycles`: Number of periods in the distance `per`.
     - `per`: Distance that contains `cycles` periods.
-    - `harmonics`: Up to 5 further harmonics, each by its number of periods in `per`.
+    - `harmonics`: Up to 5 further ripple components, each stated as its number of periods in `per`.
     """
 
     cycles: CyclesPerDistance
@@ -58,11 +58,11 @@ class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
 
 
 class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Load terms to identify; an offset that is not listed is zero.
+    """Load terms that `identify` estimates. If the offset is not listed, it is assumed to be zero.
 
     - `terms`: Terms to estimate. `drift` and the terms after it in the list of allowed values are
-      estimated and subtracted from the effort, so that the other parameters do not absorb them. The
-      model does not contain them, except `temperature`.
+      estimated only to keep the other parameters unbiased: they are subtracted from the effort. Of
+      these, only `temperature` is part of the model.
     - `ripple`: Period of the ripple; required with the term `ripple`.
     - `most`: Largest sum of spring, gravity and ripple efforts anywhere on the travel, for the
       planning of tests.

@@ -1,4 +1,7 @@
-"""`measurement` of `model.yaml`: properties of the bench that the logs show, besides friction."""
+"""`measurement` of `model.yaml`: properties of the bench that were identified from logs.
+
+Friction is not among them.
+"""
 
 from __future__ import annotations
 
@@ -19,12 +22,13 @@ class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
     - `backlash`: Full width of the backlash.
     - `delay`: Delay of the logged drive relative to the position; negative if the drive is ahead.
-    - `loop_time_constant`: Time constant of the current loop, from commanded and measured current.
-    - `resistance`: Resistance of the motor's winding, from its voltage and current.
+    - `loop_time_constant`: Time constant of the current loop, identified from commanded and
+      measured current.
+    - `resistance`: Resistance of the motor's winding, identified from its voltage and current.
     - `back_emf_constant`: Voltage per speed of the motor. For a DC motor, it equals the effort per
       ampere (in SI).
     - `inductance`: Inductance of the motor's winding.
-    - `refused`: Reason for each property that the logs do not show.
+    - `refused`: For each property that could not be identified, the reason.
     """
 
     backlash: NonNegativeLengthEstimate | None = None

@@ -1,13 +1,13 @@
 """`mechanism.yaml`: blocks, links, friction, sources and sensors of a mechanism (thesis 2.1, 2.2).
 
 Each block has one coordinate q: an angle [rad] if it has an `inertia`, a distance [m] if it has a
-`mass`. A link has a name and a kind. `between` names its ends, the driving end first; `ground` is
-the frame. Blocks are initially at `start`. The links are assembled in these positions: every
-backlash is centred and no compliance is strained.
+`mass`. A link has a name and a kind. `between` names the blocks at its ends, the driving end first;
+`ground` is the frame. Initially, the blocks are at their positions `start`, every backlash is
+centred, and no compliance is strained.
 
-If a link has a rotary and a linear end, the unit of a quantity determines its end: a backlash of 3
-rad is at the pinion, one of 0.6 mm at the rack. The links' compatibility is checked when the
-mechanism is assembled (adapters/mechanism/assembly.py).
+If a link has a rotary and a linear end, the unit of a quantity determines the end to which it
+belongs: a backlash of 3 rad is at the pinion, a backlash of 0.6 mm at the rack. The links'
+compatibility is checked when the mechanism is assembled (adapters/mechanism/assembly.py).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ GROUND = "ground"
 
 
 class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Rigid body: a rotary one has an `inertia`, a linear one a `mass`.
+    """Rigid body, either rotary (with `inertia`) or linear (with `mass`).
 
     - `inertia`: Inertia of a block that turns.
     - `mass`: Mass of a block that slides.
@@ -68,7 +68,9 @@ class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Quantity as a function of position: monotone cubic between the points, constant beyond them.
+    """Quantity as a function of position.
+
+    The function is a monotone cubic interpolation of the points, and constant beyond them.
 
     - `position`: Positions of the points, rising.
     - `value`: Values at the points.
@@ -91,7 +93,9 @@ def _check_points(positions: tuple[float, ...], values: tuple[float, ...]) -> No
 
 
 class Level(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Factor as a function of position: monotone cubic between the points, constant beyond them.
+    """Factor as a function of position.
+
+    The function is a monotone cubic interpolation of the points, and constant beyond them.
 
     - `position`: Positions of the points, rising.
     - `factor`: Factors at the points.
@@ -105,7 +109,7 @@ class Level(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Compliance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Elasticity of a link at its second end; a belt is elastic along the belt.
+    """Elasticity of a link, stated at its second end; for a belt, it is stated along the belt.
 
     - `stiffness`: Stiffness of the elastic element.
     - `damping`: Viscous damping of the elastic element.
@@ -119,10 +123,11 @@ class Compliance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Backlash(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Free play of a link.
 
-    - `width`: Full width. Its unit determines the end of the link at which it is measured; if the
-      unit fits both ends, this is the second end, or the block `at`.
+    - `width`: Full width, measured at the end of the link that fits the unit. If the unit fits both
+      ends, the width is measured at the block `at`, by default at the second end.
     - `at`: Block at whose end the backlash is measured.
-    - `restitution`: Speed after an impact of rigid flanks divided by the speed before.
+    - `restitution`: Relative speed after an impact of rigid flanks, divided by the relative speed
+      before.
     - `compliance`: Stiffness and damping of elastic flanks. By default the flanks are rigid.
     """
 
@@ -148,7 +153,7 @@ class Gear(
     tag_field="kind",
     tag="gear",
 ):
-    """Gear with the ends a and b: omega_b = -ratio omega_a; the sign is + for an internal gear.
+    """Gear with the ends a and b: omega_b = -ratio omega_a, or +ratio omega_a for an internal gear.
 
     - `ratio`: Speed of the second end divided by the speed of the first end; above 0.
     - `internal`: True for an internal gear.
@@ -261,7 +266,7 @@ class Hydraulic(
     tag_field="kind",
     tag="hydraulic",
 ):
-    """Master piston a and slave piston b: x_b = area_a/area_b x_a, F_a = area_a/area_b F_b.
+    """Hydraulic link of pistons a and b: x_b = (area_a/area_b) x_a, F_a = (area_a/area_b) F_b.
 
     Inertia and friction of the fluid are neglected.
 
@@ -298,13 +303,14 @@ class Spring(
     tag_field="kind",
     tag="spring",
 ):
-    """Spring between two blocks with coordinates q_a and q_b; at the end `ground`, q_b is 0.
+    """Spring between two blocks with coordinates q_a and q_b; for the end `ground`, q_b is 0.
 
     - `stiffness`: Stiffness of the spring. Write this key or `force`.
     - `force`: Effort as a function of q_a - q_b; a positive effort pulls q_a to lower values.
-    - `damping`: Viscous damping. By default none.
+    - `damping`: Viscous damping. By default 0.
     - `free`: q_a - q_b at which the spring is relaxed. By default q_a - q_b at the start.
-    - `preload`: Opposing effort at `free`. By default 0.
+    - `preload`: Effort of the spring at q_a - q_b = `free`; a positive effort pulls q_a to lower
+      values. By default 0.
     """
 
     between: Ends
@@ -336,7 +342,7 @@ class Cam(
 ):
     """Cam profile on a block. A spring presses a roller onto the profile.
 
-    The block is subject to `force` tan(`angle`) in the block's positive direction, and to Coulomb
+    The cam exerts `force` tan(`angle`) on the block in its positive direction, and Coulomb
     friction.
 
     - `on`: Block of the profile.
@@ -362,11 +368,11 @@ class Stop(
     tag_field="kind",
     tag="stop",
 ):
-    """End stops of a block; rigid stops rebound, compliant ones push back.
+    """End stops of a block. A block rebounds from rigid stops; compliant stops act as springs.
 
     - `on`: Block that the stops limit.
-    - `low`, `high`: Position of the stop. Write one or both.
-    - `restitution`: Speed after an impact on a rigid stop divided by the speed before.
+    - `low`, `high`: Position of the lower and of the upper stop. Write one or both.
+    - `restitution`: Speed after an impact on a rigid stop, divided by the speed before.
     - `compliance`: Stiffness and damping of elastic stops. By default the stops are rigid.
     """
 
@@ -396,12 +402,13 @@ class FrictionOf(
     tag_field="kind",
     tag="friction",
 ):
-    """Friction of a block against the frame, in a bearing or a slideway.
+    """Friction between a block and the frame, in a bearing or a slideway.
 
-    - `on`: Block with the friction.
+    - `on`: Block on which the friction acts.
     - `law`: Name of the friction law, as in `frictool compare`.
     - `parameters`: Parameters of the law by name; a number without dimension has the unit `'1'`.
-    - `level`: Factor on all efforts of the law, as a function of position. By default 1.
+    - `level`: Factor by which all efforts of the law are multiplied, as a function of position. By
+      default 1.
     """
 
     # laws and their parameters: friction/law_registry.py
@@ -415,17 +422,18 @@ Link = Gear | Belt | Screw | Rack | Hydraulic | Coupling | Spring | Cam | Stop |
 
 
 class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Drive of a block: a current or voltage drive, or an effort.
+    """Actuator of a block: a current drive, a voltage drive, or a direct effort.
 
     - `on`: Block that the source drives.
     - `drive`: Signal of the source. `current` and `voltage` need a `constant`; `effort` acts on the
       block directly.
     - `constant`: Effort per ampere or volt.
-    - `limit`: Largest magnitude of the drive. By default none.
-    - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for none.
+    - `limit`: Largest magnitude of the drive. By default it is unlimited.
+    - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for a drive without
+      lag.
     - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
-    - `effort`: Constant effort of `drive: effort`, such as a weight; commands of a scenario are
-      added to this effort.
+    - `effort`: Constant effort of a source with `drive: effort`, such as a weight. Commands of a
+      scenario are added to it.
     """
 
     on: str
@@ -473,12 +481,11 @@ class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Source that the controller commands and sensor that it reads, if there are several.
+    """Source that the controller commands and sensor that it reads, for a mechanism with several.
 
     - `source`: Name of the source.
     - `sensor`: Name of the sensor.
-    - `load`: Block at the load. By default the block that is separated from the sensor by the most
-      links.
+    - `load`: Block of the load. By default the block with the most links between it and the sensor.
     """
 
     source: str
@@ -493,7 +500,7 @@ class Mechanism(
 
     - `blocks`: Blocks by name. A name begins with a letter, followed by letters, digits and `_`.
     - `links`: Links by name; the key `kind` selects the type.
-    - `sources`: Drives by name.
+    - `sources`: Actuators by name.
     - `sensors`: Sensors by name.
     - `control`: Source and sensor of the controller, if there are several.
     - `travel`: Positions that the block of the controller's sensor can reach.

@@ -1,8 +1,8 @@
-"""Metrics of a verdict, and the keys of a specification that limit them.
+"""Table of the metrics of a verdict, and of the keys of a specification that limit them.
 
-The fields of `spec.yaml`, the units, headings and definitions of a report, docs/metrics.md, and the
-columns of a campaign follow from the records of this table. The columns of a page are in the order
-of the records; the keys of a specification are in the order of `rank`.
+The following are generated from the records of this table: the fields of `spec.yaml`; the units,
+headings and definitions of a report; docs/metrics.md; and the columns of a campaign. The columns of
+a page are in the order of the records; the keys of a specification are in the order of `rank`.
 """
 
 from __future__ import annotations
@@ -39,11 +39,12 @@ MOTION, DRIVE = "Motion", "Drive, load and rest"  # tables of the page
 
 
 class Rest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Rest after some seconds of constant reference.
+    """Requirement that the axis is at rest after some seconds of constant reference.
 
     Motion within the sensor's step and a drive up to `drive` are allowed.
 
-    - `after_s`: Duration of a constant reference after which the axis must rest.
+    - `after_s`: Time after which the axis must be at rest, counted from the start of the constant
+      reference.
     - `drive`: Largest drive at rest [A | V].
     """
 
@@ -67,7 +68,7 @@ class Energy(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 class Settling(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Limit of the time after a profile until the axis stays at its target.
 
-    - `within`: Largest error of a settled axis.
+    - `within`: Position error up to which the axis counts as settled.
     - `limit`: Longest time from the end of the profile until the error stays within `within`.
     """
 
@@ -77,26 +78,27 @@ class Settling(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, eq=False)
 class Metric:
-    """Metric of a hold, of a whole stream or of a closed loop, and the requirement on it.
+    """Metric of a hold, of a whole stream or of a closed loop, and the requirement that limits it.
+
+    A hold is a phase of constant reference.
 
     - name: name in JSON, JUnit and tables of values
     - title: name in texts and on pages, heading of its column
     - dimension: key of SI_UNITS (documents/quantity.py) or OTHER_UNITS, which determines the unit
     - definition: text without a final full stop, for the page and docs/metrics.md
-    - scope: measured object: a hold (interval of constant reference), a whole stream or a closed
-      loop
+    - scope: measured object: a hold, a whole stream or a closed loop
     - compute: function of `frictool/metrics/`, as module.function. Its parameters have the names of
       properties of MeasuredPart (report/measured_part.py). It returns a value, two bounds, or the
-      reason why there is no value
-    - needs: keys of NEEDS (report/measured_part.py) without which there is no value
+      reason why the value is unknown
+    - needs: keys of NEEDS (report/measured_part.py) without which the value is unknown
     - table: table of the page
-    - key: key of a specification that limits or needs the metric, if there is one
+    - key: key of a specification that limits the metric or that the metric needs; "" without a key
     - limit: type of the key's value: a number if the key's name contains the unit (`rise_time_s`),
       a quantity (`positive(dimension)`), or a record (`Energy`, `Settling`); None if another metric
       has the key
     - meaning: meaning of the key, for the schema
-    - requirement: name of the requirement in a verdict, if it differs from that of the metric; the
-      title of the requirement follows from it
+    - requirement: name of the requirement in a verdict, if it differs from `name`; the title of the
+      requirement is derived from it
     - rank: position of the key in a specification; by default it comes last
 
     Raises ValueError for an unknown dimension.
@@ -120,7 +122,7 @@ class Metric:
         check_known(self.name, "dimension", (self.dimension,), {*SI_UNITS, *OTHER_UNITS})
 
     def unit(self, spec: Spec) -> str:
-        """Return the SI unit for the specification's kind of axis and drive; may be empty."""
+        """Return the SI unit for the axis and drive of a specification; empty for a pure number."""
         if self.dimension in SI_UNITS:
             return si_unit(self.dimension, spec.axis)
         return OTHER_UNITS[self.dimension].format(drive=si_unit(spec.drive, spec.axis))
@@ -132,7 +134,10 @@ class Metric:
 
 
 def check_known(metric: str, field: str, names: Iterable[str], allowed: Collection[str]) -> None:
-    """Raise ValueError with the metric's name if one of the names is not allowed."""
+    """Raise ValueError if one of `names` is not in `allowed`.
+
+    `metric`, `field`: name of the metric and of its field, for the message.
+    """
     for name in names:
         if name not in allowed:
             listed = ", ".join(sorted(allowed))
@@ -470,7 +475,9 @@ _TITLES = {
 
 
 def requirement_title(name: str) -> str:
-    """Return the title of a requirement for texts and pages; for an unknown name, its words.
+    """Return the title of a requirement for texts and pages.
+
+    The title of an unknown requirement consists of the words of its name.
 
     >>> requirement_title("drive_peak")
     'peak drive'

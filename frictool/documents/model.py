@@ -32,15 +32,16 @@ AxisLaw = Literal["coulomb", "stribeck"]
 
 
 class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Parameters of J dv/dt = u - offset - viscous v - coulomb sign(v), with breakaway at rest.
+    """Parameters of J dv/dt = u - offset - viscous v - coulomb sign(v).
 
-    u is the effort and v the speed. With a Stribeck velocity, the friction falls from `breakaway`
-    to `coulomb` as the speed rises.
+    u is the effort and v the speed. The axis starts to move when |u - offset| exceeds `breakaway`.
+    With a Stribeck velocity, the friction decreases from `breakaway` to `coulomb` as the speed
+    rises.
 
-    - `inertia`: Inertia J seen by the actuator.
+    - `inertia`: Total inertia J that the actuator moves.
     - `offset`: Constant effort that opposes a positive drive.
-    - `stribeck_velocity`: Speed scale at which the friction falls from the breakaway to the Coulomb
-      friction.
+    - `stribeck_velocity`: Speed scale over which the friction decreases from the breakaway to the
+      Coulomb friction.
     """
 
     # (4.17), (4.43); the fall is (2.34)
@@ -53,14 +54,15 @@ class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
     @property
     def law(self) -> AxisLaw:
-        """Return the law that has these parameters."""
+        """Return the name of the law that has these parameters: `stribeck` or `coulomb`."""
         return "coulomb" if self.stribeck_velocity is None else "stribeck"
 
 
 class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Quality of the fit on the logs of the identification.
+    """Quality of the fit of the model to the logs of the identification.
 
-    - `force_error`: Residual effort relative to the measured effort (rms).
+    - `force_error`: Rms value of the residual effort, divided by the rms value of the measured
+      effort.
     - `condition`: Condition number of the regression.
     - `samples`: Number of samples of the fit.
     - `held_out_force_error`: Occurs in models of earlier versions only.
@@ -81,15 +83,16 @@ class Model(
     - `method`: Identification method.
     - `confidence`: Confidence level of the intervals.
     - `parameters`: Parameters of the axis.
-    - `not_identified`: Reason for each parameter that the logs do not determine.
+    - `not_identified`: For each parameter that the logs do not determine, the reason.
     - `fit`: Quality of the fit.
     - `laws`: Friction by direction, speed, position and time at rest, and position-dependent loads.
-    - `presliding`: Friction before breakaway (`identify --loops`); a simulation includes its law.
-    - `measurement`: Properties of the bench (`identify --measurement`).
-    - `resonances`: Modes of compliant links (`reduce`). A controller is verified with them; a
-      simulation of one axis does not include them.
-    - `bench_values_only`: Reason why nothing was identified (`identify --keep-bench-values`). Every
-      parameter then has the bench's value, and `synth` refuses the model.
+    - `presliding`: Friction before breakaway, from `identify --loops`. A simulation includes its
+      law.
+    - `measurement`: Properties of the bench, from `identify --measurement`.
+    - `resonances`: Modes of compliant links, from `frictool reduce`. A controller is verified with
+      these modes. A model with modes cannot be simulated as a single axis.
+    - `bench_values_only`: Reason why no parameter was identified (`identify --keep-bench-values`).
+      Every parameter then has the bench's value, and `synth` does not accept the model.
     """
 
     format: Literal["model/1"]
@@ -110,7 +113,7 @@ class Model(
     bench_values_only: str | None = None
 
     def plot(self) -> Figure:
-        """Return a figure of the friction against speed and, if known, against position."""
+        """Return a figure of the friction over speed and, if identified, over position."""
         view = importlib.import_module(FIGURE)
         figure: Figure = view.model_figure(self)
         return figure

@@ -1,4 +1,4 @@
-"""List of names in a message, of limited length."""
+"""List of names for a message, shortened to a given length."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ LONGEST_LIST = 120  # maximum number of characters of a list of names in a messa
 
 
 def listed(names: Collection[str], longest: int = LONGEST_LIST, separator: str = ", ") -> str:
-    """Return names for a message, up to `longest` characters; an empty name is shown in quotes."""
+    """Return names as text with at most `longest` characters; an empty name is shown in quotes."""
     shown: list[str] = []
     for name in names:
         if len(shown) == MOST_NAMES_SHOWN or (

@@ -1,6 +1,6 @@
-"""Reading of YAML nodes: mappings, lists and scalars, with file, line and key in each error.
+"""Reading of YAML nodes (mappings, lists and scalars); each error names file, line and key.
 
-For a misspelt name an error suggests the nearest known name.
+The error for a misspelt name suggests the nearest known name.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ class NodeReader:
         raise DocumentError(self.path, message, line=node.start_mark.line + 1, key=key)
 
     def pairs(self, node: yaml.Node, key: str) -> Pairs:
-        """Return the keys of a mapping; raise DocumentError if a key is no text or occurs twice."""
+        """Return the (key, node) pairs of a mapping.
+
+        Raises DocumentError if a key is no text or occurs twice. `key`: path of the mapping.
+        """
         if not isinstance(node, yaml.MappingNode):
             self.fail(node, key, f"found {shown(node)}; allowed: a mapping of keys")
         pairs: Pairs = {}
@@ -55,7 +58,7 @@ class NodeReader:
         return pairs
 
     def check_known(self, pairs: Pairs, names: list[str], key: str) -> None:
-        """Raise DocumentError at the first key that is not in `names`."""
+        """Raise DocumentError for the first key in `pairs` that is not in `names`."""
         for name, (name_node, _) in pairs.items():
             if name not in names:
                 self.fail(
@@ -85,7 +88,7 @@ class NodeReader:
         return list(node.value)
 
     def plain(self, node: yaml.Node, key: str) -> Any:
-        """Return a scalar as number, bool, None or text, by the rules of YAML 1.2."""
+        """Return a scalar as number, bool, None or text, according to the rules of YAML 1.2."""
         if not isinstance(node, yaml.ScalarNode):
             self.fail(node, key, f"found {shown(node)}; allowed: a single value")
         tag = node.tag.rpartition(":")[2]
@@ -99,7 +102,10 @@ class NodeReader:
         return None if tag == "null" else node.value
 
     def scalar(self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str) -> Any:
-        """Return a scalar of type `kind` within the limits `meta`."""
+        """Return a scalar as type `kind`.
+
+        Raises DocumentError if the scalar has another type or is outside the limits `meta`.
+        """
         value = self.plain(node, key)
         if (
             kind is str
@@ -128,12 +134,12 @@ class NodeReader:
 
 
 def join(key: str, name: str) -> str:
-    """Return the path `key`.`name`: the entry `name` of the mapping that has the path `key`."""
+    """Return the path of the entry `name` in the mapping at the path `key`, such as `key.name`."""
     return f"{key}.{name}" if key else name
 
 
 def shown(node: yaml.Node) -> str:
-    """Return what the file contains at a node, for an error message."""
+    """Return the content of a node as short text for an error message."""
     if isinstance(node, yaml.ScalarNode):
         text = node.value if len(node.value) <= 60 else node.value[:57] + "..."
         return repr(text) if node.tag.endswith(":str") else (text or "nothing")
@@ -141,7 +147,7 @@ def shown(node: yaml.Node) -> str:
 
 
 def suggestion(name: str, known: list[str]) -> str:
-    """Return a hint with the nearest known name; empty if none is near.
+    """Return a hint with the known name that is nearest to `name`; empty if no name is near.
 
     The hint is also empty if only one name is known, because the message states this name anyway.
     """
@@ -156,7 +162,7 @@ def _nearest_choice(kind: Any, value: Any) -> str:
 
 
 def type_name(kind: Any) -> str:
-    """Return a type in words, for an error message."""
+    """Return the name of a type for an error message."""
     if get_origin(kind) is Literal:
         return " | ".join(str(choice) for choice in get_args(kind))
     if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
@@ -167,7 +173,7 @@ def type_name(kind: Any) -> str:
 
 
 def allowed_values(kind: Any, meta: list[msgspec.Meta]) -> str:
-    """Return type and limits of a scalar in words, for an error message."""
+    """Return type and limits of a scalar as text for an error message."""
     limits: list[str] = []
     for item in meta:
         bounds = ((">", item.gt), (">=", item.ge), ("<", item.lt), ("<=", item.le))

@@ -16,7 +16,7 @@ MOST_MODES = 201
 
 
 class FrictionMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A-priori friction: polynomials of the position over a travel.
+    """Friction that the observer assumes, as polynomials of the position over a travel.
 
     The friction is constant beyond the travel.
 
@@ -39,16 +39,17 @@ class FrictionMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """One mode of a switched observer: a direction of the motion in a range of positions.
 
-    - `index`: Number of the mode: 1 to n forward and -1 to -n backward in the order of the
-      position; 0 is stuck.
-    - `direction`: Direction of the motion; 0: stuck.
-    - `gains`: Observer gains: a row for position [1], velocity [1/s] and wear alpha [per rad | m],
-      a column for each measured signal.
+    - `index`: Number of the mode. Modes of forward motion have the numbers 1 to n, modes of
+      backward motion -1 to -n, in the order of the position. Mode 0 is an axis at rest.
+    - `direction`: Direction of the motion; 0 at rest.
+    - `gains`: Observer gains, with a row each for position [1], velocity [1/s] and wear alpha [per
+      rad | m], and a column for each measured signal.
     - `spectral_radius`: Largest magnitude of the mode's error poles with the stored gains.
-    - `over`: [low, high] position of the mode [rad | m]; beyond the travel, the first and the last
-      mode apply.
-    - `friction`: Magnitude of the friction in `over` [N m | N].
-    - `deviation`: Half of the friction's spread in `over` [N m | N].
+    - `over`: Range [low, high] of positions in which the mode applies [rad | m]. Beyond the travel,
+      the first or the last mode applies.
+    - `friction`: Mean magnitude of the assumed friction in the range `over` [N m | N].
+    - `deviation`: Half of the difference between largest and smallest friction in the range `over`
+      [N m | N].
     """
 
     # (6.18); gains L_i of (6.4), poles of A_i - L_i C_i; friction f_m(i) and deviation Delta_f(i)
@@ -65,32 +66,34 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Switched observer; its states are position, velocity and the wear alpha.
 
-    The bound `gamma` is not valid during a rest, nor after a switch between moving modes that is
-    not in `transitions`. It is valid again after the axis has moved for `motion_after_rest_s` or
-    `motion_after_turn_s`. Only a new run of `observe design` can prove an edited document.
+    The bound `gamma` is not valid while the axis is at rest, nor after a switch between moving
+    modes that is not in `transitions`. It is valid again after the axis has moved for
+    `motion_after_rest_s` or `motion_after_turn_s`, respectively. If the document is edited,
+    `observe design` must prove the bound again.
 
-    - `wear`: `multiplicative`: the friction is alpha f. `additive`: the friction is f + alpha.
-    - `switch_speed`: Speed below which the mode is 0.
+    - `wear`: Meaning of alpha, where f is the assumed friction. `multiplicative`: the friction is
+      alpha f. `additive`: the friction is f + alpha.
+    - `switch_speed`: Speed below which the axis counts as at rest (mode 0).
     - `weights`: Weights of position, velocity and alpha in the estimate's error z.
     - `modes`: Modes of the observer.
-    - `transitions`: Pairs [i, j] for which gamma is proved: the mode i at one sample, and the mode
-      j at the next sample.
+    - `transitions`: Pairs [i, j] of modes at successive samples for which `gamma` is proved.
     - `gamma`: Bound of ||z||/||Delta||, evaluated with the stored gains; Delta is the error of the
       assumed friction.
     - `decay`: Largest factor of the error per sample; 1 if no decay was required.
-    - `stuck_speed`: Factor on the estimated velocity at each sample of mode 0, before the gains
-      correct the velocity.
+    - `stuck_speed`: Factor by which the estimated velocity is multiplied at each sample of mode 0,
+      before the gains correct it.
     - `switching_radius`: Largest spectral radius of the product of the error matrices of two modes
       that may alternate.
     - `simulated_gain`: Largest ||z||/||Delta|| of simulated switching sequences of the pairs in
       `transitions`; at most gamma.
     - `smallest_gamma`: Smallest gamma if no decay is required.
-    - `motion_after_rest_s`: Duration of the motion that must follow a rest of any length.
-    - `motion_after_turn_s`: Duration of the motion that must follow a switch that is not in
-      `transitions`.
-    - `quiet`: Largest allowed gamma, divided by the smallest gamma with this decay. The gains have
-      the least encoder noise for this limit.
-    - `noise_gain`: Bound of the gain from encoder noise to z: ||z|| relative to the standard
+    - `motion_after_rest_s`: Duration of motion after which `gamma` is valid again, if the axis was
+      at rest.
+    - `motion_after_turn_s`: Duration of motion after which `gamma` is valid again, if a switch was
+      not in `transitions`.
+    - `quiet`: Limit of gamma, divided by the smallest gamma that is possible with this decay. Under
+      this limit, the gains amplify encoder noise as little as possible.
+    - `noise_gain`: Bound of ||z|| that is caused by encoder noise, divided by the standard
       deviation of the noise [rad | m].
     """
 
@@ -128,9 +131,9 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Knee(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Increase of the viscous friction above a speed.
+    """Increase of the viscous friction at speeds above `above`.
 
-    - `above`: Knee speed.
+    - `above`: Speed at which the viscous friction increases.
     - `steeper`: Increase of the viscous friction [N m s/rad | N s/m].
     """
 
@@ -143,7 +146,7 @@ class ObserverBacklash(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Backlash between motor and load.
 
     - `width`: Full width [rad | m].
-    - `friction`: Friction of the motor alone, inside the backlash [N m | N].
+    - `friction`: Friction of the motor while the backlash is open [N m | N].
     """
 
     # (4.45)
@@ -152,13 +155,15 @@ class ObserverBacklash(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Tracking(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Observer of position, velocity and disturbance: model prediction, corrected by the encoder.
+    """Observer of position, velocity and disturbance, with a prediction that the encoder corrects.
 
     - `gains`: Gains per sample from the innovation to position [1], velocity [1/s] and disturbance
       [N m/rad | N/m].
-    - `bandwidth_rad_s`: Bandwidth of the error; the three poles are at exp(-bandwidth T).
-    - `cell`: Width of the innovation's dead zone [rad | m]; 0 for none.
-    - `breakaway_ratio`: Friction at rest divided by friction in slip.
+    - `bandwidth_rad_s`: Bandwidth of the observer. Its three poles are at exp(-bandwidth T) with
+      the sample period T.
+    - `cell`: Width of the dead zone that is applied to the innovation [rad | m]; 0 for no dead
+      zone.
+    - `breakaway_ratio`: Breakaway divided by Coulomb friction.
     - `knees`: Increases of the viscous friction above a speed.
     - `backlash`: Backlash between motor and load.
     """
@@ -176,10 +181,10 @@ class Observer(
 ):
     """Observer of velocity and friction from position and drive: `observer.yaml`.
 
-    It is either `switched` or `tracking`. The other keys describe the plant that the observer
-    assumes.
+    Either the key `switched` or the key `tracking` is present. The other keys describe the plant
+    that the observer assumes.
 
-    - `friction`: A-priori friction.
+    - `friction`: Friction that the observer assumes.
     - `switched`: Modes and gains of a switched observer.
     - `tracking`: Gains of a tracking observer.
     """
@@ -201,5 +206,5 @@ class Observer(
 
     @property
     def kind(self) -> Literal["multiplicative", "additive", "tracking"]:
-        """Return the kind of observer."""
+        """Return `tracking`, or for a switched observer the meaning of its state wear."""
         return "tracking" if self.switched is None else self.switched.wear

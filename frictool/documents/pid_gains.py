@@ -1,4 +1,4 @@
-"""Gains of method pid in `design.yaml`."""
+"""Gains of a PID controller in `design.yaml`, for method `pid`."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Gains of method pid: effort/error = K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)).
 
-    - `gain`: K of a position loop.
-    - `speed_gain`: K of a speed loop, which has no T_d.
-    - `integral_time_s`: T_i. By default there is no integral part.
-    - `derivative_time_s`: T_d. By default there is no derivative part.
-    - `filter_ratio`: a, the derivative filter's bandwidth relative to 1/T_d.
+    - `gain`: Gain K of a position loop.
+    - `speed_gain`: Gain K of a speed loop, which has no derivative part.
+    - `integral_time_s`: Integral time T_i. By default there is no integral part.
+    - `derivative_time_s`: Derivative time T_d. By default there is no derivative part.
+    - `filter_ratio`: Ratio a of the derivative filter's bandwidth to 1/T_d.
     """
 
     # (5.39)
@@ -46,7 +46,7 @@ class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
 
 
 def check_gains(design: Design) -> None:
-    """Raise ValueError if gains are missing, or gains or weights do not suit the structure."""
+    """Raise ValueError if gains are missing, or if gains or weights do not fit the structure."""
     if design.pid is None:
         raise ValueError("`method: pid` needs the key `pid` with the gains")
     if (design.structure == "position") != (design.pid.gain is not None):

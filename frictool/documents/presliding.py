@@ -18,7 +18,7 @@ KEY = "presliding"  # key of the law's name in the record `log` of a simulated l
 
 
 def presliding_words(owner: str, law: str) -> str:
-    """Return the warning that no verification includes the presliding law of `owner`."""
+    """Return the warning that verification does not include the presliding law of `owner`."""
     return (
         f"{owner} has presliding friction by {law}, which is simulated only: the controller's "
         "margins and certificate do not cover the stiffness of the contact"
@@ -29,13 +29,13 @@ class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     """Parameters of one presliding law.
 
     A branch is the part of a hysteresis loop between two reversals. The law is fitted to some
-    branches; the held-out branches test its prediction.
+    branches. The other branches (held out) test its prediction.
 
     - `stiffness`: Slope of the effort against the deflection, at rest.
-    - `damping`: 2 sqrt(inertia stiffness), which is assumed, because slow loops do not determine
-      the damping.
-    - `force_error`: Residual (rms) on the fitted branches, relative to the breakaway.
-    - `held_out`: Residual (rms) on the held-out branches, relative to the breakaway.
+    - `damping`: Damping, assumed to be 2 sqrt(inertia stiffness), because slow loops do not
+      determine it.
+    - `force_error`: Rms value of the residual on the fitted branches, divided by the breakaway.
+    - `held_out`: Rms value of the residual on the held-out branches, divided by the breakaway.
     - `elastic_limit`: Deflection at which the elasto-plastic contact begins to slip.
     """
 
@@ -48,16 +48,17 @@ class Contact(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class MaxwellSlip(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Virgin curve of a bank of Maxwell-slip elements: force against displacement from (0, 0).
+    """Initial loading curve of parallel Maxwell-slip elements: force over displacement from (0, 0).
 
-    `Contact` explains the branches.
+    A branch is the part of a hysteresis loop between two reversals. The law is fitted to some
+    branches. The other branches (held out) test its prediction.
 
     - `stiffness`: Slope of the curve at 0.
     - `displacement`: Displacements of the curve's points [rad | m].
     - `force`: Forces of the curve's points [N m | N].
-    - `low`, `high`: Ends of each force's interval [N m | N].
-    - `force_error`: Residual (rms) on the fitted branches, relative to the breakaway.
-    - `held_out`: Residual (rms) on the held-out branches, relative to the breakaway.
+    - `low`, `high`: Lower and upper ends of the intervals of the forces [N m | N].
+    - `force_error`: Rms value of the residual on the fitted branches, divided by the breakaway.
+    - `held_out`: Rms value of the residual on the held-out branches, divided by the breakaway.
     """
 
     stiffness: StiffnessEstimate
@@ -80,8 +81,8 @@ class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `limit`: Largest amplitude of the identification cycles.
     - `saturation`: Half of the difference between the efforts at +`limit` and -`limit`.
-    - `table`: Rows of the table; one row and one column for each grid position from -`limit` to
-      +`limit`.
+    - `table`: Rows of the table, with one row and one column for each grid position from -`limit`
+      to +`limit`.
     - `half_width`: Half-width of the interval of each entry of `table`.
     """
 
@@ -111,14 +112,15 @@ ContactLaw = Literal["dahl", "lugre", "elasto_plastic", "leuven", "leuven_masing
 class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Presliding laws of a model.
 
-    - `law`: Law of the simulations. `identify` writes the law that best predicts the held-out
-      branches (see `Contact`).
+    - `law`: Law that simulations use. `identify` chooses the law that best predicts the branches to
+      which no law was fitted.
     - `limit`: Largest deflection z_max of the contacts, according to `law`.
     - `stiffness`: Slope of the effort against the deflection at 0, according to `law`.
     - `breakaway`: Breakaway with which the laws were fitted.
-    - `lugre`, `elasto_plastic`, `maxwell_slip`, `preisach`: Parameters of this law, if the loops
-      determine them. A simulation of a law without such parameters uses `limit` and `stiffness`.
-    - `refused`: Reason for each law that the loops do not determine.
+    - `lugre`, `elasto_plastic`, `maxwell_slip`, `preisach`: Parameters of the law with this name,
+      if the loops determine them. If the parameters of `law` are absent, simulations use `limit`
+      and `stiffness`.
+    - `refused`: For each law that the loops do not determine, the reason.
     """
 
     # 2.4.3

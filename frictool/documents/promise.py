@@ -1,4 +1,4 @@
-"""`promise.yaml`: the precision to expect from a test of `frictool excite --for`."""
+"""`promise.yaml`: precision that a test of `frictool excite --for` should reach."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ class HalfWidths(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Promise(
     ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Precision expected of a test: `promise.yaml`.
+    """Precision that is expected from a test: `promise.yaml`.
 
     - `name`: Name of the bench.
     - `confidence`: Confidence level of the intervals.
     - `method`: Method of `identify` for which the half widths are valid.
     - `duration`: Duration of the test.
-    - `drive_noise`: Standard deviation of the measured drive that the promise assumes.
+    - `drive_noise`: Assumed standard deviation of the noise of the measured drive.
     - `half_widths`: Promised half width of the confidence interval of each parameter.
-    - `bounds`: Half widths that follow from the Cramér-Rao bound; no unbiased estimator has smaller
-      ones.
+    - `bounds`: Half widths that follow from the Cramér-Rao bound. No unbiased estimator has smaller
+      half widths.
     """
 
     format: Literal["promise/1"]

@@ -24,13 +24,13 @@ class ProvedRequirement(
     """One requirement of the specification with its outcome.
 
     - `key`: Key of the specification.
-    - `state`: `proved`: met from every position in `starts`. `refuted`: violated from `start`.
-      `undecided`: see `reason`.
+    - `state`: `proved`: the requirement is met from every initial position in `starts`. `refuted`:
+      it is violated from the initial position `start`. `undecided`: `reason` says why.
     - `limit`: Limit of the specification.
-    - `value`: Worst value of all plants and starts.
-    - `box`: Bound of the value for every plant with parameters between their limits. If the bound
-      is absent, the outcome concerns the proof's plants only.
-    - `share`: Share of the volume of the parameter box in the proof's cells, 0 to 1. The
+    - `value`: Worst value over all plants and initial positions.
+    - `box`: Bound of the value for every plant whose parameters are in their intervals. If this key
+      is absent, the outcome is valid only for the plants listed in the proof.
+    - `share`: Fraction of the parameter box that the cells of the proof cover, 0 to 1. The
       requirement is proved for every plant in these cells.
     - `plant`: Plant for which the requirement is refuted or undecided.
     - `start`: Position at rest [rad | m] from which the requirement is violated.
@@ -55,13 +55,17 @@ class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     - `number`: Number format of the controller.
     - `plants`: Plants, by the names of the scenario's variants.
-    - `starts`: Ends of the encoder count that contains the scenario's start [rad | m].
-    - `runs`: Number of intervals of starts, summed over the plants. All starts in an interval give
-      the same encoder readings.
-    - `open_share`: Largest share of a plant's starts for which the proof claims nothing.
+    - `starts`: Lowest and highest position [rad | m] with the same encoder count as the scenario's
+      start.
+    - `runs`: Number of intervals of initial positions, summed over the plants. All initial
+      positions in an interval give the same encoder readings.
+    - `open_share`: Fraction of the initial positions for which nothing is proved; the largest of
+      all plants.
     - `requirements`: Requirements in the order of the specification.
-    - `cells`: Proved cells of the parameter box, as paths of halvings: c, f, v for the lower half
-      of constant, Coulomb friction and viscous friction over inertia; C, F, V for the upper half.
+    - `cells`: Cells of the parameter box for which the requirements are proved. A cell is a
+      sequence of letters, each of which halves the box. c, f and v select the lower half of
+      constant, Coulomb friction and viscous friction, each divided by the inertia; C, F and V
+      select the upper half.
     - `model`, `controller`, `scenario`, `spec`: Documents of the step test.
     - `digest`: SHA-256 of the other keys.
     """
@@ -85,6 +89,9 @@ class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 def proof_digest(proof: Proof) -> str:
-    """Return the SHA-256 of all values but `digest`, independent of their layout in the file."""
+    """Return the SHA-256 of all values of a proof except `digest`.
+
+    The digest does not depend on the layout of the file.
+    """
     values: dict[str, Any] = msgspec.to_builtins(msgspec.structs.replace(proof, digest=""))
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""Provenance of an artefact: command, version and digest of each input.
+"""Provenance of an output file: command, version of frictool and digest of each input.
 
 The provenance contains no time and no absolute path.
 """
@@ -60,7 +60,7 @@ def provenance_of_call(function: str, **documents: msgspec.Struct | None) -> Pro
 
 
 def provenance_of_command(command: str, inputs: list[Path]) -> Provenance:
-    """Return the provenance of an artefact that `command` made from `inputs`."""
+    """Return the provenance of a file that `command` made from the files `inputs`."""
     return Provenance(
         readable(command),
         __version__,
@@ -69,7 +69,7 @@ def provenance_of_command(command: str, inputs: list[Path]) -> Provenance:
 
 
 def readable(text: str) -> str:
-    """Return the text with undecodable bytes escaped.
+    """Return the text with undecodable bytes replaced by escapes.
 
     File names are bytes. No file format can store bytes that Python could not decode.
     """

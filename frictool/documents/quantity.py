@@ -121,8 +121,9 @@ class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     """Value in SI with an optional interval that contains it; `unit` is the SI unit.
 
     - `value`: Number in `unit`.
-    - `low`, `high`: Ends of the interval that contains the value; without them the value is exact.
-    - `unit`: Unit of all numbers here; any multiple of the SI unit may be written.
+    - `low`, `high`: Ends of the interval that contains the value. Without these keys, the value is
+      exact.
+    - `unit`: Unit of `value`, `low` and `high`. A document may use any multiple of the SI unit.
     """
 
     value: float
@@ -144,11 +145,11 @@ class Estimate(Quantity, frozen=True, forbid_unknown_fields=True, omit_defaults=
 
     - `value`: Number in `unit`.
     - `low`, `high`: Ends of the confidence interval.
-    - `unit`: Unit of all numbers here; any multiple of the SI unit may be written.
-    - `source`: `identified`: from the logs. `log and bench`: the logs' interval is too wide to be
-      used alone; low and high are the ends of its intersection with the bench's range. `bench`: the
-      logs do not narrow the bench's range, and the bench's value is used. `assumed`: neither logs
-      nor bench contain a value, and a default is used.
+    - `unit`: Unit of `value`, `low` and `high`. A document may use any multiple of the SI unit.
+    - `source`: `identified`: the logs determine the value. `log and bench`: the interval from the
+      logs is too wide to be used alone; `low` and `high` are the ends of its intersection with the
+      bench's range. `bench`: the logs do not narrow the bench's range, and the bench's value is
+      used. `assumed`: neither logs nor bench contain a value, and a default is used.
     """
 
     source: Literal["identified", "log and bench", "bench", "assumed"]
@@ -224,7 +225,7 @@ AnyQuantity = Annotated[Quantity, _of("any")]
 
 
 def positive(dimension: str) -> Any:
-    """Return the type of a quantity above 0; `dimension` is "drive" or a key of SI_UNITS.
+    """Return the type of a positive quantity; `dimension` is "drive" or a key of SI_UNITS.
 
     Raises ValueError for another dimension.
     """
@@ -235,7 +236,7 @@ def positive(dimension: str) -> Any:
 
 @lru_cache(maxsize=1)
 def unit_registry() -> pint.UnitRegistry[float]:
-    """Return the unit registry."""
+    """Return pint's registry of units."""
     made: pint.UnitRegistry[float] = _pint().UnitRegistry()
     made.define("@alias turn = rev")
     return made
@@ -267,14 +268,14 @@ def si_unit(dimension: str, axis: Axis) -> str:
 
 
 def drive_dimension(drive: Literal["current", "voltage"], *, constant: bool) -> str:
-    """Return the dimension of the drive or, with `constant`, of the effort per drive unit."""
+    """Return the dimension of the drive or, for `constant`, of the effort per unit of the drive."""
     if constant:
         return "effort per ampere" if drive == "current" else "effort per volt"
     return drive
 
 
 def chosen_dimension(unit: str, dimension: str) -> tuple[str, Axis]:
-    """Return the dimension of CHOICES[dimension] that the unit measures, and the kind of axis.
+    """Return which of the dimensions CHOICES[dimension] a unit measures, and the kind of axis.
 
     Raises ValueError if the unit measures none of them.
     """
@@ -289,13 +290,13 @@ def chosen_dimension(unit: str, dimension: str) -> tuple[str, Axis]:
 
 
 class UnitScale(NamedTuple):
-    """Conversion of a number in a unit to SI: factor * number + zero."""
+    """Conversion of a number from a unit to SI: SI value = factor * number + zero."""
 
     factor: float
     zero: float = 0.0
 
     def si(self, number: Number) -> Number:
-        """Return a number or an array in SI."""
+        """Convert a number or an array of numbers to SI."""
         return self.factor * number + self.zero
 
 
@@ -313,10 +314,11 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
 
 
 def unit_scale(unit: str, dimension: str, axis: Axis) -> UnitScale:
-    """Return the conversion of numbers in `unit` to SI; only units of temperature have an offset.
+    """Return the conversion of numbers in `unit` to SI.
 
-    Raises ValueError if the unit is unknown or of another dimension, or if the unit of an angular
-    motion names no angle. The message is meant for users.
+    Only units of temperature have an offset. Raises ValueError if the unit is unknown or of another
+    dimension, or if the unit of an angular motion contains no angle. The message is meant for
+    users.
     """
     target = si_unit(dimension, axis)
     if unit == target:
@@ -412,7 +414,6 @@ def dimension_of(unit: str) -> Any:
 
 
 def _spelling(unit: str) -> str:
-    """Return a unit such as `N m s/rad` or `kg.m^2` in the registry's syntax."""
     out: list[str] = []
     for part in unit.replace("·", " ").replace("²", "^2").split("/"):
         words = part.replace("*", " ").split()

@@ -20,9 +20,9 @@ NUMBER_WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s
 
 
 def written_quantity(text: str) -> tuple[str, str] | None:
-    """Return the number and the unit of a quantity written as one text.
+    """Split a quantity that is written as one text into the number and the unit.
 
-    None if the text does not begin with a number.
+    Return None if the text does not begin with a number.
 
     >>> written_quantity("1.5e-2 N m"), written_quantity("10"), written_quantity("many")
     (('1.5e-2', 'N m'), ('10', ''), None)
@@ -32,14 +32,14 @@ def written_quantity(text: str) -> tuple[str, str] | None:
 
 
 def axis_dimension(dimension: str, drive: Literal["current", "voltage"]) -> str:
-    """Return the dimension for a current or a voltage drive, such as `current` for `drive`."""
+    """Return the dimension with `drive` and `constant` resolved for a current or voltage drive."""
     if dimension in ("drive", "effort per drive"):
         return drive_dimension(drive, constant=dimension != "drive")
     return dimension
 
 
 def quantity_form(required: Sequence[str], values: Mapping[str, str]) -> str:
-    """Return the form of a quantity, with `..` for each required key without a value.
+    """Return how a quantity is written, with `..` for each required key that has no value.
 
     >>> quantity_form(["value", "unit"], {"unit": "A"})
     '{value: .., unit: A}'
@@ -57,7 +57,7 @@ def quantity_form(required: Sequence[str], values: Mapping[str, str]) -> str:
 def example_unit(
     dimension: str, axis: Axis, drive: Literal["current", "voltage"], written: str = ""
 ) -> str:
-    """Return `written` if that unit measures the dimension, else an SI unit that does.
+    """Return a unit of the dimension for a message: `written` if it fits, else an SI unit.
 
     For the dimension `any` return `written`, or `..` if it is empty.
     """

@@ -34,7 +34,7 @@ from frictool.documents.struct_fields import fields_of
 class QuantityReader(NodeReader):
     """Reader of quantities.
 
-    axis, drive: axis and drive that the document has stated so far; they decide the units.
+    axis, drive: kinds of axis and drive that the document has stated so far; they decide the units.
     """
 
     def __init__(self, path: Path) -> None:
@@ -45,7 +45,10 @@ class QuantityReader(NodeReader):
     def quantity(
         self, node: yaml.Node, kind: type[Quantity | Span], meta: list[msgspec.Meta], key: str
     ) -> Any:
-        """Return a quantity or a span of type `kind`, in SI."""
+        """Read a quantity or a span (type `kind`) and return it in SI.
+
+        `meta`: limits of the value. `key`: path of the node in the document.
+        """
         extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
         pairs = self._quantity_keys(node, kind, str(extra["dimension"]), key)
         fields = {field.name: field for field in fields_of(kind)}
@@ -65,7 +68,7 @@ class QuantityReader(NodeReader):
         return kind(**numbers, **others, unit=si)
 
     def series(self, node: yaml.Node, meta: list[msgspec.Meta], key: str) -> Series:
-        """Return a list of numbers with a unit, in SI."""
+        """Read a list of numbers with a unit and return it in SI."""
         extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
         pairs = self._quantity_keys(node, Series, str(extra["dimension"]), key)
         unit = self.scalar(pairs["unit"][1], str, [], join(key, "unit"))
@@ -132,7 +135,6 @@ class QuantityReader(NodeReader):
                 )
 
     def _scale(self, node: yaml.Node, unit: str, dimension: str, key: str) -> tuple[UnitScale, str]:
-        """Return the conversion from `unit` to SI, and the SI unit."""
         if dimension == "any":
             return UnitScale(1.0), unit
         dimension = axis_dimension(dimension, self.drive)

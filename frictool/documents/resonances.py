@@ -1,9 +1,10 @@
-"""`resonances` of `model.yaml`: modes of compliant links between effort and position.
+"""`resonances` of `model.yaml`: modes of compliant links between the effort and the position.
 
     position = H(s) rigid position,  H(0) = 1
     H = prod_zeros (1 + 2 d s/w + s^2/w^2) prod (1 + s/w) / (the same product of the poles)
 
-w is an angular frequency [rad/s], d a damping ratio.
+The rigid position is the position that rigid links would have. w is an angular frequency [rad/s],
+d a damping ratio.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ class Oscillation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
     - `rad_s`: Undamped angular frequency.
     - `damping`: Damping ratio; negative for zeros in the right half-plane.
-    - `interval_rad_s`: [low, high] of the angular frequency.
+    - `interval_rad_s`: Interval [low, high] of the angular frequency.
     """
 
     rad_s: Frequency
@@ -31,14 +32,16 @@ class Oscillation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class Resonances(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Poles and zeros of compliant links: position = H(s) rigid position with H(0) = 1.
+    """Poles and zeros of the transfer function H of compliant links, with H(0) = 1.
 
-    - `poles`: Pairs of poles.
+    The position is H(s) times the position that rigid links would have.
+
+    - `poles`: Complex pairs of poles.
     - `links`: Names of the compliant links.
-    - `zeros`: Pairs of zeros.
-    - `real_poles_rad_s`: w of each real pole, which has the factor 1 + s/w.
-    - `real_zeros_rad_s`: w of each real zero, which has the factor 1 + s/w; w < 0 for a zero in the
-      right half-plane.
+    - `zeros`: Complex pairs of zeros.
+    - `real_poles_rad_s`: Angular frequency w of each real pole, which has the factor 1 + s/w.
+    - `real_zeros_rad_s`: Angular frequency w of each real zero, which has the factor 1 + s/w;
+      negative for a zero in the right half-plane.
     """
 
     poles: tuple[Oscillation, ...]

@@ -33,7 +33,7 @@ class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     t is the time since the start of the sine.
 
     - `amplitude`: Amplitude of the sine.
-    - `centre`: Centre of the sine. By default the end of the previous part.
+    - `centre`: Centre of the sine. By default the last value of the previous step.
     """
 
     amplitude: PositiveLength
@@ -43,13 +43,14 @@ class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Part of the reference: exactly one of `reference`, `ramp_to`, `sine` and `hold_s`.
+    """Step of a scenario: exactly one of `reference`, `ramp_to`, `sine` and `hold_s`.
 
     - `reference`: Constant reference.
     - `duration_s`: Duration of `reference`, `ramp_to` or `sine`.
-    - `ramp_to`: Position that is reached at constant speed from the end of the previous part.
+    - `ramp_to`: Position that the reference reaches at constant speed, from the last value of the
+      previous step.
     - `sine`: Sine reference.
-    - `hold_s`: Duration for which the reference stays at the end of the previous part.
+    - `hold_s`: Duration for which the reference stays at the last value of the previous step.
     """
 
     reference: Position | None = None
@@ -73,12 +74,12 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
     @property
     def kind(self) -> str:
-        """Return the kind of the part, one of STEP_KINDS."""
+        """Return the kind of the step, one of STEP_KINDS."""
         return next(name for name in STEP_KINDS if getattr(self, name) is not None)
 
     @property
     def seconds(self) -> float:
-        """Return the duration of the part [s]."""
+        """Return the duration of the step [s]."""
         duration = self.hold_s if self.duration_s is None else self.duration_s
         assert duration is not None
         return duration
@@ -87,12 +88,13 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Logged channel as the reference; docs/theory/simulate.md describes the resampling.
 
-    - `log`: Path of the log, relative to the scenario's folder. `columns` of the model's bench
-      applies to a raw log.
-    - `channel`: Channel to replay, `reference` or another in rad or m.
-    - `from_s`, `to_s`: Start and end of the replayed part, as times after the log's first sample.
-      By default the whole log.
-    - `shift`: Number added to the channel, if the log's zero is not the model's.
+    - `log`: Path of the log, relative to the scenario's folder. For a raw log, the columns are
+      those of the model's bench.
+    - `channel`: Channel to replay: `reference` or another channel in rad or m.
+    - `from_s`, `to_s`: Start and end of the replayed section, as times after the log's first
+      sample. By default the whole log is replayed.
+    - `shift`: Number that is added to the channel, for a log whose zero position differs from that
+      of the model.
     - `hold_s`: Duration for which the reference stays at the last value.
     """
 
@@ -113,31 +115,33 @@ class Scenario(
 ):
     """Test of a closed loop, or of a mechanism's sources without a controller: `scenario.yaml`.
 
-    A scenario has `steps`, or a `reference` from a log. Without a controller, a scenario has the
-    commands of a mechanism's `sources` for `duration_s`.
+    The reference of a closed loop is defined by `steps`, or by a `reference` from a log. A test
+    without a controller has the commands of a mechanism's `sources` for `duration_s`.
 
-    - `start`: Position at rest at the beginning. By default the first value of a replayed
-      reference.
-    - `steps`: Parts of the reference, one after another.
+    - `start`: Position of the axis at the beginning, where it is at rest. By default the first
+      value of a replayed reference.
+    - `steps`: Successive steps of the reference.
     - `reference`: Logged channel as the reference.
-    - `variants`: `nominal`: the model's values. `vertices` adds one run at each vertex of the
-      controller's polytope; `random` adds one run for each of `plants` plants drawn from the
-      bench's ranges. `given`: one plant that differs from the model in the parameters of `given`.
-    - `given`: Parameters of the one plant by name; parameters that are not listed have the model's
-      values. A breakaway that is not listed changes in proportion to `coulomb`.
-    - `plants`: Number of plants of `variants: random`.
-    - `drive`: Type of drive, for the units of quantities here.
-    - `drive_noise`: Standard deviation of the measured drive [A | V].
-    - `seed`: Seed of the noise and the plants.
+    - `variants`: Plants that are simulated. `nominal`: the plant with the model's values.
+      `vertices`: also a plant at each vertex of the controller's polytope. `random`: also random
+      plants, drawn from the bench's ranges; `plants` is their number. `given`: only one plant,
+      which has the parameters under `given`.
+    - `given`: Parameters of the plant of `variants: given`, by name. Parameters that are not listed
+      have the model's values, but a breakaway that is not listed changes in proportion to
+      `coulomb`.
+    - `plants`: Number of random plants of `variants: random`.
+    - `drive`: Kind of drive; it decides the units of quantities in the scenario.
+    - `drive_noise`: Standard deviation of the noise of the measured drive [A | V].
+    - `seed`: Seed of the random numbers for noise and plants.
     - `disturbances`: External efforts.
-    - `drifts`: Time-varying factors on the plant's parameters.
-    - `temperature`: Temperature of the plant, for which `laws.temperature` of the model gives the
-      friction. By default the reference temperature of the model.
+    - `drifts`: Factors by which plant parameters change over time.
+    - `temperature`: Temperature of the plant; `laws.temperature` of the model determines the
+      friction at this temperature. By default the reference temperature of the model.
     - `sensor_faults`: Faults of encoder and drive sensor.
     - `commands`: Commands of a supervisor to the controller of an axis; the exported code has the
       same commands.
-    - `sources`: Commands of a mechanism's sources, by source name. With a controller, only sources
-      that the controller does not command.
+    - `sources`: Commands of a mechanism's sources, by source name. In a test with a controller,
+      only sources that the controller does not command are allowed.
     - `duration_s`: Duration of a test without controller.
     - `spread`: Variations of a campaign; `simulate` ignores them.
     """
@@ -206,12 +210,15 @@ class Scenario(
 
     @property
     def is_open(self) -> bool:
-        """Return True if the scenario has no controller: source commands and no reference."""
+        """Return True if the scenario is a test without a controller.
+
+        It then has commands of sources, but no reference.
+        """
         return self.duration_s is not None
 
     @property
     def seconds(self) -> float:
-        """Return the duration of the steps or of the open-loop test [s]; NaN for a replay."""
+        """Return the duration of steps or of a test without controller [s]; NaN for a replay."""
         if self.duration_s is not None:
             return self.duration_s
         return math.nan if self.reference is not None else sum(step.seconds for step in self.steps)

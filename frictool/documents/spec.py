@@ -32,7 +32,10 @@ docs/metrics.md defines each metric.
 if TYPE_CHECKING:
 
     class Spec(SpecHead, frozen=True):
-        """Specification; REQUIREMENTS defines the other fields. An absent field is None."""
+        """Requirements of a closed loop: `spec.yaml`.
+
+        The fields besides those of SpecHead are the keys of REQUIREMENTS. An absent field is None.
+        """
 
         examples: tuple[str, ...]
 

@@ -1,8 +1,8 @@
-"""`spread:` of scenario.yaml: variations of a campaign besides the ranges of bench and model.
+"""`spread:` of scenario.yaml: random variations of a campaign, besides other ranges.
 
-`simulate` ignores this key. Every value is drawn uniformly from its range and independently of the
-other values. A breakaway is drawn from those values of its range that are not below the drawn
-Coulomb friction.
+`simulate` ignores this key. Bench, model or mechanism contain further ranges. Every value is drawn
+uniformly from its range and independently of the other values. A breakaway is drawn from those
+values of its range that are not below the drawn Coulomb friction.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class GainBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class CountBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Range of whole numbers, all equally likely."""
+    """Range of integers, which are drawn with equal probability."""
 
     low: int
     high: int
@@ -95,7 +95,7 @@ class FrequencyBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Warmth(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Factors at one end of the temperature range.
+    """Factors at the coldest or at the hottest temperature.
 
     - `viscous`: Factor on the viscous friction of every speed regime.
     - `constant`: Factor on the drive's constant.
@@ -106,11 +106,12 @@ class Warmth(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Temperature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Temperature of a trial, drawn between cold and hot.
+    """Effect of a temperature that is drawn between cold and hot for each simulated plant.
 
     The factors at a temperature between the ends are interpolated linearly.
 
-    - `cold`, `hot`: Factors on viscous friction and drive constant at this end of the range.
+    - `cold`, `hot`: Factors for viscous friction and drive constant at the coldest and at the
+      hottest temperature.
     """
 
     cold: Warmth
@@ -122,8 +123,8 @@ class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
     - `kind`: Kind of the fault, as in `sensor_faults`.
     - `at_s`: Range of the start. By default the start of the scenario.
-    - `lasts_s`: Range of the duration. `encoder_stuck` requires this key; by default
-      `encoder_invalid` and drive faults last to the end.
+    - `lasts_s`: Range of the duration. `encoder_stuck` requires this key. Without it,
+      `encoder_invalid` and faults of the drive's sensor last to the end.
     - `counts`: Range of the number of lost counts.
     - `offset`: Range of the sensor's offset.
     - `gain_error`: Range of the sensor's gain error.
@@ -147,14 +148,15 @@ class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 class SpreadDisturbance(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Random effort on the axis.
+    """Random external effort on the axis.
 
     - `kind`: Kind of the effort, as in `disturbances`.
-    - `effort`: Range of the effort's size.
+    - `effort`: Range of the effort's level or amplitude.
     - `at_s`: Range of the start. By default the start of the scenario.
     - `duration_s`: Range of the duration.
     - `frequency_hz`: Range of the frequency.
-    - `on`: Block of a mechanism. By default the block that the controlled source drives.
+    - `on`: Block of a mechanism on which the effort acts. By default the block that the controlled
+      source drives.
     """
 
     kind: Literal["step", "pulse", "sine"]
@@ -169,20 +171,21 @@ class SpreadDisturbance(
 
 
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Variations of a campaign besides the ranges of bench, model or mechanism.
+    """Random variations of a campaign, besides the ranges of bench, model or mechanism.
 
     Every value is drawn uniformly and independently. A range with equal ends is a fixed value. A
     range with values that no plant can have is an error.
 
     - `parameters`: Ranges of plant parameters by name, which replace those of the bench, model or
       mechanism.
-    - `start`: Range of the position at rest at the beginning.
-    - `within_count`: True to draw the start position within one encoder count, because the encoder
-      does not show it.
-    - `wear`: Range of the factor on all dry friction.
-    - `temperature`: Temperature of a trial, with the factors for cold and hot.
-    - `sensor_faults`: Sensor faults of every trial, in addition to those of the scenario.
-    - `disturbances`: Efforts of every trial, in addition to those of the scenario.
+    - `start`: Range of the initial position.
+    - `within_count`: True to draw the initial position within one encoder count, because the
+      encoder cannot resolve it.
+    - `wear`: Range of the factor by which all dry friction is multiplied.
+    - `temperature`: Factors at the coldest and at the hottest temperature, between which a
+      temperature is drawn.
+    - `sensor_faults`: Sensor faults in every simulation, in addition to those of the scenario.
+    - `disturbances`: Efforts in every simulation, in addition to those of the scenario.
     """
 
     parameters: dict[str, AnySpan] = {}

@@ -1,4 +1,4 @@
-"""Commented starting documents of a new rig; values guessed from a log are marked as guessed."""
+"""Commented starting documents for a new rig; values guessed from a log are marked as such."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ EXAMPLE = "example: replace"
 
 @dataclass(frozen=True)
 class StartingRig:
-    """Facts about a rig, from the user or from a log.
+    """Facts about a rig that are known from the user or from a log.
 
     log: base name of the log.
     log_path: path of the log, relative to the rig's folder.
     columns: channel -> (column, unit).
-    left: columns without a channel.
-    unreadable: column of `left` -> reason why it cannot be read.
+    left: columns that were assigned to no channel.
+    unreadable: column in `left` -> reason why it cannot be read.
     period: sample period [s].
     step: step of the encoder [rad | m].
     axis_source: source of the kind of axis: the user, the log, or neither.
@@ -83,7 +83,7 @@ def starting_documents(start: StartingRig) -> dict[str, str]:
 
 
 def example_keys(start: StartingRig) -> dict[str, list[str]]:
-    """Return file name -> keys of the file with example values; dots separate nested keys.
+    """Return file name -> keys of the file whose values are examples; dots separate nested keys.
 
     The files mark these keys `# example: replace`.
     """
@@ -120,7 +120,6 @@ def _example_keys(text: str) -> list[str]:
 
 
 def _rendered(start: StartingRig) -> dict[str, str]:
-    """Return the text of each file, with NOTE in front of each note."""
     context = _context(start)
     environment = _environment()
     return {
@@ -205,7 +204,7 @@ def _flow(value: dict[str, Any]) -> str:
 def quoted(text: str) -> str:
     """Return a text as a YAML scalar on one line, also valid between braces.
 
-    The scalar is in double quotes, with escapes, if YAML would not read the plain text as this
+    The scalar is put in double quotes, with escapes, unless YAML reads the plain text as the same
     text.
     """
     plain = yaml.safe_dump(
@@ -221,5 +220,5 @@ def _double_quoted(text: str) -> str:
 
 
 def comment_text(text: str) -> str:
-    """Return the text with unprintable characters as `?`, so that a comment stays on one line."""
+    """Return the text with `?` for unprintable characters, so that a comment stays on one line."""
     return "".join(character if character.isprintable() else "?" for character in text)

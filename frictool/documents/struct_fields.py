@@ -1,4 +1,4 @@
-"""Fields of document types. They are looked up once per type, because a lookup is slow."""
+"""Fields of document types, looked up once per type because a lookup is slow."""
 
 from __future__ import annotations
 
@@ -17,5 +17,5 @@ def fields_of(kind: type[msgspec.Struct]) -> tuple[msgspec.structs.FieldInfo, ..
 
 @functools.cache
 def hints_of(kind: type[msgspec.Struct]) -> dict[str, Any]:
-    """Return the types of the fields by name, with their metadata."""
+    """Return field name -> type of the field, including its metadata."""
     return typing.get_type_hints(kind, include_extras=True)

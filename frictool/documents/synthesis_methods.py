@@ -1,8 +1,8 @@
-"""Synthesis methods by name: keys of a design that the method reads, and texts that describe it.
+"""Synthesis methods by name: the keys of a design that each method reads, and help texts.
 
-Everything that a design, its schema or a help text says about a method follows from the method's
-record. A module in `synth/` with the name of the method implements it, by a function of the same
-name. The module is imported when the method runs.
+All facts on a method in designs, schemas and help texts come from the method's record here. A
+module in `synth/` with the name of the method implements it, by a function of the same name. The
+module is imported when the method is used.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ if TYPE_CHECKING:
 
 
 def check_search(design: Design) -> None:
-    """Raise ValueError if the design of a search has weights."""
+    """Raise ValueError if a design with method `auto` has weights."""
     if design.weights != Weights():
         raise ValueError("weights: method auto searches them; write weights: {}")
 
 
 @dataclass(frozen=True)
 class SynthesisMethod:
-    """Description of a method.
+    """Description of a synthesis method.
 
     - problem: problem that the method solves, as help text
-    - use: case that the method suits, as help text
+    - use: case for which the method is suited, as help text
     - reads: keys of a design that this method reads, but not every method
-    - structures: structures of a design for which the method works
-    - check: raises ValueError if a design with this method contradicts itself
+    - structures: structures of a controller for which the method works
+    - check: function that raises ValueError if a design with this method contradicts itself
     - searched: True if `synth` searches structure, gains and weights by simulation; the design may
-      provide blocks
-    - provided_gains: True if the design provides the gains. Such a controller takes the speed error
-      in a cascade, holds its integral while the drive is limited, and needs no weights
+      contain only blocks
+    - provided_gains: True if the design contains the gains. Such a controller has the speed error
+      as its input in a cascade, stops its integral while the drive is limited, and needs no weights
     - more_margin: advice if the loop has too little margin
     - less_noise: advice if the encoder's noise is amplified too much
     """
@@ -124,7 +124,7 @@ READ_BY: dict[str, tuple[str, ...]] = {  # key -> methods that read it
 
 
 def readers() -> str:
-    """Return the keys of READ_BY with their methods as text, grouped by methods."""
+    """Return text that lists the keys of READ_BY and the methods that read them."""
     groups = groupby(READ_BY, key=READ_BY.__getitem__)
     return "; ".join(
         f"{', '.join(f'`{key}`' for key in keys)} ({', '.join(names)})" for names, keys in groups

@@ -14,7 +14,7 @@ Share = Annotated[float, msgspec.Meta(gt=0, lt=1)]
 
 
 class NoiseFilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Dynamics of the noise weight W4.
+    """Frequency dependence of the noise weight W4.
 
     - `frequency_hz`: Corner frequency.
     - `reading`: `as printed` is a low-pass filter with its pole at 2 pi frequency_hz and its zero a
@@ -29,20 +29,20 @@ class NoiseFilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Weights of the generalised plant (docs/theory/plants.md).
 
-    Absent weights follow from the specification and the bench.
+    Weights without a key are derived from the specification and the bench.
 
     - `bandwidth_rad_s`: Bandwidth of the error weight W2.
     - `disturbance`: Disturbance weight W1.
     - `drive`: Weight W3 on the drive that reaches the actuator.
-    - `command`: Weight on the commanded drive [1/A | 1/V]; 0 for none.
-    - `noise`: Amplitude of the measurement noise in the design; 0 for none.
+    - `command`: Weight on the commanded drive [1/A | 1/V]; 0 for no weight.
+    - `noise`: Amplitude of the measurement noise in the design; 0 for a design without noise.
     - `modulus_margin`: Modulus margin that the error weight W2 requires.
     - `static_error`: Relative static error that the error weight W2 allows.
-    - `noise_filter`: Dynamics of the noise weight W4. By default W4 is constant.
+    - `noise_filter`: Frequency dependence of the noise weight W4. By default W4 is constant.
     - `eta`: Weight on the input eta of the linear controller.
     - `uncertainty_hz`: Corner frequency of the uncertainty weight W5. By default W5 = 1.
-    - `count_share`: Share of the drive's limit that one encoder count may command, if `command` is
-      absent.
+    - `count_share`: Fraction of the drive's limit that one encoder count may command. It is used if
+      `command` is absent.
     """
 
     # generalised plant (5.53)-(5.58), annex (24)-(26): bandwidth_rad_s is z2 of (5.56), 2 pi f2 of

@@ -102,7 +102,7 @@ def tree_to_yaml(tree: dict[str, Any]) -> str:
 
 
 def drop_unset(value: Any) -> Any:
-    """Return the tree without keys whose value is None."""
+    """Return nested mappings and lists without keys whose value is None."""
     if isinstance(value, dict):
         return {key: drop_unset(item) for key, item in value.items() if item is not None}
     if isinstance(value, list | tuple):

@@ -27,12 +27,10 @@ YAML_TAGS = "tag:yaml.org,2002:"
 
 
 class RefusedYaml(ComposerError):
-    """Valid YAML that uses a feature that no document needs."""
+    """Error for valid YAML that uses a feature that documents must not use."""
 
 
 class _BoundedComposer(Composer):
-    """Composer that rejects tags, lone surrogates, deep nesting and too many nodes."""
-
     def compose_document(self) -> yaml.Node | None:
         self._depth = 0
         self._nodes = 0
@@ -41,7 +39,6 @@ class _BoundedComposer(Composer):
         return node
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Return the next node. Raises RefusedYaml if the document exceeds a bound or has a tag."""
         event: Any = self.peek_event()  # type: ignore[attr-defined]  # a method of the parser, with which this class is combined
         before = self._nodes
         if isinstance(event, yaml.AliasEvent):
@@ -97,7 +94,7 @@ fast_loader = _fast_loader()
 
 
 def compose(text: str) -> yaml.Node | None:
-    """Return the root node of a document; None if it is empty.
+    """Parse the text of a document; return its root node, or None if it is empty.
 
     Raises RefusedYaml if the document has a tag or exceeds a bound, and another yaml.YAMLError or
     ValueError if it is not YAML.

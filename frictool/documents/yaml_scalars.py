@@ -1,6 +1,6 @@
-"""Plain scalars of YAML 1.2's core schema: numbers, true, false and null, for reading and writing.
+"""Plain scalars of YAML 1.2's core schema (numbers, true, false and null), for reading and writing.
 
-The library's default is YAML 1.1, in which `1e-5` is text and `no` is false.
+PyYAML follows YAML 1.1 by default, in which `1e-5` is text and `no` is false.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ _SCALARS = (
 
 
 class Loader(yaml.SafeLoader):
-    """Loader of plain scalars by the rules of YAML 1.2."""
+    """YAML loader that reads plain scalars by the rules of YAML 1.2."""
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012  # the library's own attribute
 
 
 class Dumper(yaml.SafeDumper):
-    """Dumper whose scalars `Loader` reads back unchanged."""
+    """YAML dumper that writes scalars so that `Loader` reads the same values."""
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012  # as above
 
