@@ -200,7 +200,7 @@ def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:
 
 if __name__ == "__main__":
     if kernels.FOLDER is None:
-        raise SystemExit("no kernels are kept; run frictool doctor")
+        raise SystemExit("no folder for compiled kernels can be used; `frictool doctor` says why")
     print(
         "[\n"
         + ",\n".join(json.dumps(row, separators=(",", ":")) for row in kept(kernels.FOLDER))

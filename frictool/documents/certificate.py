@@ -54,7 +54,9 @@ class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     def __post_init__(self) -> None:
         if self.zero is not None and self.pole is None:
-            raise ValueError("a weight with a zero needs a pole")
+            raise ValueError(
+                "found `zero` without `pole`, so that the weight is not proper; write both"
+            )
 
 
 class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

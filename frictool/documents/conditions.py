@@ -74,7 +74,7 @@ def check_course(kind: str, lasts: bool, swings: bool) -> None:
     """
     if kind == "step" and lasts:
         raise ValueError(
-            "a step lasts to the end of the run and has no duration_s; for a limited duration "
+            "a step lasts to the end of the scenario and has no duration_s; for a limited time "
             "write kind: pulse"
         )
     if kind == "pulse" and not lasts:
@@ -180,10 +180,10 @@ class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
             raise ValueError("counts: found 0; allowed: a whole number other than 0")
         if self.kind == "lost_counts" and self.until_s is not None:
             raise ValueError(
-                "until_s: lost counts stay lost; to restore them, add a second fault with "
-                "the opposite counts at that time"
+                "until_s: not allowed with kind lost_counts, whose error of the position is "
+                "permanent; to end it, add a second fault with the opposite counts at that time"
             )
         if self.kind == "encoder_stuck" and self.until_s is None:
-            raise ValueError("encoder_stuck needs until_s")
+            raise ValueError("encoder_stuck needs until_s, the time at which the fault ends")
         if self.until_s is not None and self.until_s <= self.at_s:
             raise ValueError(f"until_s: found {self.until_s:g}; allowed: after at_s, {self.at_s:g}")

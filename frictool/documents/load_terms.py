@@ -77,8 +77,8 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
             raise ValueError("terms: found a term twice; allowed: each once")
         if "offset" in self.terms and "coulomb_by_direction" in self.terms:
             raise ValueError(
-                "terms: motion in slip cannot separate offset from coulomb_by_direction; "
-                "write one of them"
+                "terms: found offset and coulomb_by_direction, which cannot be distinguished while the "
+                "axis slips; write one of them"
             )
         if self.most is not None and not set(OVER_POSITION) & set(self.terms):
             raise ValueError(

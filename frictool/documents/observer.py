@@ -202,7 +202,9 @@ class Observer(
 
     def __post_init__(self) -> None:
         if (self.switched is None) == (self.tracking is None):
-            raise ValueError("found both or none of `switched` and `tracking`; allowed: one")
+            raise ValueError(
+                "`switched`, `tracking`: found both or neither; allowed: exactly one of them"
+            )
 
     @property
     def kind(self) -> Literal["multiplicative", "additive", "tracking"]:

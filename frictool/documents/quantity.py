@@ -309,7 +309,7 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
     scale = unit_scale(unit, dimension, axis)
     if scale.zero != 0.0:
         wanted = si_unit(dimension, axis)
-        raise ValueError(f"unit {unit!r} has another zero than {wanted}; write {wanted}")
+        raise ValueError(f"unit {unit!r} has another zero point than {wanted}; write {wanted}")
     return scale.factor
 
 

@@ -140,9 +140,12 @@ class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     def __post_init__(self) -> None:
         check_fault(self.kind, self.counts, self.offset, self.gain_error)
         if self.kind == "lost_counts" and self.lasts_s is not None:
-            raise ValueError("lasts_s: lost counts stay lost; remove lasts_s")
+            raise ValueError(
+                "lasts_s: not allowed with kind lost_counts, whose error of the position is "
+                "permanent; remove lasts_s"
+            )
         if self.kind == "encoder_stuck" and self.lasts_s is None:
-            raise ValueError("encoder_stuck needs lasts_s")
+            raise ValueError("encoder_stuck needs lasts_s, the range of its duration")
 
 
 class SpreadDisturbance(

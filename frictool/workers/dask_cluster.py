@@ -111,7 +111,7 @@ def _answers(client: Any, address: str) -> Any:
     try:
         answers = client.run(dask_worker.worker_installation, on_error="return")
     except OSError:
-        raise ClusterError(f"{address}: the scheduler is gone") from None
+        raise ClusterError(f"{address}: the scheduler no longer answers; start it again") from None
     finally:
         slow.cancel()
     # an OSError is from a worker that has ended
@@ -291,10 +291,11 @@ class ClusterRun:
                 if future.status == "error":
                     if MODULE in str(error):
                         raise ClusterError(
-                            f"{self._address}: a worker has no frictool, or another version"
+                            f"{self._address}: a worker has no frictool, or another version; "
+                            "install this version on every worker"
                         ) from None
                     raise ClusterError(
-                        f"{self._address}: a worker cannot do its task: "
+                        f"{self._address}: a worker cannot run its task: "
                         f"{type(error).__name__}: {error}"
                     ) from None
                 time.sleep(POLL_S)
