@@ -226,7 +226,6 @@ def _progress(done: int, total: int) -> None:
 
 
 def _workers(laws: tuple[str, ...]) -> int:
-    """Return the number of processes; more than one saves time only for more than a few laws."""
     return (os.cpu_count() or 1) if len(laws) > WORTH_SHARING else 1
 
 

@@ -186,7 +186,6 @@ def _run(debug: bool) -> None:
 
 
 def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
-    """Return a function that warns of example values, once for each key."""
     said: set[str] = set()
 
     def warn(path: str, keys: tuple[str, ...]) -> None:

@@ -233,10 +233,6 @@ def _show(
 def _bandwidth(
     document: Mechanism, request: ReductionRequest, controller: Path | None
 ) -> float | None:
-    """Return the bandwidth of the controller's closed loop; None without a controller.
-
-    Raises UsageError if compliant links need a bandwidth, but there is no controller.
-    """
     if controller is not None:
         from frictool.documents.controller import Controller
         from frictool.documents.registry import load
@@ -257,7 +253,6 @@ def _bandwidth(
 
 
 def _passing(document: Mechanism, tolerance: float) -> str:
-    """Return advice on the bandwidth below which all links may be treated as rigid."""
     from frictool.errors import NoSolutionError
     from frictool.reduce.advice import passing_bandwidth
 

@@ -186,7 +186,6 @@ def _proof(path: Path, controller: Controller | None) -> Proof:
 
 
 def _of_this_controller(log: Log, controller: Path, document: Controller) -> None:
-    """Raise LogError if a log was simulated with another controller or another speed signal."""
     from frictool.documents.provenance import digest
     from frictool.errors import LogError
 

@@ -148,7 +148,6 @@ def decode(encoded: Any) -> Any:
 
 
 def _uniform(kind: Any) -> list[Any]:
-    """Return the types of all elements of a uniform tuple, which numba stores as type and count."""
     return [kind.dtype] * kind.count
 
 

@@ -71,9 +71,9 @@ def uncomputed_figures(verified: Verified) -> dict[str, float]:
 def with_digests(controller: Controller, *blocks: str) -> Controller:
     """Return a copy of the controller with new digests of its blocks.
 
-    blocks: names of the blocks for which digests are computed; by default, all blocks. The digests
-    of
-        other blocks remain, so that earlier changes of these blocks are still detected.
+    blocks: names of the blocks for which digests are computed; by default, all blocks.
+
+    The digests of other blocks remain, so that earlier changes of these blocks are still detected.
     """
     now = block_digests(controller)
     kept = (

@@ -64,8 +64,8 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
       estimated only to keep the other parameters unbiased: they are subtracted from the effort. Of
       these, only `temperature` is part of the model.
     - `ripple`: Period of the ripple; required with the term `ripple`.
-    - `most`: Largest sum of spring, gravity and ripple efforts anywhere on the travel, for the
-      planning of tests.
+    - `most`: Largest sum of spring, gravity and ripple efforts that occurs on the travel. It is
+      needed to plan tests.
     """
 
     terms: tuple[Term, ...]
@@ -77,8 +77,8 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
             raise ValueError("terms: found a term twice; allowed: each once")
         if "offset" in self.terms and "coulomb_by_direction" in self.terms:
             raise ValueError(
-                "terms: found offset and coulomb_by_direction, which cannot be distinguished while the "
-                "axis slips; write one of them"
+                "terms: found offset and coulomb_by_direction, which cannot be distinguished while "
+                "the axis slips; write one of them"
             )
         if self.most is not None and not set(OVER_POSITION) & set(self.terms):
             raise ValueError(

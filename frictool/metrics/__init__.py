@@ -1,4 +1,4 @@
-"""Metrics of a step test, one per file, such as response time, overshoot and energy.
+"""Metrics of a step test, such as response time, overshoot and energy; one metric per file.
 
 Most functions take the samples of one hold as arrays in SI units. A hold is a phase of constant
 reference (`reference_holds.py`). `origin` and `target` are the reference before and after the step

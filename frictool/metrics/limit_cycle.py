@@ -1,10 +1,10 @@
 """Limit cycle: an oscillation that continues while the reference is held (thesis 5.2.1).
 
 With dry friction the axis may rest for seconds until the integrator's output reaches the breakaway.
-A hold of one second may therefore show no motion although there is a limit cycle. The first third
-of the hold is ignored, since it contains the response to the step. A turn is a change of direction
-after which the axis moves back by more than one sensor step and more than the peak-to-peak noise.
-A swing is the distance between two turns.
+A hold (phase of constant reference) of one second may therefore show no motion although there is a
+limit cycle. The first third of the hold is ignored, since it contains the response to the step. A
+turn is a change of direction after which the axis moves back by more than one sensor step and more
+than the peak-to-peak noise. A swing is the distance between two turns.
 
     sustained      at least two turns; the last swings are at least 0.8 times as long as the first;
                    the time since the last turn is at most twice the longest time between two turns

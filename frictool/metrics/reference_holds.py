@@ -1,8 +1,8 @@
-"""Holds of the reference, and the steps that begin them.
+"""Holds (phases of constant reference), and the steps with which they begin.
 
-A *hold* is a run of at least 20 samples of constant reference. A hold begins with a *step* if it
-follows another hold with at most three samples in between, which resampling can add. The
-step starts at the first sample at which the reference has left the previous hold.
+A *hold* is a sequence of at least 20 samples with the same reference. A hold begins with a *step*
+if it follows another hold with at most three samples in between, which resampling can add. The step
+starts at the first sample at which the reference has left the previous hold.
 
 The first hold begins with a step from the initial position if the axis moves at least half of the
 distance to the reference. A jump of at most one sensor step is not a step: a reference replayed
@@ -38,7 +38,7 @@ class Hold:
     origin: float | None
 
     def of(self, signal: Vector) -> Vector:
-        """Return the samples of `signal` (n,) in this hold."""
+        """Return the samples of `signal` (n,) in this phase of constant reference."""
         return signal[self.start : self.stop]
 
 
@@ -52,7 +52,10 @@ def find_holds(reference: Vector, position: Vector, resolution: float = 0.0) -> 
 
 
 def constant_runs(reference: Vector) -> tuple[ConstantRun, ...]:
-    """Return (start, stop, value) of each run of at least 20 equal samples of `reference` (n,)."""
+    """Return (start, stop, value) of each phase of at least 20 equal samples.
+
+    `reference`: samples (n,).
+    """
     if reference.size < MIN_SAMPLES:
         return ()
     changes = np.flatnonzero(np.abs(np.diff(reference)) > 1e-9 * float(np.ptp(reference))) + 1

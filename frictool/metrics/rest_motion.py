@@ -1,4 +1,4 @@
-"""Motion at the end of a long hold.
+"""Motion at the end of a long hold (phase of constant reference).
 
 Thesis 5.4.1 allows neither motion nor current at rest; a limit cycle may begin late in the hold.
 """

@@ -38,9 +38,9 @@ class FigureView:
 
 @dataclass(frozen=True)
 class PageFigure:
-    """Figure: title and caption as plain text, and the text of the `<svg>` element.
+    """Figure with its title and caption as plain text, and the text of its `<svg>` element.
 
-    - key: name of the figure, to which other parts of the page link
+    - key: name of the figure, to which links on the page refer
     - views: ranges that a reader can choose
     """
 

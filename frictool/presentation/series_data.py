@@ -61,7 +61,6 @@ def numbers(values: Any) -> list[float]:
 
 
 def _packed(values: Vector) -> list[Any]:
-    """Return [lowest, highest, base64 of 16-bit integers] for a signal (n,)."""
     finite = np.isfinite(values)
     if not finite.any():
         return [

@@ -1,7 +1,7 @@
-"""Rule for ties: among values that agree within a relative tolerance, the first one is chosen.
+"""Rule for ties: of several values that agree within a relative tolerance, the first is chosen.
 
 Vertices that differ only in friction have the same modulus margin. The last digits of the margins
-depend on the processor; without the rule, the worst vertex would depend on the processor, too.
+depend on the processor; if there were no rule, the worst vertex would depend on it, too.
 """
 
 from __future__ import annotations
@@ -15,12 +15,9 @@ TOLERANCE = 1e-5  # relative tolerance, ten times that of an H-infinity norm (ve
 def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
     """Return (largest value, index of the first value that agrees with the largest).
 
-    Parameters
-    ----------
-    values : iterable of float
-        At least one number; NaN is never the largest unless all are NaN.
-    tolerance : float
-        Tolerance relative to the largest value. Infinite values agree only with equal ones.
+    Parameters ---------- values : iterable of float At least one number. NaN is ignored unless all
+    values are NaN. tolerance : float Tolerance relative to the largest value. An infinite value
+    agrees only with an equal value.
 
     Raises
     ------

@@ -137,12 +137,6 @@ def _over_time(
     curves: list[tuple[StreamEvidence, Vector]],
     references: Sequence[StreamEvidence] = (),
 ) -> PageFigure:
-    """Return a figure with one curve per stream over time, nominal streams on top.
-
-    - ordinate: label of the ordinate
-    - texts: title, text for screen readers, caption
-    - references: streams whose references are drawn as well
-    """
     title, label, caption = texts
     colours = log_colours([item for item, _ in curves])
     plot = new_plot(ordinate, x_label="time [s]")

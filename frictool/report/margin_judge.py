@@ -55,7 +55,6 @@ def _margins(streams: list[StreamEvidence]) -> list[tuple[float, ValueLocation]]
 
 
 def _weakest(controller: Controller) -> tuple[float, ValueLocation] | None:
-    """Return the smallest margin of the controller's vertices; an unstable vertex has margin 0."""
     vertices = controller.verified.vertices
     if not vertices:
         return None

@@ -39,7 +39,10 @@ class MeasuredPart:
     hold: Hold | None = None
 
     def of(self, signal: Any) -> Any:
-        """Return the samples of a signal (n,) in this part of the stream; None for None."""
+        """Return the samples of a signal (n,) that belong to this part of the stream.
+
+        Return None if `signal` is None.
+        """
         return signal if signal is None or self.hold is None else self.hold.of(signal)
 
     def signal(self, name: str) -> Any:
@@ -47,7 +50,7 @@ class MeasuredPart:
         return self.of(self.evidence.stream.signals[name])
 
     def late(self, signal: Any) -> Any:
-        """Return the samples of a signal that the slice `rest` selects; None for None."""
+        """Return the samples of a signal that the slice `rest` selects; None without a signal."""
         return None if signal is None else self.of(signal)[self.rest]
 
     @cached_property

@@ -84,10 +84,6 @@ def page(
 
 
 def _places(verdict: Verdict, streams: JudgedStreams) -> dict[str, tuple[str, str]]:
-    """Return requirement -> (key of the figure with the worst value, range to show as JSON).
-
-    The figure is that of the step, if the value belongs to one, else the position over time.
-    """
     places = {}
     for one in verdict.requirements:
         where = one.where

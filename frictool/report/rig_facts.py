@@ -13,13 +13,13 @@ from frictool.verify.rig_facts import RECORD, facts_of_text
 
 @dataclass(frozen=True)
 class RigFacts:
-    """Data of a bench, or unknown values without a bench.
+    """Data of a bench that a verdict needs, or unknown values if there is no bench.
 
     - resolution: step of the sensor, rad | m; 0 if unknown
     - drive_limit: limit of the drive, A | V; None if unknown
     - backlash: full width of the backlash, rad | m; None if unknown
     - backlash_unsure: largest error of `backlash`, rad | m
-    - known: True if the data are those of a bench
+    - known: True if there is a bench
     """
 
     resolution: float = 0.0
@@ -30,7 +30,7 @@ class RigFacts:
 
     @staticmethod
     def of(bench: Bench | None) -> RigFacts:
-        """Return the data of a bench, or unknown values without a bench."""
+        """Return the data of a bench; if it is None, return unknown values."""
         if bench is None:
             return RigFacts()
         backlash = bench.mechanics.backlash
@@ -43,14 +43,11 @@ class RigFacts:
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:
-        """Return the data of the rig on which a log was simulated or recorded.
-
-        The settings of a simulation replace those of the bench.
-        """
+        """Return these data as they apply to a log; settings of a simulation take precedence."""
         return self.simulated(facts_of_text(log.metadata.get(RECORD, {})))
 
     def simulated(self, facts: Mapping[str, float]) -> RigFacts:
-        """Return the data with the encoder step of a simulation.
+        """Return these data with the encoder step of a simulation.
 
         The drive limit is the lower one of the limits of bench and simulation.
         """

@@ -48,10 +48,10 @@ class RunRecord(NamedTuple):
 
 
 class RunMetrics:
-    """Function from the signals of a simulated plant to (value, met) of each requirement.
+    """Function that computes (value, met) of each requirement for a simulated plant.
 
-    The order is that of `spec`. `rig`: rig of the simulations. `covers` is True if every
-    requirement is in KEYS, so that this class can judge it.
+    The order is that of `spec`. `rig`: rig of the simulations. `covers` is True if this class can
+    judge every requirement, that is, if all are in KEYS.
     """
 
     def __init__(self, spec: Spec, rig: RigFacts) -> None:
@@ -65,7 +65,7 @@ class RunMetrics:
         self._runs: tuple[ConstantRun, ...] = ()
 
     def __call__(self, run: RunRecord, margin: Outcome) -> list[Outcome] | None:
-        """Return (value, met) of each requirement; `margin` is that of the modulus margin.
+        """Return (value, met) of each requirement; `margin` is (value, met) of the modulus margin.
 
         Return None if only `judge` can judge the signals. This is the case if a signal is not
         finite, or if a phase of constant reference is long enough for the requirement `rest`.

@@ -140,7 +140,7 @@ def mark_used(folder: Path) -> None:
 
 
 def _is_still(path: Path, handle: int) -> bool:
-    """Return True if `path` is still the open file `handle`: the folder was not removed."""
+    """Return True if `path` is still the open file `handle`, so that the folder was not removed."""
     try:
         return os.path.samestat(path.stat(), os.fstat(handle))
     except OSError:
@@ -156,7 +156,6 @@ def _is_held(folder: Path) -> bool:
 
 
 def _take(folder: Path) -> int | None:
-    """Return the exclusive lock of a folder; None if the folder is in use or there are no locks."""
     if fcntl is None:
         return None
     try:

@@ -5,8 +5,8 @@ channel                       meaning
 ============================  ====================================================================
 position                      output of the encoder, with its faults
 reference                     reference of the position
-profile                       profile that the loop tracked, if the controller has a profile
-generator current | voltage             output of the drive's sensor, with its faults and noise
+profile                       profile that the loop tracked, if the controller generates one
+current | voltage             output of the drive's sensor, with its faults and noise
 effort                        measured drive times the nominal constant, also for variants with
                               another constant
 velocity_estimated            speed that the controller used, from the difference of encoder
@@ -17,9 +17,8 @@ position_true, velocity       true position and velocity of the motor
 load_position                 true position behind the backlash
 current_true | voltage_true   true drive; a drive without lag jumps at the sample, and the channel
                               contains the value after the jump
-disturbance                   mean external effort over the sample, if the scenario has a
-disturbance ..._factor                    factor of the dry friction, viscous friction or constant,
-if it
+disturbance                   mean external effort over the sample, if a disturbance acts
+..._factor                    factor of the dry friction, viscous friction or constant, if it
                               drifts; a factor of friction includes the effect of temperature
 temperature                   temperature, if the scenario states one
 ============================  ====================================================================
@@ -56,8 +55,8 @@ class ControllerSignals(NamedTuple):
 
     - speed: speed estimate that the control law used
     - profile: reference profile that the control loop tracked
-    - fault: 1 while the controller is in its fault state, else 0. Only a run with supervisor
-      commands sets it; for other runs, AxisChannels derives the fault from the measured positions
+    - fault: 1 while the controller is in its fault state, else 0; None in a simulation without
+      supervisor commands, for which AxisChannels derives the fault from the measured positions
     """
 
     speed: Vector | None = None
@@ -158,7 +157,7 @@ class AxisChannels:
         return Stream(topic, self.time, signals, units)
 
     def drive_noise(self, index: int) -> Vector:
-        """Return the measurement noise (n,) of the drive in the run of variant number `index`."""
+        """Return the measurement noise (n,) of the drive for variant number `index`."""
         generator = np.random.Generator(np.random.PCG64([self.seed, index]))
         return generator.normal(0.0, self.noise, self.time.size)
 

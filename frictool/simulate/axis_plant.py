@@ -151,5 +151,4 @@ class AxisPlant:
 
 
 def _drifted(values: list[float], factors: Vector) -> list[float]:
-    """Return each value times the smallest factor, then each value times the largest factor."""
     return [value * factor for value in values for factor in extremes(factors)]

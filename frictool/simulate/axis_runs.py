@@ -86,8 +86,6 @@ def play(
 def _run_program(
     variants: Sequence[AxisVariant], loop: SimulatedLoop, load: Vector, records: Vector
 ) -> list[int]:
-    """Simulate m variants in parallel, fill `records` (m, n, 7) and return the status codes."""
-
     def status(index: int) -> int:
         return _run_alone(variants[index], loop, load, records[index])
 

@@ -218,10 +218,6 @@ def _reference(
     phase: float,
     forward: Vector | None,
 ) -> tuple[Vector, Vector]:
-    """Return the measured position and drive (n,) of the position loop.
-
-    The run starts at rest at the first value of the reference.
-    """
     reference = excitation.main.signals["reference"]
     _within_travel(bench.rig, excitation, reference)
     if forward is not None:
@@ -248,10 +244,6 @@ def _with_feedforward(
 
 
 def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Vector]:
-    """Return the measured position and drive (m,) of ramps, from rest at the lower turning point.
-
-    m is at most the number of drive values.
-    """
     about = excitation.metadata[EXCITATION]
     signals = excitation.main.signals
     rows = signals[bench.rig.drive]

@@ -69,14 +69,10 @@ def no_progress(done: int, total: int) -> None:
 class SimulationRequest:
     """Options of a simulation with a controller.
 
-    Attributes
-    ----------
-    recorded : Log or None
-        Log from which the scenario takes its reference; None if it states its own.
-    number : ProgramNumber
-        Number format of the controller's arithmetic; ignored with `target`.
-    target : CompiledTarget or None
-        Compiled code that runs instead of the simulated controller.
+    Attributes ---------- recorded : Log or None Log from which the scenario takes its reference;
+    None if the scenario has steps. number : ProgramNumber Number format of the controller's
+    arithmetic; ignored with `target`. target : CompiledTarget or None Compiled code that runs
+    instead of the simulated controller.
     """
 
     recorded: Log | None = None
@@ -150,8 +146,8 @@ class SimulatedRun(NamedTuple, Generic[V]):
 class StepTest(Generic[V]):
     """Closed loop of one plant and one controller that simulates several scenarios.
 
-    The controller is prepared once, which saves time. The arguments are those of
-    `simulate_closed_loop` and SimulationRequest.
+    The controller is prepared only once, which saves time. `simulate_closed_loop` and
+    SimulationRequest explain the arguments.
     """
 
     def __init__(
@@ -319,7 +315,6 @@ class StepTest(Generic[V]):
     def _linear(
         self, variants: Sequence[V], prepared: PreparedScenario[V]
     ) -> dict[str, dict[str, str]]:
-        """Return the metadata from which `frictool report` computes the stability margins."""
         linear = {
             variant.topic: system.to_text()
             for variant in variants
@@ -383,10 +378,6 @@ class StepTest(Generic[V]):
 def _known_values(
     plant: SimulatedPlant[V], variants: Sequence[V], states: Mapping[str, int]
 ) -> list[dict[int, float]]:
-    """Return, for each variant, the values of scheduled parameters: node index -> value.
-
-    The list is empty if no value is known. `states` maps names of parameters to node indices.
-    """
     known = [plant.known(variant) for variant in variants] if states else []
     values = [{index: of[name] for name, index in states.items() if name in of} for of in known]
     return values if any(values) else []

@@ -3,8 +3,8 @@
     DIR/NAME.c, NAME.h  ──cc──▶ shared library ──ctypes──▶ step(reference, position,
                                                           velocity) -> drive
 
-A wrapper in C converts numbers as the simulation does. A run with the exported code is therefore
-bit by bit equal to a run with the simulated controller. The header of the C code contains the
+A wrapper in C converts numbers as the simulation does. A simulation with the exported code is
+therefore bit by bit equal to a simulation of the controller. The header of the C code contains the
 SHA-256 of the exported controller document; the simulated controller must have the same SHA-256.
 """
 
@@ -197,7 +197,6 @@ def compiled_target(
 
 
 def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, ProgramNumber]:
-    """Return the path of the header, the prefix of the C functions, and the number format."""
     if not folder.is_dir():
         raise InputFileError(
             folder,

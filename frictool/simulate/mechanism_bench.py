@@ -28,7 +28,7 @@ from frictool.typing import IntVector, Vector
 
 
 class PreparedBenchRun(NamedTuple):
-    """Arguments of engine/mechanism/bench_experiment.py for a run that starts at rest."""
+    """Arguments of the kernels in engine/mechanism/bench_experiment.py, for a start at rest."""
 
     machine: CompiledMechanism
     state: MechanismState

@@ -10,9 +10,9 @@ LINK_contact                    link with backlash: -1 or 1 at a flank, 0 betwee
                                 stop: -1 at the low end, 1 at the high end, 0 between the ends
 SOURCE_current, .. _effort      drive at the sample; after the jump if the drive jumps there
 SENSOR_position, .. _velocity   output of each sensor, without the faults of a scenario
-BLOCK_disturbance               mean external effort over the sample, if a disturbance acts on the
-block ==============================
-==================================================================
+BLOCK_disturbance               mean external effort over the sample, if a scenario disturbs the
+                                block
+==============================  ==================================================================
 """
 
 from __future__ import annotations

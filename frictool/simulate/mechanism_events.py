@@ -1,4 +1,4 @@
-"""Events of mechanism runs as rows of a CSV file: breakaways, sticking, contacts and impacts."""
+"""Events of a simulated mechanism as a CSV table: breakaways, sticking, contacts and impacts."""
 
 from __future__ import annotations
 

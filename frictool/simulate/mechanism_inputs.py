@@ -56,7 +56,6 @@ def inputs_of(
 def _cut(
     courses: Iterable[Signal | Disturbance], samples: int, period: float
 ) -> tuple[Vector, IntVector]:
-    """Return the ends (m + 1,) of the parts [samples], and the first part of each sample."""
     instants = {
         instant / period
         for course in courses

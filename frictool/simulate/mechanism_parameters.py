@@ -45,10 +45,6 @@ def _walk(one: Any, key: str) -> Iterator[tuple[str, Quantity]]:
 
 
 def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
-    """Yield (key, (key of its lower limit, factor)) for friction parameters with a lower limit.
-
-    The factor converts the unit of the limit to the unit of the parameter.
-    """
     if isinstance(one, FrictionOf):
         for name, other in _pairs(one):
             factor = factor_between(one.parameters[other].unit, one.parameters[name].unit)

@@ -192,7 +192,7 @@ def sight_of(
 def run_of(
     moved: MechanismOutcome, channels: MechanismChannels, warnings: Sequence[str]
 ) -> VariantRun:
-    """Return the run of one variant in the form that `SimulatedPlant.play` yields.
+    """Return the result of a simulated variant as the record that `SimulatedPlant.play` yields.
 
     It contains the stream of all blocks.
     """

@@ -219,11 +219,6 @@ def _by_target(
 def _drifting(
     packed: PackedMechanism, machine: CompiledMechanism, task: MechanismTask
 ) -> DriftedNumbers:
-    """Return the parameters of the compiled mechanism that change with the scenario's drifts.
-
-    If the scenario has conditions, the closed loop applies the drive's limit instead of the
-    mechanism.
-    """
     whole, numbers = machine.whole, machine.numbers
     indices: list[int] = []
     columns: list[int] = []

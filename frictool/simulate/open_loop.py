@@ -116,7 +116,6 @@ def simulate_open_loop(
 def _controlled(
     document: Mechanism, assembled: AssembledMechanism
 ) -> tuple[Rig, ControlledAxis] | None:
-    """Return rig and controlled axis; None unless source and sensor are unique or named."""
     try:
         return rig_of_mechanism(document, assembled)
     except ElementError:

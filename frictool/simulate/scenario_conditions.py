@@ -91,7 +91,6 @@ def on_axis(scenario: Scenario) -> list[Disturbance]:
 
 
 def _effort(disturbance: Disturbance, rows: Vector, period: float) -> None:
-    """Add the mean effort [N m | N] over each sample to the rows of the overlapped samples."""
     end = math.inf if disturbance.duration_s is None else disturbance.at_s + disturbance.duration_s
     begin = max(0, math.floor(disturbance.at_s / period) - 1)
     until = rows.shape[0] if math.isinf(end) else min(rows.shape[0], math.ceil(end / period) + 1)
@@ -123,7 +122,6 @@ def _points(drifts: Drifts) -> dict[int, tuple[DriftPoint, ...]]:
 
 
 def _constant_row(drifts: Drifts, factors: Mapping[str, float]) -> Vector:
-    """Return a row (8,) with the factors of the temperature, and of drifts with one point."""
     row = np.array(NEUTRAL)
     row[FRICTION] *= factors.get("coulomb", 1.0)
     row[VISCOUS_FACTOR] *= factors.get("viscous", 1.0)
@@ -134,7 +132,6 @@ def _constant_row(drifts: Drifts, factors: Mapping[str, float]) -> Vector:
 
 
 def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
-    """Write the sensor faults into `rows`; simultaneous offsets add up, gains are multiplied."""
     for fault in faults:
         begin = _sample(fault.at_s / period)
         end = rows.shape[0]

@@ -63,7 +63,7 @@ def check_frequency(frequency: float, period: float, key: str, name: str) -> Non
 def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> None:
     """Raise DocumentError if the reference leaves the travel of the axis.
 
-    `paths` maps a key of the scenario to the part of the reference that it defines [rad | m].
+    `paths`: samples of the reference [rad | m], by the key of the scenario that defines them.
     """
     if travel is None:
         return
@@ -119,10 +119,6 @@ Instant = tuple[str, float]  # key, s
 
 
 def _spans(scenario: Scenario) -> Iterator[tuple[str, Instant, Instant | None]]:
-    """Yield (key, start, end) of every event; the start of a drift is its first point.
-
-    The end is None for an event that lasts to the end of the scenario, and for every drift.
-    """
     for index, disturbance in enumerate(scenario.disturbances):
         lasts = disturbance.duration_s
         end = None if lasts is None else ("duration_s", disturbance.at_s + lasts)

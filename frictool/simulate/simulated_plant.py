@@ -49,8 +49,8 @@ class VariedParameter(NamedTuple):
     - least: (name of another parameter, factor between the units), if that parameter is a lower
       limit of this one. For a breakaway friction, the limit is the Coulomb friction
 
-    A parameter with a range is drawn from the part of its range above the limit. A parameter
-    without a range keeps its ratio to the limit in the document.
+    A random value is drawn from those values of the range that are above the limit. A parameter
+    that has no range keeps its ratio to the limit.
     """
 
     low: float
@@ -126,7 +126,7 @@ class SimulatedPlant(Protocol[V]):
         """Return the number of variants, including the nominal plant."""
 
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[V]:
-        """Return the plants of a scenario: the nominal one and its variants.
+        """Return the plants of a scenario: the nominal plant and its variants.
 
         For `variants: given`, the result is only the plant with the values under `given`. `owner`
         is the name of the document in messages. Raises FrictoolError if a plant's parameters are

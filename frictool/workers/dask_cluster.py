@@ -67,10 +67,6 @@ def run_on_cluster(
 
 
 def _check(client: Any, address: str) -> None:
-    """Raise ClusterError if there is no worker, or if a worker has another installation.
-
-    If a worker has another processor or several threads, the user gets a remark.
-    """
     try:
         client.wait_for_workers(1, timeout=FIRST_S)
     except TimeoutError:

@@ -179,7 +179,7 @@ class ProcessPool:
     def _lost(self, index: int) -> list[Answer]:
         """Replace a process that has ended, and make a separate task of each of its jobs.
 
-        Only a job that runs alone when processes end is given up.
+        If processes end again, it is then known which job they ran; only such a job is given up.
         """
         dead = self._members[index]
         cause = dead.cause()
