@@ -64,8 +64,8 @@ class AcceptedEffects:
     - what: names of the effects in the order of acceptance
     - significance: p-value of the effect that was accepted last
     - shift: change of each sliding parameter when these effects are added to the model
-    - held_out: squared prediction error of the effort in strokes outside the fit, divided by the
-      error without the effects
+    - held_out: squared prediction error of the effort in strokes left out of the fit, divided by
+      the error without the effects
     - scatter: half width of the interval of each shift; a parameter that is not a key has 0
     """
 
@@ -169,7 +169,7 @@ class EffectRegression:
         """Return the effects, single or in groups, that explain the residual.
 
         The result also contains effects that can replace an effect of the model, because the
-        prediction of strokes outside the fit is then equally good.
+        prediction of strokes left out of the fit is then equally good.
         """
         if self._values(self.used) is None or self.rows.squares(self.used) is None:
             return []
@@ -272,7 +272,7 @@ class EffectRegression:
         Over less than a turn, the eccentricity mainly multiplies the position by a gain that the
         log hardly determines. The shift of a parameter is therefore limited to `known` times the
         parameter. Return None if the eccentricity is not in `free`, or if it does not improve the
-        prediction of strokes outside the fit.
+        prediction of strokes left out of the fit.
         """
         eccentric = next((one for one in self.free if one.term == ECCENTRICITY), None)
         if eccentric is None:

@@ -67,7 +67,7 @@ def intervals_around(
 
 @dataclass(frozen=True)
 class TriedModel:
-    """Model that was compared with other models on strokes outside the fit.
+    """Model that was compared with other models on strokes left out of the fit.
 
     - position_error: rms position error, rad | m
     - force_error: force error, relative (`force_error.py`)
@@ -89,8 +89,8 @@ class Explanation:
     - state: `used` if the fit includes this part, `left` if the part is in the residual
     - effort: rms effort of this part, N m | N
     - probability: p-value of the test that this part of the effort is 0
-    - held_out: prediction error in strokes outside the fit, divided by the error without this part
-    - settle: advice: a change of the bench or a test that shows whether this part exists
+    - held_out: error in strokes left out of the fit, divided by the error without this part
+    - settle: advice on a change of the bench or a test that shows whether this part exists
     - rivals: physical names of other parts that predict these strokes equally well
     """
 
@@ -112,7 +112,7 @@ class SlidingFit:
     - refused: name -> reason why the parameter was not accepted, with numbers
     - residual: rms residual of the method's equations divided by the rms of their right-hand side,
       in the strokes of the fit; not comparable between methods
-    - held_out_residual: the same ratio in strokes outside the fit; None if it was not computed
+    - held_out_residual: the same ratio in strokes left out of the fit; None if it was not computed
     - condition: condition number of the regressor matrix
     - samples: number of rows or samples in the fit
     - details: numbers that are specific to the method
@@ -122,7 +122,7 @@ class SlidingFit:
     - explanations: parts of the effort that `auto` fitted or left in the residual
     - method, why: name of the method, and the reason if it was chosen automatically
     - dropped: parameters that were set to 0, since this does not worsen the prediction of strokes
-      outside the fit
+      left out of the fit
     - fixed: intervals, from the bench, of the parameters that were not fitted
     - force_error: force error (`force_error.py`), comparable between methods; None if no sample
       slips

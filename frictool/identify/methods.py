@@ -36,8 +36,8 @@ class IdentificationMethod:
       curve are identified or refused together, never fixed, and not compared with REFERENCE.
     - differentiates: True if the method uses differences of samples without a filter. Such a method
       needs a fine encoder and a log without gaps.
-    - comparison: True if the method serves only for comparison with published values. Its intervals
-      are not widened for effects that the model lacks, even if the force error is large.
+    - comparison: True if the method serves only for comparison with published values. If its force
+      error is large, its intervals are not widened for effects that the model lacks.
     - known_terms: name of the function that fits load terms that are already known, or None. This
       function is used for warnings, because the method itself would search the terms again.
     """
@@ -66,7 +66,7 @@ class IdentificationMethod:
         settings: IdentificationSettings,
         terms: tuple[str, ...],
     ) -> SlidingFit:
-        """Fit the load terms `terms` without a search of terms.
+        """Fit the records with the load terms `terms`, without a search for load terms.
 
         Raises UnusableLogs if the method cannot use the records.
         """
@@ -306,8 +306,8 @@ class IdentificationSettings:
     - window: length of the smoothing window, samples, odd
     - time_constant: time constant of the filter on differences, s
     - threshold: speed below which the method `threshold` ignores a sample, rad/s | m/s
-    - forgetting: weight of a squared residual one median stroke before the end of the log, in ]0,
-      1]
+    - forgetting: weight of a squared residual one median stroke before the end of the log, above 0
+      and at most 1
     - pipeline: filters of inverse-dynamic and friction-force
     - fixed: intervals of the sliding parameters that are not fitted; each parameter is fixed at the
       value of its interval

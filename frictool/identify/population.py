@@ -55,7 +55,7 @@ class ScatterTest:
 
 @dataclass(frozen=True)
 class ParameterDrift:
-    """Slope of a parameter over time [1/day], and the p-value of the hypothesis that it is zero."""
+    """Slope of a parameter over time [1/day], and the p-value of the hypothesis of a zero slope."""
 
     slope: Interval
     p: float
@@ -179,7 +179,10 @@ def _mean(values: Vector, s: Vector) -> float:
 
 
 def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
-    """Return the test of the scatter around the mean of each group; None stands for one group."""
+    """Return the test of the scatter around the mean of each group.
+
+    If `group` is None, all values are one group.
+    """
     w = s**-2.0
     group = np.zeros(values.size, dtype=np.int64) if group is None else group
     q = 0.0

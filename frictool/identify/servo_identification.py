@@ -324,7 +324,7 @@ def _identified(
 
 
 def _gravity(intervals: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
-    """Return the gravity of the bench's pendulum, or the fitted gravity; {} if there is neither."""
+    """Return the gravity torque (sine, cosine) of the pendulum or of the fit; {} if unknown."""
     if SINE in intervals:
         return {name: intervals[name] for name in (SINE, COSINE)}
     nominal = pendulum_load(bench.pendulum)

@@ -18,7 +18,7 @@ therefore does not show the resulting error. Eight sources of this error are exa
    the fitted delay is longer, only the fitted delay is used. A servo feeds noise of the encoder
    back into the effort, which looks like a delay; longer windows reduce this noise.
 6. The local gain of an eccentric encoder, which changes inertia and viscous friction, if an
-   eccentricity would improve the prediction of strokes outside the fit.
+   eccentricity would improve the prediction of strokes left out of the fit.
 7. Windows of twice the length, which reduce noise, if the encoder's noise hides the inertia.
 8. Further orders of friction over position, if the fit includes its first orders
    (`further_orders.py`).
@@ -154,7 +154,7 @@ def _of_windows(
     plain: EffectRegression,
     smoother: EffectRegression | None,
 ) -> list[AcceptedEffects]:
-    """Return the changes of the parameters with longer windows that chance does not explain.
+    """Return the parameter changes with longer windows, as far as chance does not explain them.
 
     `smoother` is the regression over windows of twice the length. The fit approximates a delay and
     a resonance to first order, which is valid if the window is longer than the delay or the period
@@ -175,7 +175,7 @@ def _of_windows(
 def _of_noise(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> list[AcceptedEffects]:
-    """Return the change of the inertia with doubled windows that chance does not explain.
+    """Return the change of the inertia with doubled windows, as far as chance does not explain it.
 
     Noise reduces the fitted inertia, and longer windows reduce the noise.
     """
@@ -188,7 +188,7 @@ def _of_noise(
 
 
 def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -> AcceptedEffects:
-    """Return the changes from `before` to `smoother` that chance does not explain."""
+    """Return the changes from `before` to `smoother`, as far as chance does not explain them."""
     after = smoother.intervals()
     shift = {
         name: unlikely_change(before[name], after[name])
@@ -291,7 +291,10 @@ def delayed(effort: Vector, samples: float) -> Vector:
 
 
 def lagging(effort: Vector, samples: float) -> Vector:
-    """Return the effort (n,) filtered by a first-order lag; time constant: `samples` [samples]."""
+    """Return the effort (n,) filtered by a first-order lag.
+
+    `samples` is the time constant of the lag, in sample periods.
+    """
     pole = float(np.exp(-1.0 / samples))
     return np.asarray(
         scipy.signal.lfilter([1.0 - pole], [1.0, -pole], effort, zi=[pole * effort[0]])[0]

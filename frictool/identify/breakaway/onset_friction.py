@@ -213,7 +213,10 @@ class OnsetData:
     def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
     ) -> StribeckVelocityRange:
-        """Return the Stribeck curves that agree with the onsets, for any parameters in `axis`."""
+        """Return the Stribeck curves that agree with the onsets.
+
+        A curve is included if it agrees for any parameters within the intervals `axis`.
+        """
         nominal = {name: known.value for name, known in axis.items()}
         ends = [
             {**nominal, name: end}

@@ -4,7 +4,7 @@
                                                        (friction/rising_breakaway.py)
 
 If tau is fixed, the law is linear in `full` and `full (1 - fresh)`; tau is searched. The law is
-used only if it predicts breakaways outside the fit better than a constant. The ramps must have
+used only if it predicts breakaways left out of the fit better than a constant. The ramps must have
 different rates, because the time at rest hardly varies between ramps of the same rate.
 """
 

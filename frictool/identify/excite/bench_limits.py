@@ -69,7 +69,10 @@ class BenchLimits:
         return "rad" if self.axis == "rotary" else "m"
 
     def acceleration(self, speed: float) -> float:
-        """Return the largest acceleration at `speed`, rad/s^2 | m/s^2; <= 0: no effort is left."""
+        """Return the largest acceleration at `speed`, rad/s^2 | m/s^2.
+
+        The result is not positive if friction and load need all of the effort.
+        """
         return (self.effort - self.viscous * speed - self.steady) / self.inertia
 
 
@@ -167,8 +170,7 @@ def sensing_of(bench: Bench, noise: float | None = None) -> SensorPrecision:
     """Return sample period, encoder step and effort noise of a bench.
 
     `noise` is the standard deviation of the measured drive, A | V; the default is 0.2 % of the
-    drive's
-    limit.
+    drive's limit.
     """
     drive = bench.actuator
     measured = DRIVE_NOISE_SHARE * drive.limit.value if noise is None else noise

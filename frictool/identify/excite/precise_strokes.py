@@ -47,7 +47,7 @@ class PrecisionRequest:
       value
     - duration: duration of the most precise test, s; None to design the shortest test
     - longest: longest allowed duration of the shortest test, s
-    - noise: standard deviation of the measured drive, A | V; None for 0.2 % of its limit
+    - noise: standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit
     - seed: seed of the random reversal positions
     - robust: True if the strokes must separate EFFECTS from inertia and friction, and if no
       parameter may be much less precise than the others

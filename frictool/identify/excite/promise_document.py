@@ -20,8 +20,7 @@ def promise_of(
     """Return the document `promise.yaml` for the tests of a bench.
 
     `noise` is the standard deviation of the measured drive, A | V; the default is 0.2 % of the
-    drive's
-    limit.
+    drive's limit.
     """
     actuator = bench.actuator
     assumed = DRIVE_NOISE_SHARE * actuator.limit.value if noise is None else noise

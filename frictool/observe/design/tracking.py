@@ -9,9 +9,9 @@ error of the acceleration. The model in slip is x'' = (effort + d)/J, d' = 0 wit
 the disturbance effort d. The gains L1 to L3 place all three poles of the estimation error at p.
 
 An error delta_a causes a speed error of about delta_a/w, until the estimate of d compensates
-delta_a. An innovation of one encoder step causes a speed error of about step w. The sum of the two
-errors has a flat minimum at w = sqrt(delta_a/step), where they are equal. The values of RATE and
-CELL were found by a parameter sweep (docs/theory/velocity.md).
+delta_a. An innovation of one encoder step causes a speed error of about w times `step`. The sum of
+the two errors has a flat minimum at w = sqrt(delta_a/step), where they are equal. The values of
+RATE and CELL were found by a parameter sweep (docs/theory/velocity.md).
 """
 
 from __future__ import annotations

@@ -15,8 +15,8 @@
     r          peak of the observed error, for example after an impact; r decays as fast as the
                observer's error
 
-The predicted and the observed error estimate the same quantity; the larger one is used. ROUNDED and
-the factor 1.2 are explained in docs/theory/velocity.md.
+h and the observed error times G_a estimate the same velocity error; the larger one is used. ROUNDED
+and the factor 1.2 are explained in docs/theory/velocity.md.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ ROUNDED = 0.75  # fraction of a count's rounding error that passes the observer'
 MODEL_PART = 1.2  # weight of the predicted error h
 PASSED = 2.0  # largest distance moved since the last count, in counts
 MEMORY = 100.0  # samples, time constant of the mean square of the observed error
-# indices of `state`: low-pass of delta_a, predicted misfit [rad/s | m/s], time since the last count
-# [s], last position, mean square and peak of the observed misfit
+# indices of `state`: low-pass of delta_a, predicted error [rad/s | m/s], time since the last count
+# [s], last position, mean square and peak of the observed error
 LOW_PASS, LEFT, SINCE, SHOWN, MEAN_SQUARE, PEAK, STATE_SIZE = 0, 1, 2, 3, 4, 5, 6
 
 

@@ -6,9 +6,9 @@
     move       sum of row' row
 
 A sample is used if the axis moves in one direction, faster than `slowest`, during the `reach`
-samples before and after it. The load must be attached, and the axis away from the end stops. The
-load is attached as soon as the axis has moved in one direction by the widest possible backlash.
-Before that, the position inside the backlash is unknown, and no sample is used.
+samples before and after it. The load must be attached (backlash closed), and the axis away from
+the end stops. The load is attached as soon as the axis has moved in one direction by the widest
+possible backlash. Before that, the position inside the backlash is unknown, and no sample is used.
 
 A move ends after REST windows below the speed `slowest`, at a reversal, or after MOST_ROWS rows.
 """

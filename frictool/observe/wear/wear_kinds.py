@@ -78,7 +78,7 @@ class WearClassification:
     """Kind of wear, and the wear by direction and zone.
 
     - kind: most likely kind; the other values assume this kind
-    - evidence: log evidence of each kind minus that of `none`
+    - evidence: log evidence of each kind minus the log evidence of `none`
     - wear: mean wear of both directions and all observed zones
     - forward, backward: wear in a direction; None if the direction was not observed
     - inertia: inertia divided by the model's inertia
