@@ -208,5 +208,5 @@ class Observer(
 
     @property
     def kind(self) -> Literal["multiplicative", "additive", "tracking"]:
-        """Return `tracking`, or for a switched observer the meaning of its state wear."""
+        """Return `tracking`, or how wear changes the friction of a switched observer."""
         return "tracking" if self.switched is None else self.switched.wear

@@ -124,9 +124,12 @@ def same_axis(documents: dict[Path, Any]) -> None:
 def json_schema(name: str, choices: Mapping[str, Iterable[str]] | None = None) -> dict[str, Any]:
     """Return the JSON Schema of a document.
 
-    Parameters ---------- name : str A key of `DOCUMENTS`, such as `bench`. choices : dict of str to
-    iterable of str, optional Allowed values by type and key, such as `FrictionOf.law`, for keys
-    whose allowed values another package lists.
+    Parameters
+    ----------
+    name : str
+        A key of `DOCUMENTS`, such as `bench`.
+    choices : dict of str to iterable of str, optional
+        Allowed values by type and key, such as `FrictionOf.law`, if another package lists them.
 
     Returns
     -------

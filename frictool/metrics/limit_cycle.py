@@ -46,7 +46,7 @@ class LimitCycle:
 
 
 def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> LimitCycle:
-    """Test whether the axis oscillates in a hold (phase of constant reference).
+    """Return the result of the limit-cycle test of a hold (phase of constant reference).
 
     `time` [s] and `position` [rad or m] have shape (n,); `resolution` is the sensor's step.
     """

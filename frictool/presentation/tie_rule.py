@@ -15,9 +15,12 @@ TOLERANCE = 1e-5  # relative tolerance, ten times that of an H-infinity norm (ve
 def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
     """Return (largest value, index of the first value that agrees with the largest).
 
-    Parameters ---------- values : iterable of float At least one number. NaN is ignored unless all
-    values are NaN. tolerance : float Tolerance relative to the largest value. An infinite value
-    agrees only with an equal value.
+    Parameters
+    ----------
+    values : iterable of float
+        At least one number. NaN is ignored unless all values are NaN.
+    tolerance : float
+        Tolerance relative to the largest value. An infinite value agrees only with an equal value.
 
     Raises
     ------

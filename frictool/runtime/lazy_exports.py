@@ -13,12 +13,19 @@ def lazy_exports(
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return `__getattr__`, `__dir__` and `__all__` of a package that exports names of its modules.
 
-    Parameters ---------- package : str Full name of the package. modules : dict
-        Key: name of a module, relative to the package. Value: names that this module exports.
+    Parameters
+    ----------
+    package : str
+        Full name of the package.
+    modules : dict
+        Name of a module, relative to the package -> names that this module exports.
 
-    Returns ------- tuple `__getattr__`, `__dir__` and `__all__`. `__getattr__` imports the module
-    that exports a name, and stores the value in the package. It raises AttributeError for a name
-    that is not exported.
+    Returns
+    -------
+    tuple
+        `__getattr__`, `__dir__` and `__all__`. `__getattr__` imports the module that exports a
+        name, and stores the value in the package. It raises AttributeError for a name that is not
+        exported.
     """
     where = {name: f"{package}.{module}" for module, names in modules.items() for name in names}
     exported = sorted(where)

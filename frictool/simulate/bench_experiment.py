@@ -63,10 +63,10 @@ def is_ramps(excitation: Log) -> bool:
 
 
 class BenchPlant(Protocol):
-    """Interface of a plant on which a bench can play a test.
+    """Interface of a plant on which a bench can play test signals.
 
-    `follow` and `ramp` simulate the test, write the measured values into `position` and `drive`
-    (n,), and return a status of engine/status_codes.py.
+    `follow` and `ramp` simulate a test, write the measured values into `position` and `drive` (n,),
+    and return a status of engine/status_codes.py.
     """
 
     @property

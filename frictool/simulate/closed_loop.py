@@ -69,10 +69,14 @@ def no_progress(done: int, total: int) -> None:
 class SimulationRequest:
     """Options of a simulation with a controller.
 
-    Attributes ---------- recorded : Log or None Log from which the scenario takes its reference;
-    None if the scenario has steps. number : ProgramNumber Number format of the controller's
-    arithmetic; ignored with `target`. target : CompiledTarget or None Compiled code that runs
-    instead of the simulated controller.
+    Attributes
+    ----------
+    recorded : Log or None
+        Log from which the scenario takes its reference; None if the scenario has steps.
+    number : ProgramNumber
+        Number format of the controller's arithmetic; ignored with `target`.
+    target : CompiledTarget or None
+        Compiled code that runs instead of the simulated controller.
     """
 
     recorded: Log | None = None

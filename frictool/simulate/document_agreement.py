@@ -37,7 +37,8 @@ def check_agreement(
     """Raise DocumentError if controller or scenario do not fit the rig of the plant.
 
     The kind of axis, the kind of drive, the sample period, the delay and the drive's time constant
-    must be equal. The checks `check_drive`, `check_efforts` and `check_temperature` follow.
+    must be equal. `check_drive`, `check_efforts` and `check_temperature` check the scenario
+    further.
     """
     owner = rig.owner.format(names.model)
     lag = controller.bench.actuator.loop_time_constant_s
