@@ -55,7 +55,9 @@ class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Polynomials of the position [rad | m], with 1 to 8 coefficients each, lowest power first.
+    """Polynomials of the position [rad | m] for both directions of motion.
+
+    Each polynomial has 1 to 8 coefficients, lowest power first.
 
     - `forward`: Coefficients of the positive direction.
     - `backward`: Coefficients of the negative direction. By default `forward`.

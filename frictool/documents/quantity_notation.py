@@ -32,7 +32,10 @@ def written_quantity(text: str) -> tuple[str, str] | None:
 
 
 def axis_dimension(dimension: str, drive: Literal["current", "voltage"]) -> str:
-    """Return the dimension with `drive` and `constant` resolved for a current or voltage drive."""
+    """Return the dimension with `drive` replaced by the dimension of a current or a voltage.
+
+    "effort per drive" becomes the effort per ampere or volt; other dimensions are unchanged.
+    """
     if dimension in ("drive", "effort per drive"):
         return drive_dimension(drive, constant=dimension != "drive")
     return dimension

@@ -1,8 +1,8 @@
-"""`spread:` of scenario.yaml: random variations of a campaign, besides other ranges.
+"""`spread:` of scenario.yaml: random variations of plant, faults and disturbances in a campaign.
 
-`simulate` ignores this key. Bench, model or mechanism contain further ranges. Every value is drawn
-uniformly from its range and independently of the other values. A breakaway is drawn from those
-values of its range that are not below the drawn Coulomb friction.
+`simulate` ignores this key. The variations are drawn in addition to the ranges of bench, model or
+mechanism. Every value is drawn uniformly from its range and independently of the other values. A
+breakaway is drawn from those values of its range that are not below the drawn Coulomb friction.
 """
 
 from __future__ import annotations

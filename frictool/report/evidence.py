@@ -89,7 +89,7 @@ class StreamEvidence:
 
     @property
     def drawing_order(self) -> int:
-        """Return the rank for drawing: 0 for a variant, 1 if nominal, from 2 for the worst."""
+        """Return the rank for drawing (0: variant, 1: nominal stream, 2 or 3: worst stream)."""
         return 2 * self.worst + self.nominal
 
     @property

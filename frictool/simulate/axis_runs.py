@@ -44,7 +44,7 @@ def play(
     """Simulate the closed loop with each variant; yield the variant and its record (n, 7).
 
     engine/closed_loop.py names the columns of a record. `load` is an effort that depends on the
-    position. Each run starts at rest, in the middle of the backlash, with the reference prefilter
+    position. The axis starts at rest, in the middle of the backlash, with the reference prefilter
     in steady state at the measured position. Raises NoSolutionError if a variant cannot be
     simulated.
     """

@@ -47,7 +47,7 @@ class RampRows(NamedTuple):
 
 
 def read_excitation(path: Path) -> Log:
-    """Return the test at `path`; raise LogError if `frictool excite` did not write it."""
+    """Read test signals from `path`; raise LogError if `frictool excite` did not write them."""
     log = read_mcap(path) if is_canonical(path) else None
     if log is None or EXCITATION not in log.metadata:
         raise LogError(
