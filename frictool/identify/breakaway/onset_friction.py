@@ -124,7 +124,7 @@ class OnsetTable:
             immediate = (
                 np.full(part.size, np.nan)
                 if fall == IMMEDIATE
-                else self._begins(sliding, start, IMMEDIATE, part)[:, 0]
+                else np.ascontiguousarray(self._begins(sliding, start, IMMEDIATE, part)[:, 0])
             )
             known[part] = self._computed(part, sliding, start, fall, immediate)
         return known[which]

@@ -23,7 +23,6 @@ from frictool.logs.kernels.iso8601 import COMMA, scan_stamp
 from frictool.logs.kernels.pointer import pointer_to
 from frictool.runtime.kernels import inner_kernel, kernel
 
-NO_STAMP = -1  # value of the argument `dates` if a cell is read as a number
 SKIP, STAMP = -1, -2  # slot of a column that is ignored, and of a column of time stamps
 CELL, ROW, CUT = 0, 1, 2  # kinds of issues
 ISSUE_FIELDS = 6  # row, kind, line, column (of a CELL) or number of cells (of a ROW), start, stop
@@ -77,21 +76,27 @@ def _past_cell(text: NDArray[np.uint8], at: int, end: int, delimiter: int) -> tu
 
 @inner_kernel
 def _scan(
-    text: NDArray[np.uint8], at: int, delimiter: int, mark: int, dates: int
+    text: NDArray[np.uint8], at: int, delimiter: int, mark: int, dates: int | None, is_stamp: bool
 ) -> tuple[float, int, int, bool]:
     """Return (value, time in ns, end, plain) of the cell at `at`, a number or a time stamp.
 
-    dates: order of the parts of a stamp's date; NO_STAMP if the cell is read as a number.
+    dates: order of the parts of a stamp's date; None if no column has time stamps, so that the
+        reader of stamps need not be compiled.
+    is_stamp: True if the cell is read as a time stamp.
     plain: True if the whole cell is a number or a stamp.
     """
     value = 0.0
     stamp = 0
+    status = NUMBER
+    is_number = True
     quoted = text[at] == QUOTE
     if quoted:
         at = _over_blanks(text, at + 1, delimiter)
-    if dates != NO_STAMP:
-        stamp, at, status = scan_stamp(text, at, quoted or delimiter != COMMA, dates)
-    else:
+    if dates is not None:
+        is_number = not is_stamp
+        if is_stamp:
+            stamp, at, status = scan_stamp(text, at, quoted or delimiter != COMMA, dates)
+    if is_number:
         value, at, status = scan_number(text, at, mark)
     plain = status == NUMBER
     if quoted:
@@ -154,7 +159,7 @@ def read_rows(
     stamps: NDArray[np.int64],
     issues: NDArray[np.int64],
     row: int,
-    dates: int,
+    dates: int | None,
 ) -> ScanProgress:
     """Read whole rows from the start of the text until the text, `values` or `issues` is exhausted.
 
@@ -169,7 +174,7 @@ def read_rows(
     stamps: times (rows,) in ns; (0,) if no column has time stamps.
     issues: array (m, ISSUE_FIELDS), filled with the issues; m > columns + 1.
     row: index in `values` and `stamps` of the first row to fill.
-    dates: order of the parts of a stamp's date (iso8601.py).
+    dates: order of the parts of a stamp's date (iso8601.py); None if no column has time stamps.
     """
     columns = slots.size
     rows = values.shape[1]
@@ -193,9 +198,7 @@ def read_rows(
             slot = slots[cells] if cells < columns else SKIP
             plain = False
             if slot != SKIP:
-                value, stamp, at, plain = _scan(
-                    text, start, delimiter, mark, dates if slot == STAMP else NO_STAMP
-                )
+                value, stamp, at, plain = _scan(text, start, delimiter, mark, dates, slot == STAMP)
                 if slot == STAMP:
                     stamps[row] = stamp
                 else:

@@ -139,7 +139,8 @@ def batches(
         values = np.empty((width, rows))
         stamps = np.empty(rows if STAMP in slots else 0, np.int64)
         row = 0
-        delimiter, mark, dates = dialect
+        delimiter, mark, date_order = dialect
+        dates = date_order if STAMP in slots else None
         last_line = line
         listed = []
         while row < rows:
