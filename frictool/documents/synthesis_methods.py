@@ -58,47 +58,46 @@ INEQUALITIES = (*SEARCH, "poles", "recentring")
 
 METHODS: dict[str, SynthesisMethod] = {
     "lpv": SynthesisMethod(
-        "matrix inequalities with one Lyapunov function for all vertices; the controller of one "
-        "plant is stored",
+        "matrix inequalities with one Lyapunov function for all vertices; `synth` stores the "
+        "controller of the plant that the key `frozen_at` selects",
         "to judge weights: a design takes seconds, and its gamma (bound of the H-infinity norm)"
         " shows how demanding the weights are",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "ease"),
     ),
     "lft": SynthesisMethod(
-        "matrix inequalities for one plant; a second input and output (uncertainty channel) "
-        "represent the parameter errors",
+        "matrix inequalities for the plant in the centre of the box; a second input and output "
+        "(uncertainty channel) represent the parameter errors",
         "to reproduce published results; its bound does not hold at every corner of the box",
         (*INEQUALITIES, "channel_effort", "ease"),
     ),
     "lft_lpv": SynthesisMethod(
         "as `lft`, but the controller is scheduled by the friction or other parameters; the "
         "uncertainty channel does not represent these parameters",
-        "if the friction varies most",
+        "if the friction varies more than the other parameters",
         (*INEQUALITIES, "schedule", "scheduled", "channel_effort", "ease"),
     ),
     "lpv_grid": SynthesisMethod(
-        "as `lpv`, but for constant or slow parameters: the Lyapunov function depends on the "
-        "parameters. The inequalities hold on a grid and are checked between its points",
-        "if `lpv` is too conservative: `lpv` allows parameters that jump",
+        "as `lpv`, but the Lyapunov function depends on the parameters, which are constant or "
+        "vary slowly. The inequalities hold on a grid and are checked between its points",
+        "if the gamma of `lpv` is too large because `lpv` allows parameters that jump",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "grid"),
     ),
     "minimax": SynthesisMethod(
         "one constant controller of a specified order; its largest norm at any vertex is as "
         "small as possible",
-        "for the controller that will run on the target hardware: the best of its order. A design "
-        "takes a minute",
+        "for the controller that will run on the target hardware; a design takes a minute",
         (*SEARCH, "pole_bound_rad_s"),
     ),
     "rst": SynthesisMethod(
-        "pole placement, order 5, position only",
+        "pole placement for a position controller of order 5",
         "as a reference for comparisons",
         SEARCH,
         structures=("position",),
     ),
     "pid": SynthesisMethod(
-        "none: the design contains the gains, from error to effort, and `weights: {}`; `synth` "
-        "verifies the gains",
-        "for an existing loop",
+        "no synthesis: `synth` verifies the gains in the key `pid` of the design, which has "
+        "`weights: {}`",
+        "for a loop whose gains are known",
         ("pid",),
         check=check_gains,
         provided_gains=True,
@@ -106,9 +105,10 @@ METHODS: dict[str, SynthesisMethod] = {
         less_noise="lower the gain, or filter_ratio",
     ),
     "auto": SynthesisMethod(
-        "search of the simplest controller that meets the specification in simulation; "
-        "`weights: {}`",
-        "by default; the search adds the blocks that the design does not contain",
+        "search for the simplest controller that meets the specification in simulation; the "
+        "design has `weights: {}`",
+        "if you do not know the weights (default); the search adds the blocks that the design "
+        "does not contain",
         (),
         structures=("speed_cascade",),
         check=check_search,
