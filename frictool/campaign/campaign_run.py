@@ -215,9 +215,9 @@ def conduct(
 
     Trials in `store` are not repeated.
 
-    `shared`: function of the expected duration of the work [s]; it returns a function that runs
-        jobs in one or several processes.
-    `commands`: function of the name of a scenario file; it returns the commands that simulate it.
+    `shared`: function that takes the expected duration of the work [s]; it returns a function
+        that runs jobs in one or several processes.
+    `commands`: function that takes the name of a scenario file; it returns the commands for it.
 
     Raises NoSolutionError if the nominal run decides no requirement.
     """

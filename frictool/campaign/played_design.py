@@ -86,7 +86,7 @@ class DesignTest:
         return tuple(judges)
 
     def judges_of_places(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return TARGETS judges, each with targets at another fraction of an encoder count.
+        """Return TARGETS judges, whose targets are at different fractions of an encoder count.
 
         Each judge simulates each plant from PLACES initial positions, which are distributed evenly
         within an encoder count. Plant i with initial position k has the index i PLACES + k.

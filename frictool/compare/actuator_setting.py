@@ -13,7 +13,7 @@ z_max          1e-5 fall (unit of length)
 k_1, k_2       k_1 = sigma_0 = F_s/z_max, k_2 = sigma_1 = 2 sqrt(m k_1)                  (3.35)
 p0             5/T_s, decay rate of the velocity in stick                                 (3.8)
 Sigma          4 v_s, and thus below delta_x p0; switching speed                  (3.2), (3.10)
-dv             v_s, half width of Karnopp's band of speeds around 0
+dv             v_s; Karnopp's law treats speeds below dv as rest
 T_e            the smallest of 0.8 m Sigma/u_max (3.11), 0.8 m dv/(2 F_s), 1/p0 and
                sqrt(m/k_1)/20; u_max is the largest effort of the drive
 """

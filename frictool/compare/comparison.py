@@ -54,7 +54,7 @@ class LawRunner(Protocol):
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the measured cells of thesis table 2.1 for a law: row -> symbol.
+        """Return the symbols of a law in thesis table 2.1, by row, as far as simulations give them.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test

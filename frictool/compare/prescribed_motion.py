@@ -84,8 +84,8 @@ def _hybrid(
 def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
     """Return a static law as printed in the thesis: (v, u) -> (friction, velocity of the mass).
 
-    v is the velocity, u the effort. A law with a band of speeds in which the mass counts as at rest
-    returns the velocity 0 inside this band.
+    v is the velocity, u the effort. A law that treats low speeds as rest returns the velocity 0 at
+    these speeds.
     """
     kernels = law.kernels
     assert isinstance(kernels, StaticKernels)

@@ -16,7 +16,7 @@ FORCES = PARAMETERS  # an error of the drive constant scales these parameters if
 class ParameterIntervals:
     """Estimate of one parameter, and two intervals of its value.
 
-    - absolute: interval of the estimate, widened by the uncertainty of the drive constant
+    - absolute: interval that also includes the uncertainty of the drive constant
     - bench: value and interval that the bench document states, or None
     """
 

@@ -52,7 +52,7 @@ class AxisLogs:
     drive_off: bool
 
     def without_load(self, laws: Laws | None) -> AxisLogs:
-        """Return the logs; the effort of the load is subtracted from the effort in the ramps."""
+        """Return the logs with the effort of the load `laws` subtracted in the ramps."""
         if laws is None:
             return self
         return replace(self, ramps=[without_load(record, laws) for record in self.ramps])
@@ -96,7 +96,7 @@ def sort_logs(
 
 
 def without_load(record: MotionRecord, laws: Laws) -> MotionRecord:
-    """Return the record; the effort of the load is subtracted from the recorded effort."""
+    """Return the record with the effort of the load `laws` subtracted from its effort."""
     if laws.load is None or record.velocity is not None:
         return record
     return replace(record, effort=record.effort - load_law(laws.load).at(record.position))

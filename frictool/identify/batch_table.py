@@ -128,7 +128,7 @@ def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[s
 
 
 def headline(batch: Sequence[BatchResult]) -> str:
-    """Return a one-line summary: numbers of models and units, and number of missing models."""
+    """Return a one-line summary: numbers of models, of units, and of groups without a model."""
     units = len({one.origin.unit for one in batch if one.origin.unit is not None})
     lost = sum(one.lost for one in batch)
     empty = sum(one.model is None and not one.lost for one in batch)
@@ -141,7 +141,7 @@ def headline(batch: Sequence[BatchResult]) -> str:
 
 
 def reasons(batch: Sequence[BatchResult]) -> list[str]:
-    """Return one line for each missing model, and one for each warning about a model."""
+    """Return one line for each group without a model, and one for each warning about a model."""
     lines = []
     first: dict[tuple[tuple[str, Interval], ...], BatchResult] = {}
     for one in batch:

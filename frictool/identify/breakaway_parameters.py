@@ -123,11 +123,11 @@ def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws 
 def _inertia_over_position(
     logs: AxisLogs, outcome: Outcome, fit: SlidingFit
 ) -> tuple[Outcome, str | None]:
-    """Return the outcome for friction that varies with position, and the reason for its methods.
+    """Return the outcome with the inertia for friction that varies with position, and a text.
 
     An inertia that was fitted under the assumption of constant friction is removed. With method
     `auto`, the weak form fits the inertia together with friction that varies with position, if
-    possible.
+    possible. The text names the methods and says why they were chosen, or is None.
     """
     if fit.details.get("position_order"):
         return outcome, fit.why
@@ -146,7 +146,7 @@ def _inertia_over_position(
 
 
 def without_impossible_breakaway(outcome: Outcome) -> Outcome:
-    """Return the outcome, with a constant breakaway refused if it is below Coulomb friction."""
+    """Return the outcome; a constant breakaway that is below Coulomb friction is refused."""
     identified, ramp = outcome.identified, outcome.ramp
     if (
         ramp is None

@@ -30,9 +30,10 @@ DRIVE_OFF = "the drive was off; such a log shows friction relative to the inerti
 
 
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
-    """Return True if the rms effort is below 5 % of smallest inertia times rms acceleration.
+    """Return True if the effort is too small to have caused the acceleration.
 
-    The smallest inertia is the lower end of the bench's interval.
+    The rms effort is then below 5 % of the product of the rms acceleration and the smallest
+    inertia, which is the lower end of the bench's interval.
     """
     if not rows:
         return False

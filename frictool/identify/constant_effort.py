@@ -173,7 +173,6 @@ def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
 
 
 def _without(record: MotionRecord, stretches: list[ConstantStretch]) -> MotionRecord:
-    """Return the record without the stretches; the piece number increases at each gap."""
     keep = np.ones(record.time.size, dtype=np.bool_)
     for stretch in stretches:
         keep[stretch.start : stretch.end] = False

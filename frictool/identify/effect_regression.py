@@ -85,7 +85,7 @@ class EffectRegression:
     - used: hypotheses that the model includes
     - free: hypotheses that the model does not include
     - names: sliding parameters that are not fixed
-    - noisy: True if noise of the acceleration hides effects that resemble the acceleration
+    - noisy: True if the acceleration is too noisy to test effects whose columns resemble it
     """
 
     rows: ReducedRows
@@ -97,7 +97,10 @@ class EffectRegression:
 
     @property
     def tested(self) -> list[Hypothesis]:
-        """Return the hypotheses in `free` that noise of the acceleration does not hide."""
+        """Return the hypotheses in `free` that can be tested.
+
+        If `noisy`, hypotheses that resemble the acceleration cannot be tested.
+        """
         return [one for one in self.free if not (self.noisy and one.term in LIKE_ACCELERATION)]
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
@@ -195,7 +198,6 @@ class EffectRegression:
     def _alike(
         self, best: Hypothesis, tried: Sequence[tuple[float, Hypothesis]]
     ) -> list[tuple[float, Hypothesis]]:
-        """Return `best`, and each significant hypothesis that predicts equally well."""
         least = self.rows.squares([*self.used, best])
         return [
             (significance, one)
@@ -267,12 +269,12 @@ class EffectRegression:
         return {name: (values[name] - alone[name]) / values[column] for name in self.names}
 
     def encoder_gain(self, known: float) -> AcceptedEffects | None:
-        """Return the parameter shifts by an eccentric encoder with a local gain of 1 +- `known`.
+        """Return the shift of the parameters that an eccentric encoder can cause.
 
-        Over less than a turn, the eccentricity mainly multiplies the position by a gain that the
-        log hardly determines. The shift of a parameter is therefore limited to `known` times the
-        parameter. Return None if the eccentricity is not in `free`, or if it does not improve the
-        prediction of strokes left out of the fit.
+        Over less than a turn, the eccentricity mainly multiplies the position by a gain within
+        1 +- `known`, which the log hardly determines. The shift of a parameter is
+        therefore limited to `known` times the parameter. Return None if the eccentricity is not in
+        `free`, or if it does not improve the prediction of strokes left out of the fit.
         """
         eccentric = next((one for one in self.free if one.term == ECCENTRICITY), None)
         if eccentric is None:
@@ -311,7 +313,6 @@ class EffectRegression:
         return out
 
     def _as_good(self, squares: Vector | None, least: Vector | None) -> bool:
-        """Return whether the squared errors `squares` are hardly larger than `least`."""
         return (
             squares is not None
             and least is not None
@@ -322,7 +323,10 @@ class EffectRegression:
     def _shifted(
         self, hypotheses: Sequence[Hypothesis], significance: float
     ) -> list[AcceptedEffects]:
-        """Return the shift by those `hypotheses` that the model lacks; [] if it is undetermined."""
+        """Return the shift of the parameters if those `hypotheses` that the model lacks are added.
+
+        The list is empty if the rows do not determine the shift.
+        """
         alone = self._values(self.used)
         values = self._values(hypotheses)
         if alone is None or values is None:
@@ -374,8 +378,8 @@ def effect_regression(
     """Return the regression of the effort; None if no sample slips or all parameters are fixed.
 
     `smoother` multiplies the length of the smoothing windows. If `hides` is True, the inertia is
-    fixed as soon as noise of the acceleration reduces it by more than the half width of its
-    interval.
+    fixed, at its value in `fit` or else in the bench, if noise of the acceleration reduces it by
+    more than the half width of its interval.
     """
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:
@@ -423,7 +427,7 @@ def other_inertia(fit: SlidingFit) -> bool:
 
 
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
-    """Return whether noise reduces the inertia of `fit` by more than its half width."""
+    """Return whether noise reduces the inertia by more than the half width of its interval."""
     inertia = fit.parameters.get("inertia")
     if "inertia" not in regression.rows.base:
         return False
@@ -433,13 +437,12 @@ def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
 
 
 def _states(samples: RegressionSamples) -> IntVector:
-    """Return for each row the bin (n,) by velocity and by the sign of the acceleration."""
     half = BINS // 2
     return equal_bins(samples.velocity, half) + half * (samples.acceleration > 0.0)
 
 
 def _without_knees(samples: RegressionSamples, fit: SlidingFit, bench: Bench) -> RegressionSamples:
-    """Return the samples; the efforts of speed regimes and of the Stribeck effect are subtracted.
+    """Return the samples without the efforts of speed regimes and of the Stribeck effect.
 
     The regression does not fit these two effects.
     """

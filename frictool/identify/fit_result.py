@@ -26,7 +26,7 @@ DIMENSIONS |= {"stribeck_velocity": "velocity"}
 
 
 class UnusableLogs(FrictoolError):
-    """Error: nothing can be identified from valid logs; the message states the reason."""
+    """Error: the logs are valid, but do not determine what is to be identified."""
 
     exit_code = EXIT_NO
 
@@ -86,12 +86,13 @@ class Explanation:
 
     - name: name in `load.terms`
     - what: physical name for messages
-    - state: `used` if the fit includes this part, `left` if the part is in the residual
+    - state: `used` if the fit includes this part of the effort, `left` if the part remains in the
+      residual
     - effort: rms effort of this part, N m | N
     - probability: p-value of the test that this part of the effort is 0
     - held_out: error in strokes left out of the fit, divided by the error without this part
     - settle: advice on a change of the bench or a test that shows whether this part exists
-    - rivals: physical names of other parts that predict these strokes equally well
+    - rivals: physical names of other explanations that predict the strokes equally well
     """
 
     name: str

@@ -27,8 +27,8 @@ def fixed_parameters(fit: SlidingFit, outcome: Outcome, bench: Bench) -> dict[st
 
     This interval is the intersection of the bench's range and the logs' interval, or the bench's
     range if the two do not overlap. Two kinds of parameters are excluded: parameters that the
-    motion cannot separate, and an inertia that the encoder's resolution hides, which hardly changes
-    the others.
+    motion cannot separate, and an inertia that is refused because of the encoder's resolution,
+    since it hardly changes the other parameters.
     """
     # if Coulomb friction differs by direction, coulomb and offset are its mean and half difference
     split = bench.load is not None and "coulomb_by_direction" in bench.load.terms
@@ -54,9 +54,9 @@ def refit(
 ) -> SlidingFit:
     """Fit the parameters that are not in `fixed` again, with the method and load terms of `fit`.
 
-    The parameters in `fixed` have their values. A parameter that `auto` set to 0 stays 0. An
-    inertia that `auto` took from another method is kept. Raises UnusableLogs if the method cannot
-    use the records.
+    The parameters in `fixed` keep the values in `fixed`. A parameter that `auto` set to 0 stays 0.
+    An inertia that `auto` took from another method is kept. Raises UnusableLogs if the method
+    cannot use the records.
     """
     assert fit.method is not None
     fixed_settings = with_held(settings, fit, fixed)

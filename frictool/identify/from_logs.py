@@ -87,7 +87,7 @@ def identify(
         If the logs give neither inertia nor friction, or if position and drive have opposite signs.
         The message states the reasons.
     UnusableLogs
-        If only `loops` are passed and they do not give presliding friction.
+        If only `loops` are passed and they do not determine presliding friction.
     LogError
         If two logs are the same, or a log cannot come from this bench.
     """

@@ -1,18 +1,18 @@
 """Widening of intervals by friction over position of a higher order than the model includes.
 
 The effect `friction_over_position` of `rows/effects.py` has the columns s P_k(x), k = 1 to 3, with
-the direction s, the position x and the Legendre polynomials P_k. Real friction has further orders.
-If the strokes repeat each other, the speed is a function of the position. A further order then
+the direction s, the position x and the Legendre polynomials P_k. Real friction has higher orders,
+too. If the strokes repeat each other, the speed is a function of the position. A higher order then
 resembles viscous friction, and is not visible in the residual.
 
 Friction over position is therefore modelled as a cubic smoothing spline (Wahba 1978): the
 coefficients of the P_k are random and independent, with mean 0 and standard deviation t/k^2. The
-coefficients of the fitted orders give t. The coefficients of the further orders are estimated
+coefficients of the fitted orders give t. The coefficients of the higher orders are estimated
 together with the parameters, with this distribution as their prior:
 
     residual = X d + Z b + noise        b_k ~ N(0, t^2/k^4),   k in FURTHER_ORDERS
 
-X contains the columns of the model, Z the columns of the further orders, and d is the shift of the
+X contains the columns of the model, Z the columns of the higher orders, and d is the shift of the
 parameters.
 """
 
@@ -33,7 +33,7 @@ FURTHER_ORDERS = np.array([4, 5, 6])
 
 
 def further_orders(regression: EffectRegression) -> AcceptedEffects | None:
-    """Return the shift of the parameters due to further orders of friction over position.
+    """Return the shift of the parameters due to higher orders of friction over position.
 
     Return None if the model does not include friction over position.
     """
@@ -63,7 +63,7 @@ def further_orders(regression: EffectRegression) -> AcceptedEffects | None:
 
 
 def _columns(sign: Vector, position: Vector) -> Matrix:
-    """Return the columns (n, k) of the further orders; the positions (n,) are scaled to [-1, 1]."""
+    """Return the columns (n, k) of the higher orders; the positions (n,) are scaled to [-1, 1]."""
     low, high = float(position.min()), float(position.max())
     scaled = 2.0 * (position - low) / (high - low) - 1.0
     return sign[:, None] * np.column_stack(
@@ -74,9 +74,9 @@ def _columns(sign: Vector, position: Vector) -> Matrix:
 def _shift(
     columns: Matrix, further: Matrix, residual: Vector, prior: Vector
 ) -> tuple[Vector, Vector]:
-    """Return mean and standard deviation (p,) of the shift of the parameters by further orders.
+    """Return mean and standard deviation (p,) of the shift of the parameters by higher orders.
 
-    - columns, further: regressors (n, p) of the model, and (n, k) of the further orders
+    - columns, further: regressors (n, p) of the model, and (n, k) of the higher orders
     - residual: residual (n,) of the fit to `columns`
     - prior: standard deviations (k,) of the coefficients of `further`
 

@@ -97,7 +97,7 @@ def slow_effort_warnings(
             )
         warnings.append(
             f"{Path(record.name).name}: the effort {rates}; the log does not show whether "
-            f"it acted as logged (inertia {effect.logged:.4g} {unit}) or not (inertia "
+            f"the effort acted as logged (inertia {effect.logged:.4g} {unit}) or not (inertia "
             f"{effect.interpolated:.4g} {unit}); {advice}"
         )
     return warnings
@@ -106,9 +106,9 @@ def slow_effort_warnings(
 def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
     """Return the number of samples between updates of an effort (n,), and the updates' indices.
 
-    An update is a sample whose value differs from the previous value. Return None if there are
-    fewer than FEWEST_UPDATES updates, if the updates are fewer than SHORTEST_HOLD samples apart, or
-    if the effort is only coarsely quantised (`COARSE`).
+    An update is a sample at which the effort differs from the previous sample. Return None if there
+    are fewer than FEWEST_UPDATES updates, if the updates are fewer than SHORTEST_HOLD samples
+    apart, or if the effort is only coarsely quantised (`COARSE`).
     """
     change = np.diff(effort)
     updates = np.flatnonzero(change) + 1

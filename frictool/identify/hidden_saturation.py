@@ -1,4 +1,4 @@
-"""Detection of an effort that saturates softly, or whose flat tops are hidden by noise.
+"""Detection of an effort that saturates softly, or whose flat tops are not visible in noise.
 
 A saturated effort is smaller than the effort that the motion needs. The search fits the following
 model to the slipping samples:

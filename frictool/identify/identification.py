@@ -69,7 +69,7 @@ class Identification(Outcome):
     over_rate: BreakawayOverRate | None = None
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
-        """Return the identification; its breakaway is replaced by the breakaway of a table."""
+        """Return the identification with its breakaway replaced by that of a breakaway table."""
         outcome = Outcome(self.identified, self.refused, narrowed=self.narrowed)
         outcome = outcome.merge(accept({"breakaway": over_rate.interval}, bench))
         coulomb = outcome.identified.get("coulomb")
@@ -189,10 +189,10 @@ def identify_records(
 def _estimate(
     logs: AxisLogs,
 ) -> tuple[AxisLogs, SlidingFit | None, Outcome, WidenedFit | None]:
-    """Return the logs, the free fit of the sliding logs, the outcome, and the widened fit.
+    """Return logs, fit of the sliding logs, outcome, and fit with intervals widened by effects.
 
-    In the returned logs, the fitted load is subtracted from the effort of the ramps. In the free
-    fit, no parameter is fixed at a value of the bench. Raises NothingIdentified if position and
+    In the returned logs, the fitted load is subtracted from the effort of the ramps. The first fit
+    has no parameter that is fixed at a value of the bench. Raises NothingIdentified if position and
     drive of a sliding log have opposite signs.
     """
     free = None

@@ -131,7 +131,7 @@ def contradicts(interval: Interval, known: Quantity | None) -> bool:
 
 
 def outside(interval: Interval, known: Quantity | None) -> str:
-    """Return text on the contradiction for a message; "" if the interval overlaps the bench's."""
+    """Return a phrase for a message: the interval lies outside the bench's; "" if they overlap."""
     if known is None or interval.high < 0.0 or not contradicts(interval, known):
         return ""
     return (

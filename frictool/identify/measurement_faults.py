@@ -1,7 +1,7 @@
 """Detection of records in which the logged effort or position is wrong.
 
-- Saturated effort: the sensor saturates below the actuator's limit. The effort then has flat tops;
-  if noise hides them, the effort stays at a level although the motion needs more.
+- Saturated effort: the sensor saturates below the actuator's limit. The effort then has flat tops
+  or, with noise, stays near a level although the motion needs more.
 - Clipped encoder: the position stops at its extreme within a sample, although the effort is too
   small to brake the axis that fast.
 - Computed effort: the effort was computed from the encoder signal and not measured. A fit explains
@@ -106,9 +106,9 @@ def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
     size = _rms([record.effort for record in records])
     if abs(coulomb.value) < NO_FRICTION * size:
         raise UnusableLogs(
-            f"the motion explains all but {100 * fit.residual:.1g} % of the effort, with a "
-            f"friction of {coulomb.value:.2g} and rms effort of {size:.2g}: the effort "
-            "was computed from the encoder; log the measured current"
+            f"the effort was computed from the encoder: all but {100 * fit.residual:.1g} % of it "
+            f"follows from the motion (friction {coulomb.value:.2g}, rms effort {size:.2g}); log "
+            "the measured current"
         )
 
 

@@ -28,12 +28,13 @@ class IdentificationMethod:
 
     - what: what the method does, as help text
     - when: data that the method suits, as help text
-    - reads: names of the OPTIONS that the method reads
+    - reads: keys of OPTIONS: the options that the method uses
     - velocity: True if the method can use a log with a measured velocity and no position
     - load: True if the method fits the load terms of the bench
     - known_inertia: True if the method uses the inertia of the bench and does not estimate it
     - whole_curve: True if the method fits a curve over speed and no inertia. The parameters of the
-      curve are identified or refused together, never fixed, and not compared with REFERENCE.
+      curve are identified or refused together, never fixed, and not compared with the method
+      REFERENCE.
     - differentiates: True if the method uses differences of samples without a filter. Such a method
       needs a fine encoder and a log without gaps.
     - comparison: True if the method serves only for comparison with published values. If its force
@@ -238,7 +239,7 @@ class MethodOption:
 
     @property
     def readers(self) -> str:
-        """Return the names of the methods that read the option, separated by commas."""
+        """Return the names of the methods that use the option, separated by commas."""
         return ", ".join(name for name, row in METHODS.items() if self.name in row.reads)
 
 

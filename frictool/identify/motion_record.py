@@ -241,8 +241,8 @@ def _on_grid(record: MotionRecord) -> MotionRecord:
     if not parts:
         raise LogError(
             record.name,
-            f"has no 3 successive samples that are less than {LONGEST_BRIDGE:g} periods of "
-            f"{record.period:g} s apart",
+            f"has gaps of more than {LONGEST_BRIDGE:g} periods of {record.period:g} s everywhere; "
+            "needed: 3 successive samples without such a gap",
         )
     joined = [np.concatenate(signals) for signals in zip(*parts, strict=True)]
     return replace(
@@ -284,7 +284,7 @@ def velocity_record(
     good = np.isfinite(time) & np.isfinite(velocity) & np.isfinite(effort)
     time, velocity, effort = time[good], velocity[good], effort[good]
     if velocity.size == 0 or np.ptp(velocity) == 0.0:
-        raise LogError(name, "has a velocity that does not change, and no position")
+        raise LogError(name, "has no position, and its velocity does not change")
     position = scipy.integrate.cumulative_trapezoid(velocity, time, initial=0.0)
     count = velocity_count(velocity)
     record = make_record(
@@ -407,8 +407,8 @@ def _effort(log: Log, stream: Stream, bench: Bench) -> Vector:
                 if name in other.signals:
                     raise LogError(
                         log.source,
-                        f"has its {name} in {other.topic} and not in {stream.topic}; ingest with "
-                        "--resample S",
+                        f"has the {name} in {other.topic}, but the motion in {stream.topic}; join "
+                        "the streams with frictool ingest --resample S",
                     )
     return log.require(stream, actuator.drive)[0] * actuator.constant.value
 

@@ -52,7 +52,7 @@ CONCENTRATED = 0.5
 VISIBLE = 1.0
 AT_END = 1e-3  # distance from an end, relative to the bench's range, that counts as at the end
 METHODS = (DEFAULT, OUTPUT_ERROR)
-NO_OFFSET = "along a goal, a constant effort looks like another zero angle of the pendulum"
+NO_OFFSET = "a constant effort cannot be separated from the zero angle of the pendulum"
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,9 @@ therefore does not show the resulting error. Eight sources of this error are exa
    back into the effort, which looks like a delay; longer windows reduce this noise.
 6. The local gain of an eccentric encoder, which changes inertia and viscous friction, if an
    eccentricity would improve the prediction of strokes left out of the fit.
-7. Windows of twice the length, which reduce noise, if the encoder's noise hides the inertia.
-8. Further orders of friction over position, if the fit includes its first orders
+7. Windows of twice the length, which reduce noise, if the inertia is hidden by noise (last
+   paragraph).
+8. Higher orders of friction over position, if the fit includes the first orders
    (`further_orders.py`).
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
@@ -30,9 +31,9 @@ the largest movement is applied. If an interval overlaps the bench's interval, n
 the bench's interval.
 
 Noise in the acceleration makes the inertia of a regression too small. If the inertia decreases by
-more than its half width, noise hides the inertia. The inertia is then fixed at its value in the fit
-or, if the fit has none, in the bench. An inertia from the weak form or from means over strokes is
-fixed in the same way.
+more than the half width of its interval, the inertia is regarded as hidden by noise. It is then
+fixed at its value in the fit or, if the fit has none, in the bench. An inertia from the weak form
+or from means over strokes is fixed in the same way.
 """
 
 from __future__ import annotations

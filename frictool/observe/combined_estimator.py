@@ -41,7 +41,7 @@ class WearEstimation(Protocol):
         ...
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
-        """Process a block of samples; return an estimate for each move that ended in it."""
+        """Process a block of samples; return an estimate for each move that ended in the block."""
         ...
 
     def finish(self) -> list[WearEstimate]:
@@ -65,7 +65,7 @@ class VelocityEstimation(Protocol):
 class EstimateBlock:
     """Estimates at the samples of a block.
 
-    - piece: samples of the log
+    - piece: block of samples of the log
     - velocity [rad/s | m/s], friction [N m | N], wear [1]: (3, n), with the rows value, lower and
       upper bound
     - second: output of an additional observer, or None
@@ -78,7 +78,7 @@ class EstimateBlock:
     second: ObserverOutput | None = None
 
     def samples(self) -> SampleBlock:
-        """Return the samples and the estimates as the columns FIELDS."""
+        """Return samples and estimates as columns with the names FIELDS."""
         time = np.rint(self.piece.time * NS).astype(np.int64)
         return SampleBlock(time, (self.piece.position, *self.velocity, *self.friction, *self.wear))
 

@@ -112,8 +112,7 @@ def rows(
 ) -> list[FleetRow]:
     """Return one row per log, sorted by unit, date and file.
 
-    - limit: largest allowed wear relative to commissioning; if the wear at commissioning is
-      unknown, largest allowed wear
+    - limit: largest allowed wear, relative to the wear at commissioning if that is known
     - commissioning: wear at commissioning of all units. If None, each unit is compared with its
       first log that has an estimate.
     """

@@ -107,7 +107,10 @@ def _ends(quantity: Quantity | None) -> tuple[float | None, float | None]:
 
 
 def _unsure(quantity: Quantity, part: float) -> Vector:
-    """Return value, low and high (3,); without a range, low and high are value (1 ± `part`)."""
+    """Return value, lower and upper end (3,) of a quantity.
+
+    A quantity without a range has the ends value (1 ± `part`).
+    """
     low, high = quantity.interval
     if low == high:
         low = (1.0 - part) * quantity.value

@@ -197,7 +197,8 @@ def open_stream(
 
     - the file cannot be read, or does not contain the columns of the bench,
     - the stream is missing, or has no position or no drive,
-    - the kind of axis differs from the bench's, or the period by more than 20 %,
+    - the kind of axis differs from the bench's, or the sample period differs from the bench's by
+      more than 20 %,
     - the stream has no uniform clock.
     """
     made = assemble([path], bench, salvage)

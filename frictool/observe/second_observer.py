@@ -83,10 +83,10 @@ def samples_of(output: ObserverOutput) -> SampleBlock:
 
 
 def check_observer(path: Path, observer: Observer, model: Model, period: float) -> None:
-    """Raise DocumentError if the observer has another kind of axis or another period.
+    """Raise DocumentError if the observer does not fit the model or the log.
 
-    `path` is the file of the observer, `model` the model that the observer must match, and `period`
-    [s] the sample period of the log.
+    The kind of axis must be that of `model`, and the sample period that of the log, `period` [s].
+    `path` is the file of the observer.
     """
     if observer.axis != model.axis:
         raise DocumentError(

@@ -152,7 +152,7 @@ class VelocityErrors:
         sums.samples += difference.size
 
     def _figures(self, ending: str, sums: ErrorSums) -> dict[str, Any]:
-        """Return the rms errors, and order and cut-off of the best low-pass (order 0: none)."""
+        """Return the rms errors, and order (0: unfiltered) and cut-off of the best low-pass."""
         names = [
             f"velocity_rms{ending}",
             f"velocity_rms_filter{ending}",

@@ -12,8 +12,8 @@ constant cancel in this ratio. The first rule that applies to the interval of th
     lower end at most 1, limit above 1         undecided      no        the unit may be healthy
     else                                       by the value   no
 
-The mean over all directions and zones may hide wear in one direction or zone. The limit is
-therefore also exceeded if the whole interval of one direction or zone is above the limit.
+One direction or zone may be worn although the mean over all directions and zones is small. The
+limit is therefore also exceeded if the whole interval of one direction or zone is above the limit.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ NARROWED = ("inertia", "viscous", "coulomb", "breakaway", "offset")
 
 
 def narrowed_bench(bench: Bench, model: Model) -> Bench:
-    """Return the bench, with the intervals that logs gave instead of its a-priori ranges."""
+    """Return the bench with its a-priori ranges replaced by the intervals from the logs."""
     from_logs = {
         name: Quantity(one.value, low=one.interval[0], high=one.interval[1], unit=one.unit)
         for name in NARROWED

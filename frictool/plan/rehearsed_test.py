@@ -137,7 +137,7 @@ def rehearsed_ramps(
 
 
 def default_test(bench: Bench, request: PrecisionRequest) -> PreciseTest:
-    """Return the default kind of test with its Cramér-Rao bounds; no half width is promised.
+    """Return the default kind of test with its Cramér-Rao bounds, but without half widths.
 
     Raises NoSolutionError if the test exceeds a limit of the bench.
     """

@@ -45,8 +45,8 @@ def select_streams(verdict: Verdict) -> JudgedStreams:
     """Return the streams that a page shows, at most forty, in the order of the evidence.
 
     If there are more than forty, nominal streams, the worst stream of each requirement and failing
-    streams come first. Further streams are chosen at equal distances in the list. The worst stream
-    is marked. The verdict and `--json` always include all streams.
+    streams come first. The other streams on the page are chosen at equal distances in the list. The
+    worst stream is marked. The verdict and `--json` always include all streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

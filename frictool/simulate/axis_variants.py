@@ -4,7 +4,7 @@ The ranges of inertia, viscous friction, Coulomb friction and drive constant are
 uses (`ranges` of adapters/parameter_intervals.py). At a vertex, each of these four parameters is at
 one end of its range. In a random plant, each parameter is drawn uniformly from its range,
 independently of the others. If more plants are drawn with the same seed, the first plants stay the
-same. adapters/friction_levels.py applies the four values to models with further friction
+same. adapters/friction_levels.py applies the four values to models with additional friction
 parameters.
 """
 

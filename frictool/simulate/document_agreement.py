@@ -37,8 +37,8 @@ def check_agreement(
     """Raise DocumentError if controller or scenario do not fit the rig of the plant.
 
     The kind of axis, the kind of drive, the sample period, the delay and the drive's time constant
-    must be equal. `check_drive`, `check_efforts` and `check_temperature` check the scenario
-    further.
+    must be equal. The scenario must also pass `check_drive`, `check_efforts` and
+    `check_temperature`.
     """
     owner = rig.owner.format(names.model)
     lag = controller.bench.actuator.loop_time_constant_s
@@ -63,7 +63,7 @@ def check_agreement(
 
 
 def check_drive(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
-    """Raise DocumentError if quantities of the scenario belong to another kind of drive."""
+    """Raise DocumentError if quantities of the scenario do not suit the rig's kind of drive."""
     in_drive = any(fault.offset is not None for fault in scenario.sensor_faults)
     if scenario.drive != rig.drive and (in_drive or scenario.drive != "current"):
         refuse(
@@ -74,7 +74,7 @@ def check_drive(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
 
 
 def check_efforts(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
-    """Raise DocumentError if a disturbance has the unit of another kind of axis.
+    """Raise DocumentError if the unit of a disturbance does not suit the rig's kind of axis.
 
     Only disturbances of the driven axis are checked.
     """

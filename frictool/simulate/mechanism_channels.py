@@ -1,4 +1,4 @@
-"""Stream `/mechanism` of a log, with signals of all blocks of a mechanism.
+"""Stream `/mechanism` of a log, with signals of all blocks (rigid bodies) of a mechanism.
 
 ==============================  ==================================================================
 channel                         meaning at each sample; names of elements are in lower case

@@ -33,9 +33,10 @@ SAME_PLACE = 1e-12  # relative tolerance of a stop's position
 
 
 class ControlledAxis(NamedTuple):
-    """Indices of the controlled source, the block it drives, the sensor's block and the load.
+    """Indices of the controlled source, and of three blocks (rigid bodies) of a mechanism.
 
-    load_ratio: speed of the load divided by the speed of the sensor's block.
+    The blocks are the one that the source drives, the one whose position the sensor measures, and
+    the load. load_ratio: speed of the load divided by the speed of the sensor's block.
     """
 
     source: int
@@ -191,6 +192,6 @@ def _load(document: Mechanism, assembled: AssembledMechanism, root: int) -> tupl
         tied = ", ".join(assembled.blocks[block] for block in sorted(chain))
         raise ElementError(
             "control.load",
-            f"found {name}, which no link ties to the sensor's block; allowed: {tied}",
+            f"found {name}, which is not linked to the block of the sensor; allowed: {tied}",
         )
     return load, chain[load].ratio

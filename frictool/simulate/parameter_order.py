@@ -1,4 +1,4 @@
-"""Check that each parameter with a lower limit can be above the limit, which is another parameter.
+"""Check of the ranges of parameters whose lower limit is another parameter.
 
 An example is the breakaway friction, which must be at least the Coulomb friction. The check passes
 if the highest breakaway friction is at least the highest Coulomb friction.
@@ -17,7 +17,7 @@ ROUNDING = 1e-9  # relative rounding of a value that a file states in another un
 
 
 class ParameterEnds(NamedTuple):
-    """Range [SI] of a parameter over the simulated plants; document and key that state it."""
+    """Range [SI] of a parameter over the simulated plants, and where the range is stated."""
 
     low: float
     high: float

@@ -65,7 +65,7 @@ class VariantRun(NamedTuple):
     """Result of the simulation of one variant.
 
     `record` (n, 7): signals of the controlled axis, with the columns of engine/closed_loop.py.
-    `streams`, `metadata`: further data for the log.
+    `streams`, `metadata`: other streams and metadata records of the log.
     """
 
     record: Vector

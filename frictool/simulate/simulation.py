@@ -74,7 +74,7 @@ def simulate(
     if controller is None:
         raise DocumentError(
             names.model,
-            "a model is one axis, which a controller drives; give a controller",
+            "a model cannot be simulated without a controller; give a controller",
             line=None,
             key="",
         )

@@ -204,7 +204,7 @@ def test_what_a_log_holds_is_told_of_one_in_memory_and_of_a_file(tmp_path: Path)
 
 def test_a_model_needs_a_controller_and_a_mechanism_its_sources() -> None:
     scenario = load(CLUTCH / "scenarios/steps.yaml", Scenario)
-    with pytest.raises(DocumentError, match="which a controller drives"):
+    with pytest.raises(DocumentError, match="without a controller; give a controller"):
         simulate(MODEL, None, scenario)
     with pytest.raises(FrictoolError):
         simulate(load(CLUTCH / "mechanism.yaml", Mechanism), None, scenario)

@@ -105,7 +105,7 @@ def test_a_motion_that_does_not_tell_is_warned_of(tmp_path: Path) -> None:
     result = run("identify", log, "--bench", bench, "--method", "least-squares")
     assert result.code == 0, result.stderr
     assert "warning: sine.csv: the effort changes every 50 ms" in result.stderr
-    assert "does not show whether it acted as logged" in result.stderr
+    assert "does not show whether the effort acted as logged" in result.stderr
 
 
 def test_slow_samples_are_found_and_rigs_that_hold_or_quantise_are_not_refused(

@@ -36,8 +36,8 @@ class UnitDraws(NamedTuple):
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
     """Draw `count` points in the unit cube of `factors` factors.
 
-    Without `count`, the method `vertices` returns all vertices, but at most MOST_VERTICES. The
-    other methods need a number.
+    If `count` is None, the method `vertices` returns all vertices, but at most MOST_VERTICES. The
+    other methods need `count`.
     """
     if method == "vertices":
         corners = 2**factors

@@ -111,7 +111,10 @@ class MetricInfluence:
 
     @property
     def by_rank(self) -> bool:
-        """Return True if a few very large values hide an influence that the ranks show."""
+        """Return True if the ranks show an influence that `shares` do not show.
+
+        A few very large values of the metric can dominate `shares`.
+        """
         return any(self.shares[i].of_ranks - self.shares[i].share > HIDDEN for i in self.named)
 
     @property

@@ -68,11 +68,12 @@ class Assessment(ResultView):
     """Assessment of all parameters of a bench.
 
     - bench: assessed bench
-    - facts: inputs of the assessment
+    - facts: encoder, limits and a-priori values on which the assessment is based
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
-    - drive: shortest step responses that the drive allows; None if the step's length is unknown
+    - drive: shortest times in which the drive allows a position step; None if the distance of the
+      step is unknown
     """
 
     bench: Bench
@@ -141,7 +142,7 @@ def _row(
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
-    """Return the largest encoder step, at most the bench's, that gives the precision `target`.
+    """Return the largest encoder step, at most the bench's step, that gives the precision `target`.
 
     Return None if no step down to FINEST times the step of the bench reaches this precision.
     """
@@ -162,7 +163,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the assessments of those parameters in `counted` that are not identifiable.
+    """Return the assessments of the parameters named in `counted` that are not identifiable.
 
     Parameters with the a-priori value 0 are left out.
     """

@@ -1,4 +1,4 @@
-"""Inputs of an assessment: encoder step, period, limits, a-priori axis, and proposed test."""
+"""Inputs of an assessment: encoder, sample period, limits, a-priori parameters, proposed test."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PRESLIDING = {"linear": 1e-5, "rotary": 1e-3}  # m (table 3.1); rad (10 um at a 
 class AssessmentInputs:
     """Inputs of the assessment, in SI units.
 
-    - axis: a-priori axis
+    - axis: a-priori inertia, friction and loads of the axis
     - sensing: sample period, encoder step, noise of the effort
     - speed, effort: largest speed, rad/s | m/s, and largest effort, N m | N
     - strokes: strokes of the proposed sines
@@ -57,7 +57,7 @@ class AssessmentInputs:
         return math.isfinite(self.slowest) and self.slowest <= KNOWN_DYNAMICS * self.fastest
 
     def with_step(self, step: float) -> AssessmentInputs:
-        """Return the inputs with another encoder step, rad | m."""
+        """Return a copy of the inputs with the encoder step `step`, rad | m."""
         return replace(self, sensing=replace(self.sensing, step=step))
 
     def value(self, parameter: str) -> float:

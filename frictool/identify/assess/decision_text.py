@@ -66,7 +66,6 @@ def scheme(assessment: Assessment) -> list[str]:
 
 
 def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str) -> list[str]:
-    """Return the questions on differences of samples, first without and then with a filter."""
     facts = assessment.facts
     raw = raw_bound(row.parameter, assessment.facts)
     lines = [

@@ -97,7 +97,10 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return why differences of samples are too imprecise, and the precision of least squares."""
+    """Return a text on why differences of samples are too imprecise.
+
+    The text also states the precision of least squares.
+    """
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:

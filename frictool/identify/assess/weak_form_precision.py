@@ -48,7 +48,7 @@ def weak_deviation(
     """Return the rms errors (4,) of inertia, viscous, Coulomb and offset (SI), and the window.
 
     - window: length of the window in samples; None selects the best window for the inertia
-    - share: fraction of the acceleration's power that the other regressors do not explain
+    - share: fraction of the acceleration's mean square that the other regressors do not explain
 
     The errors are inf if no stroke is longer than the window.
     """

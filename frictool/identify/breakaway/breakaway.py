@@ -73,7 +73,7 @@ class BreakawayOverPosition:
 
 @dataclass(frozen=True)
 class Breakaway:
-    """Breakaway that ramp logs show.
+    """Breakaway identified from logs of ramps.
 
     - interval: mean breakaway, N m | N; if `rising` is not None, the breakaway after a long rest
     - forward, backward: mean |effort| at the onsets of each direction, N m | N; NaN without onsets
@@ -82,7 +82,7 @@ class Breakaway:
     - position: position of each onset, (n,), rad | m
     - direction: direction of each onset, (n,), +1 or -1
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: Stribeck curves that `interval` covers
+    - fall: Stribeck curves after the onset that `interval` allows for
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     """
@@ -245,7 +245,8 @@ class BreakawayErrors:
 
     - ranges: for each axis parameter and for the rest position, changes (p,) of the coefficients at
       the low and at the high end of its range
-    - falls: changes (p,) of the coefficients with each allowed Stribeck curve
+    - falls: for each allowed Stribeck curve, changes (p,) of the coefficients relative to the
+      nominal curve
     - half_step: half of the increase of a ramp in one sample, N m | N
     """
 

@@ -163,7 +163,7 @@ def misfit(
     table_duration: float,
     table: Table,
 ) -> tuple[float, float]:
-    """Return the weighted sum of squares for the onset time `t0` [s], and the best start [rad | m].
+    """Return the weighted sum of squares for the onset time `t0` [s], and the start [rad | m].
 
     The start is the distance from the rest position to the first change; it minimises the sum. The
     sum is `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change.
@@ -278,8 +278,8 @@ def onset_times(
     - velocity: Stribeck velocity, rad/s | m/s; 0 if friction drops immediately at the onset, inf if
       friction does not decrease
     - exponent: exponent of the Stribeck curve
-    - immediate: t0 computed with the Stribeck velocity 0, from which the iteration starts, (m,), s;
-      computed here if NaN
+    - immediate: onset times computed with the Stribeck velocity 0, (m,), s; the iteration starts
+      from them; NaN if they are not known yet
 
     The other arguments are those of `misfit`.
     """

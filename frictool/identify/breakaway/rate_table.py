@@ -52,7 +52,7 @@ class BreakawayOverRate:
     """Breakaway as a function of the ramp's rate.
 
     - rates: mean breakaway at each rate, in ascending order of the rate
-    - per_decade: increase of the breakaway if the rate is ten times as high, N m | N; None if the
+    - per_decade: increase of the breakaway per factor of ten in the rate, N m | N; None if the
       table has a single rate
     - interval: mean breakaway of all rates, and the range that contains the intervals of all rates
     """

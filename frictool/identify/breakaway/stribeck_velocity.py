@@ -56,7 +56,8 @@ class StribeckVelocityRange:
     """Stribeck curves with which a breakaway and its interval are computed.
 
     - value: Stribeck curve with which the value of the breakaway is computed
-    - ends: other allowed curves; the interval contains the breakaways computed with them
+    - ends: Stribeck curves at the ends of the allowed range; the interval contains the breakaways
+      computed with them
     - known: True if the range comes from another log and not from the onsets
     """
 
@@ -99,9 +100,9 @@ def allowed_fall(
     Returns
     -------
     StribeckVelocityRange
-        For each exponent, the ends are the velocities of the grid just outside the allowed range.
-        The value is the Stribeck velocity 0 if it is allowed, else the curve with the preferred
-        exponent and the smallest misfit.
+        For each exponent, `ends` contains the grid velocities just below and just above the allowed
+        range. `value` has the Stribeck velocity 0 if that is allowed, else it is the curve with the
+        preferred exponent and the smallest misfit.
     """
     columns = [
         [IMMEDIATE, *(StribeckFall(scale * step, exponent) for step in steps.tolist()), NO_FALL]

@@ -14,7 +14,7 @@ steps fit the sliding parameters together with these loads and effects.
 4. The methods of steps 2 and 3 are compared with output error by their prediction of strokes that
    the fit did not use (`method_comparison`). The preferred method is used if its prediction error
    is at most a tenth larger than the smallest error.
-5. If the inertia is not identified by now, it is estimated by the weak form if `assess` proposes
+5. If these steps do not identify the inertia, it is estimated by the weak form if `assess` proposes
    this method, otherwise by output error, which needs no derivatives.
 
 If more than 70 % of the motion is at constant speed, and the bench declares no loads, the Stribeck

@@ -102,7 +102,8 @@ class ExplanationSearch:
     """Search in records of one axis for explanations of the effort.
 
     - windows: length of the smoothing window of each record, samples
-    - widens: True if `hypotheses` also contains those that widen intervals but explain nothing
+    - widens: True if `hypotheses` also contains effects that only widen the intervals of the
+      parameters
     """
 
     records: Sequence[MotionRecord]
@@ -245,7 +246,7 @@ class ExplanationSearch:
         return measurement_noise(record) * float(np.linalg.norm(response))
 
     def noisy(self, samples: RegressionSamples) -> bool:
-        """Return whether the encoder's noise hides the acceleration in the rows `samples`.
+        """Return whether the acceleration in `samples` is too noisy to test some effects.
 
         The noise makes the fitted inertia too small, so that a part of the inertial effort is left
         over. The effects `delay` and `resonance` would be fitted to this part.
@@ -422,7 +423,7 @@ def search_explanations(
 def _lasting(
     search: ExplanationSearch, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
 ) -> bool:
-    """Return whether a load explains the effort also with longer smoothing windows.
+    """Return whether a load still explains the effort if the smoothing windows are longer.
 
     With longer windows, the rms prediction error must fall below WORTH times the error without the
     load, and the parameters of the load must differ significantly from 0. The result is True

@@ -7,8 +7,8 @@
 
 v is the filtered velocity, k the number of the sample, and T the sample period. The breakaway is
 the largest friction of the curve, at the speed v_p; in thesis (2.34), the friction is largest at
-rest. v_p is therefore no Stribeck velocity, and is reported in the details. Only v_p is searched,
-because the force is linear in the other parameters.
+rest. v_p is therefore not a Stribeck velocity; it is reported in the details of the fit. Only v_p
+is searched, because the force is linear in the other parameters.
 
 All samples of a stroke are used, also samples at rest within the stroke. Samples at rest shift
 Coulomb friction towards the effort at rest; select the moving part of the log with `ingest --from

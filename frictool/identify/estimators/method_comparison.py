@@ -100,7 +100,7 @@ class ComparedData:
     fits: Sequence[SlidingFit]
 
     def all(self, bench: Bench) -> tuple[list[MotionRecord], Bench, IdentificationSettings]:
-        """Return the arguments of an identification method: all records, `bench`, settings."""
+        """Return the arguments for fitting a method to all logs: records, `bench` and settings."""
         return self.records, bench, self.settings
 
 

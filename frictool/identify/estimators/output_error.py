@@ -264,7 +264,7 @@ def _with_inertia(
 
 
 def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
-    """Return the start values of the search by parameter name, SI.
+    """Return the values at which the search starts, by parameter name, SI.
 
     They are the estimates of the regression `start` if these are plausible, else the bench's
     values.

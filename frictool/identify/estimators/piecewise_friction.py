@@ -50,7 +50,7 @@ EVIDENCE = 6.0
 class StrokeMeans:
     """Regression rows (m,), each a mean over a part of a stroke.
 
-    - columns: regressors other than viscous friction, such as Coulomb friction and offset, (m, p)
+    - columns: regressors of the other parameters, such as Coulomb friction and offset, (m, p)
     - effort, sign: mean effort [N m | N] and direction (+-1) of each part, (m,)
     - weight, cluster: weight of each row, and number of its cluster, (m,)
     - speed: |v| of the samples of all parts, (n,), rad/s | m/s
@@ -96,9 +96,9 @@ class StrokeMeans:
 class PiecewiseFriction:
     """Least-squares fit of friction that is piecewise linear in the speed.
 
-    - solution: coefficients of viscous friction in each speed range between knees, then of
-      `StrokeMeans.columns`, then of the derivative of the friction with respect to the speed of
-      each knee; a half width of the last group is the half width of a knee
+    - solution: three groups of coefficients with half widths: viscous friction in each speed range
+      between knees; coefficients of `StrokeMeans.columns`; correction of the speed of each knee,
+      whose half width is that of the knee
     - knees: speeds at which the viscous friction changes, in ascending order, rad/s | m/s
     - residual: residual of each row, (m,)
     """
@@ -188,7 +188,10 @@ def _bends(means: StrokeMeans, knees: tuple[float, ...], confidence: float) -> b
 
 
 def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float, ...] | None:
-    """Return the knees and one more, all at their best speeds; None if no further knee fits."""
+    """Return `knees` and one additional knee, all at their best speeds, or None.
+
+    The result is None if no speed is possible for an additional knee.
+    """
     slow = np.sort(means.mean(means.speed))
     fast = np.sort(np.maximum.reduceat(means.speed, means.starts))
     if slow.size < 2 * FEWEST_ROWS or slow[FEWEST_ROWS - 1] >= fast[-FEWEST_ROWS]:

@@ -132,8 +132,8 @@ def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> Simulation
     """Return the parameters that minimise the squared residual of a simulation.
 
     The search starts at the parameters `start` [SI]. In a free swing with the torque disabled, an
-    error of the friction has a larger effect in each further stroke. The first searches therefore
-    use only the first strokes of a swing. If the axis comes to rest, the squared residual has local
+    error of the friction has a larger effect in each later stroke. The first searches therefore use
+    only the first strokes of a swing. If the axis comes to rest, the squared residual has local
     minima; the search is therefore repeated from other values of Coulomb friction. Raises
     UnusableLogs if a search does not converge.
     """
@@ -154,7 +154,7 @@ def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> Simulation
 def _best_delay(
     simulated: ServoSimulation, start: Mapping[str, float], weight: Vector
 ) -> Mapping[str, float]:
-    """Return the parameters of the best of several short searches, each with another fixed delay.
+    """Return the parameters of the best of several short searches with different fixed delays.
 
     Without these searches, the full search may end in a local minimum, with a shorter delay and a
     larger inertia.

@@ -121,7 +121,7 @@ def _column(name: str, means: StrokeMeans) -> Vector:
 
 
 def without(rows: StrokeRows, fixed: Mapping[str, Interval]) -> StrokeRows:
-    """Return the rows without the effort and the columns of the fixed parameters."""
+    """Return the rows without the effort of the fixed parameters and without their columns."""
     if not fixed:
         return rows
     means = rows.means
@@ -194,7 +194,9 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
     samples = joined([part for part, _ in parts])
     position = np.concatenate([index for _, index in parts])
     if samples.velocity.size == 0:
-        raise UnusableLogs("the axis slips in the middle of no stroke; record longer strokes")
+        raise UnusableLogs(
+            "the axis does not slip in the middle of any stroke; record longer strokes"
+        )
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
     lengths = np.diff(np.append(starts, samples.stroke.size))
     sign = samples.sign[starts]
@@ -272,10 +274,10 @@ def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[Piecewi
 def _of_inertia(
     rows: StrokeRows, pieces: PiecewiseFriction, ends: tuple[float, float], confidence: float
 ) -> Vector:
-    """Return the half widths (p,) that the range `ends` of the bench's inertia adds.
+    """Return the half widths (p,) of the coefficients due to the uncertainty of the inertia.
 
-    The inertia is assumed to be uniformly distributed within its range. The speeds of the knees do
-    not change.
+    The inertia is assumed to be uniformly distributed between `ends`, the ends of the bench's
+    interval. The speeds of the knees do not change.
     """
     means = rows.means
     rows_of = design(means, pieces.knees) * means.weight[:, None]

@@ -149,10 +149,10 @@ def _widened(
 def _windows(
     records: list[MotionRecord], bench: Bench, window: int
 ) -> tuple[RegressionSamples, list[FrictionRows]]:
-    """Return the regression rows of all windows, and signals of each record for further columns.
+    """Return the regression rows of all windows, and signals of each record.
 
-    The regression rows have the columns of all position polynomials. The columns of knees are
-    computed from the signals.
+    The regression rows have the columns of all position polynomials. The columns of knees (speeds
+    at which the viscous friction changes) are computed later from the signals.
     """
     every = max(1, window // OVERLAP)
     low, high = (

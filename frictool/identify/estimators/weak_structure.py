@@ -5,10 +5,10 @@ fit did not use. The smallest order is used whose prediction is not significantl
 the best order. The order is 0 unless the best order reduces the rms prediction error significantly
 and by at least a fifth.
 
-Viscous friction changes at knees of the speed. Each new knee is placed at the speed at which it
-reduces the residual most. The knee is kept if it reduces the rms prediction error significantly and
-by at least a fifth. The order is chosen again after each knee, because a missing knee looks like a
-dependence on position.
+Viscous friction changes at certain speeds, the knees. Each new knee is placed at the speed at which
+it reduces the residual most. The knee is kept if it reduces the rms prediction error significantly
+and by at least a fifth. The order is chosen again after each knee, because a missing knee looks
+like a dependence on position.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def choose_structure(
     """Return the dependence of friction on position and speed that the strokes support.
 
     - samples: regression rows with all position columns
-    - parts: data of the rows of each record, from which the columns of knees are computed
+    - parts: signals of each record, from which the columns of knees are computed
     - overlap: number of successive rows whose errors are correlated
     """
     best = _Comparison(samples, parts, (), overlap, confidence).of_best_order()

@@ -141,7 +141,7 @@ def unsaid_load(bench: Bench) -> str | None:
 
 
 def axis_known(bench: Bench) -> PriorAxis:
-    """Return the axis with nominal a-priori parameters, but with the largest backlash.
+    """Return the a-priori axis with nominal inertia and friction, and the largest backlash.
 
     A friction parameter with the value 0 is replaced by the upper end of its interval.
     """

@@ -105,7 +105,7 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
 
 
 def _onsets(single: float, common: float, limit: float) -> float:
-    """Return the least even number of onsets whose mean has a deviation of at most `limit`.
+    """Return the smallest even number of onsets whose mean has a standard deviation <= `limit`.
 
     Return inf if no number suffices.
     """

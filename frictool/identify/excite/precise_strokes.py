@@ -49,10 +49,10 @@ class PrecisionRequest:
     - longest: longest allowed duration of the shortest test, s
     - noise: standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit
     - seed: seed of the random reversal positions
-    - robust: True if the strokes must separate EFFECTS from inertia and friction, and if no
-      parameter may be much less precise than the others
-    - factors: for each parameter, half width that `identify` reports divided by the expected half
-      width; EXPECTED_FACTOR for a parameter that is not a key
+    - robust: True for two additional requirements: the strokes must separate the effects EFFECTS
+      from inertia and friction, and no parameter may be much less precise than the others
+    - factors: for each parameter, factor by which the half width that `identify` reports exceeds
+      the computed one; EXPECTED_FACTOR for a parameter that is not a key
     """
 
     wanted: Mapping[str, float]
@@ -215,7 +215,7 @@ def _expected_deviation(
 def _without_effects(
     bench: Bench, request: PrecisionRequest, program: StrokeProgram
 ) -> StrokeProgram:
-    """Return the program for an axis without effects; the effects are its last parameters."""
+    """Return the program without the parameters of the effects, which are its last parameters."""
     size = program.limit.size - len(worst_axis(bench, request.effects).effects)
     return replace(
         program, information=program.information[:, :size, :size], limit=program.limit[:size]

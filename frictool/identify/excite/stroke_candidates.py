@@ -51,7 +51,7 @@ class StrokeCandidate:
     """Stroke that a test may repeat, forward and backward.
 
     - stroke: mean stroke; the reversal positions vary by the share SPREAD of `reach`
-    - reach: largest distance between two reversals, rad | m
+    - reach: largest distance between two successive reversals, rad | m
     - information: information matrix of both directions, (p, p); its last rows and columns belong
       to the effects
     - mean_square: mean square of the drive signal divided by its limit, on the worst axis

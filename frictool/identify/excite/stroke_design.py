@@ -166,7 +166,7 @@ def _pruned(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
-    """Return `times` (k,) with one more stroke or, if the drive needs to cool, one more pause."""
+    """Return `times` (k,) with one more stroke; one more pause if the drive signal is too large."""
     pauses = np.flatnonzero(program.mean_square == 0.0)
     moving = np.flatnonzero((times > 0.0) & (program.mean_square > 0.0))
     short = times[moving].sum() < FEWEST_PAIRS or not pauses.size

@@ -1,11 +1,11 @@
 """Load terms in addition to the four sliding parameters, and the axis with these loads.
 
     term        additional effort
-    direction   another viscous friction backward than forward
+    direction   viscous friction that differs between the directions
     spring      stiffness x
     gravity     gravity_sine sin(x) + gravity_cosine cos(x)      rotary: an unbalanced arm
     ripple      ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth;
-                ripple_2 to ripple_6 are further harmonics, each with another n
+                ripple_2 to ripple_6 are additional harmonics with other n
 
 The sliding parameters are inertia, viscous friction, Coulomb friction and offset. Coulomb friction
 that differs by direction is not a load term, because it cannot be separated from the offset.

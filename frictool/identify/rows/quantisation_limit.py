@@ -1,4 +1,4 @@
-"""Test whether the encoder's quantisation hides the inertia, for any differentiating filter.
+"""Test whether the encoder is too coarse to identify the inertia by a differentiating filter.
 
 The test is thesis (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of
 the second difference. Quantisation changes the acceleration a by at most D_a = step/2 sum|h|, which

@@ -80,7 +80,7 @@ def slipping_fit(
 ) -> SlidingFit:
     """Return the fit, by the function `fitting`, of the samples at which the axis certainly slips.
 
-    The inertia is reported as not identified if the encoder's quantisation hides it. Raises
+    The inertia is reported as not identified if the encoder is too coarse for it. Raises
     UnusableLogs if the axis never slips for a whole smoothing window.
     """
     samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)

@@ -59,7 +59,7 @@ def _encoder(observer: Observer, switched: Switched) -> str:
 
 
 def _constant(switched: Switched) -> str:
-    """Return a note if friction is constant over position, so that its error is assumed."""
+    """Return a note if the friction of the map is constant; its error is then an assumption."""
     chosen = [
         mode
         for mode in switched.modes

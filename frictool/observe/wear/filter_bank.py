@@ -1,4 +1,4 @@
-"""Bank of filters for wear and friction parameters, each with another slope of friction over speed.
+"""Bank of filters for wear and friction, with different slopes of friction over speed.
 
     each move         P' = (P^-1 + A/r)^-1      m' = m + P' (b - A m)/r
     then              a random step of the wear, which increases P'

@@ -64,7 +64,7 @@ class MoveCollector:
         weak_form_rows.forget(self._state, layout.gap)
 
     def take(self, piece: MotionBlock) -> list[Move]:
-        """Process a block; return the moves that ended in it, or at a gap before it."""
+        """Process a block; return the moves that ended in the block, or at a gap before it."""
         ended: list[Move] = []
         if not piece.follows:
             ended = self.end()

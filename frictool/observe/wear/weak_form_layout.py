@@ -74,7 +74,8 @@ class WeakFormLayout:
     - effort: (3,), weights of the effort at the sample before, at the sample and at the next sample
     - slowest, fastest: speed limits of usable samples [rad/s | m/s]
     - knees: (h,), speeds at which the slope of friction may change [rad/s | m/s]
-    - edges: (z + 1,), boundaries of the zones [rad | m]; the end zones extend beyond the outer ones
+    - edges: (z + 1,), boundaries of the zones [rad | m]; the first and the last zone extend beyond
+      the outer boundaries
     - dry: (2, c), polynomials of the model's friction [N m | N], backward and forward, constant
       outside `mapped` (2,) [rad | m]
     - count: encoder step [rad | m]

@@ -5,6 +5,8 @@
                positions; computed at one of `every` used samples
     move       sum of row' row
 
+The bends of a sample are the regressors (|v| - knee_j)+ of `weak_form_layout.py`.
+
 A sample is used if the axis moves in one direction, faster than `slowest`, during the `reach`
 samples before and after it. The load must be attached (backlash closed), and the axis away from
 the end stops. The load is attached as soon as the axis has moved in one direction by the widest

@@ -82,7 +82,7 @@ class WearEstimator:
         self.estimate = WearEstimate(0.0, 0, prior(model), scale=self._scale)
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
-        """Process a block; return an estimate for each move that ended in it or at a gap before."""
+        """Process a block; return an estimate for each move that ended since the last block."""
         return [self.learn(move) for move in self.moves.take(piece)]
 
     def finish(self) -> list[WearEstimate]:
