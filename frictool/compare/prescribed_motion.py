@@ -1,4 +1,4 @@
-"""Friction of a law along a prescribed velocity, for the presliding test and the probes.
+"""Friction of a law along a prescribed velocity, for the presliding test and law_probes.py.
 
 Python code calls the law's kernels in each step, which is slow.
 """
@@ -59,7 +59,6 @@ def _dynamic(
 def _hybrid(
     name: str, kernels: HybridKernels, p: Vector, velocity: Vector, steps: Vector
 ) -> Vector:
-    """Integrate the presliding z by Euler's rule, which is exact in stick."""
     z = kernels.reset(p)
     mode = STUCK
     out = np.zeros_like(z)

@@ -74,7 +74,6 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
 
 
 def _known_fall(sliding: Outcome) -> StribeckVelocityRange | None:
-    """Return the range of Stribeck velocities that the sliding logs give, or None."""
     velocity = sliding.identified.get("stribeck_velocity")
     if velocity is None:
         return None
@@ -115,7 +114,6 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
 
 
 def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws | None) -> Outcome:
-    """Return the outcome with the breakaway `ramp` and its laws, added to the laws `sliding`."""
     laws = breakaway_laws(ramp, logs.bench, sliding)
     return outcome.merge(Outcome({"breakaway": ramp.parameter}, ramp=ramp, laws=laws))
 

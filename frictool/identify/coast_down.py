@@ -33,7 +33,7 @@ def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
     """Return True if the effort is too small to have caused the acceleration.
 
     The rms effort is then below 5 % of the product of the rms acceleration and the smallest
-    inertia, which is the lower end of the bench's interval.
+    inertia, which is the lower end of the interval in bench.yaml.
     """
     if not rows:
         return False

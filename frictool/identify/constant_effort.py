@@ -135,7 +135,6 @@ def _noise(effort: Vector) -> float:
 def _stretch(
     record: MotionRecord, part: slice, noise: float, inertia: float, direction: float
 ) -> ConstantStretch | None:
-    """Return the samples of a stroke with nearly constant effort; None if there are too few."""
     effort = record.effort[part]
     band = max(noise, LEAST_BAND * abs(float(np.median(effort))))
     level = _densest(effort, band)
@@ -163,7 +162,7 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches at the effort of the proved ones; [] if that effort is not unique."""
+    """Return the stretches at the common effort of the proved stretches; [] if they have none."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []

@@ -296,7 +296,7 @@ class EffectRegression:
         return before is not None and after is not None and bool(np.sum(after) < np.sum(before))
 
     def _rivals(self) -> list[AcceptedEffects]:
-        """Return the effects of equally good models that replace one hypothesis of `used`."""
+        """Return the effects that can replace a hypothesis of `used` without a worse prediction."""
         least = self.rows.squares(self.used)
         out = []
         for one in self.used:
@@ -343,7 +343,6 @@ class EffectRegression:
         return [AcceptedEffects(what, significance, shift, held_out)]
 
     def _values(self, hypotheses: Sequence[Hypothesis]) -> dict[str, float] | None:
-        """Return the parameters of a fit with `hypotheses`, or None if undetermined."""
         columns = self.rows.columns(hypotheses)
         try:
             values = self.rows.fitted(columns)

@@ -1,7 +1,7 @@
 """Warnings about an identified model.
 
-A model is doubtful if it contradicts the bench, if the bench's values or ranges increase its force
-error, or if it leaves much of the effort unexplained.
+A model is doubtful if it contradicts the bench, if the values or ranges in bench.yaml increase its
+force error, or if it leaves much of the effort unexplained.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ LONGEST_VALUES = 60  # most characters that a warning uses for the replaced valu
 
 
 def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> list[str]:
-    """Return a warning for each parameter whose interval does not overlap the bench's interval."""
+    """Return a warning for each parameter whose interval does not overlap that in bench.yaml."""
     out = []
     for name, interval in identified.items():
         known: Quantity | None = getattr(bench.mechanics, name, None)
@@ -43,10 +43,11 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
 def replacement_warnings(
     free: SlidingFit, final: SlidingFit, identified: Mapping[str, Interval]
 ) -> list[str]:
-    """Return a warning if the bench's values or ranges increase the force error.
+    """Return a warning if the values or ranges in bench.yaml increase the force error.
 
     - free: fit in which no parameter was fixed
-    - final: fit of the model, in which refused parameters have values within the bench's ranges
+    - final: fit of the model, in which refused parameters have values within the ranges in
+      bench.yaml
     - identified: identified parameters of the model
     """
     replaced = [name for name in SLIDING if name in free.parameters and name not in identified]

@@ -1,9 +1,9 @@
 """Second fit, in which the refused parameters are fixed at the values that the model states.
 
 A parameter is refused if the logs do not determine it. The model then contains a value from the
-bench's range, which may differ from the value of the first fit. The other parameters are therefore
-fitted again with the refused parameter fixed at the model's value. Their intervals are widened by
-the interval of the refused parameter.
+range in bench.yaml, which may differ from the value of the first fit. The other parameters are
+therefore fitted again with the refused parameter fixed at the model's value. Their intervals are
+widened by the interval of the refused parameter.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from frictool.identify.rows.load_terms import terms_of
 def fixed_parameters(fit: SlidingFit, outcome: Outcome, bench: Bench) -> dict[str, Interval]:
     """Return the model's interval for each parameter that was fitted and then refused.
 
-    This interval is the intersection of the bench's range and the logs' interval, or the bench's
-    range if the two do not overlap. Two kinds of parameters are excluded: parameters that the
-    motion cannot separate, and an inertia that is refused because of the encoder's resolution,
-    since it hardly changes the other parameters.
+    This interval is the intersection of the range in bench.yaml and the logs' interval, or the
+    range in bench.yaml if the two do not overlap. Two kinds of parameters are excluded: parameters
+    that the motion cannot separate, and an inertia that is refused because of the encoder's
+    resolution, since it hardly changes the other parameters.
     """
     # if Coulomb friction differs by direction, coulomb and offset are its mean and half difference
     split = bench.load is not None and "coulomb_by_direction" in bench.load.terms

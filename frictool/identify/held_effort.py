@@ -206,7 +206,6 @@ def _columns(rows: RegressionSamples) -> Vector:
 def _needed(
     record: MotionRecord, bench: Bench, window: int, values: Vector, one_direction: bool
 ) -> Vector:
-    """Return the effort (n,) that the motion needs according to the coefficients `values` (p,)."""
     signals = smoothed(record, window)
     acceleration, velocity, _ = signals
     strokes = find_strokes(record)

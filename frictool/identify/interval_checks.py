@@ -25,14 +25,14 @@ def too_vague(name: str, interval: Interval) -> str | None:
 def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> str | None:
     """Return why an interval is not usable; None if the interval is usable.
 
-    An interval is not usable if it is impossible, too wide, or no narrower than the bench's
-    interval. An interval that does not overlap the bench's interval is usable even if it is wider,
-    because the bench's value would not explain the log.
+    An interval is not usable if it is impossible, too wide, or no narrower than the interval in
+    bench.yaml. An interval that does not overlap the interval in bench.yaml is usable even if it is
+    wider, because the value in bench.yaml would not explain the log.
 
     Viscous and Coulomb friction may be 0. Only the part of their interval above 0 is compared with
-    the bench's interval. The ratio of the ends of their interval is limited in two cases only: if
-    the interval is wider than the bench's interval and does not overlap it, or if the bench states
-    a value without an interval.
+    the interval in bench.yaml. The ratio of the ends of their interval is limited in two cases
+    only: if the interval is wider than the interval in bench.yaml and does not overlap it, or if
+    the bench states a value without an interval.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
@@ -77,7 +77,7 @@ def _factor(interval: Interval) -> str:
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
     """Return the interval of a friction parameter; a negative value is replaced by 0.
 
-    An interval is unchanged if it does not contain 0, or if it overlaps the bench's interval.
+    An interval is unchanged if it does not contain 0, or if it overlaps the interval in bench.yaml.
     """
     nearly_none = (
         name in NEVER_NEGATIVE
@@ -92,11 +92,11 @@ def without_negative(name: str, interval: Interval, known: Quantity | None) -> I
 
 
 def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> Interval | None:
-    """Return the intersection of the logs' interval and the bench's range.
+    """Return the intersection of the logs' interval and the range in bench.yaml.
 
-    The intersection contains the true value at the confidence of the interval, because the bench's
-    range contains the true value. The value of the result is the point of the intersection that is
-    nearest to the value of `interval`.
+    The intersection contains the true value at the confidence of the interval, because the range in
+    bench.yaml contains the true value. The value of the result is the point of the intersection
+    that is nearest to the value of `interval`.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> 
     known
         Value of the bench; None if the bench does not state the parameter.
     constant
-        Actuator constant of the bench. The bench's range does not depend on it.
+        Actuator constant of the bench. The range in bench.yaml does not depend on it.
 
     Returns
     -------
@@ -124,7 +124,7 @@ def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> 
 
 
 def contradicts(interval: Interval, known: Quantity | None) -> bool:
-    """Return True if the interval and the bench's interval do not overlap."""
+    """Return True if `interval` and the interval in bench.yaml, `known`, do not overlap."""
     if known is None or known.low is None or known.high is None:
         return False
     return interval.low > known.high or interval.high < known.low

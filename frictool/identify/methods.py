@@ -345,8 +345,8 @@ class IdentificationRequest:
     measurement : bool
         True to estimate also backlash, delay and current-loop lag of the bench.
     keep_bench_values : bool
-        True to return a model with the bench's values, marked as such, if the logs give neither
-        inertia nor friction. Otherwise NothingIdentified is raised.
+        True to return a model with the values in bench.yaml, marked as such, if the logs give
+        neither inertia nor friction. Otherwise NothingIdentified is raised.
     breakaway_table : RateTable or None
         Breakaway efforts measured at several rates of the ramp. The table replaces the breakaway of
         ramp logs.

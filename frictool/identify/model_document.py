@@ -1,6 +1,6 @@
 """Model document of an identification.
 
-A parameter that is not identified has the bench's interval, which the logs may narrow, or an
+A parameter that is not identified has the interval in bench.yaml, which the logs may narrow, or an
 assumed interval. The key `source` of a parameter states the origin of its interval.
 """
 
@@ -50,7 +50,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
 
 
 def bench_model(refused: NothingIdentified, bench: Bench, provenance: Provenance) -> Model:
-    """Return a model with the bench's values only, and the reason why nothing was identified."""
+    """Return a model with values from bench.yaml only, and the reason for the lack of a result."""
     model = model_of(replace(refused.result, identified={}, laws=None, fit=None), bench, provenance)
     return with_fields(model, bench_values_only=str(refused))
 

@@ -310,7 +310,7 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
     """Return the motion record of a log's main stream.
 
     The effort is the channel `effort`. If there is no such channel, the effort is the drive signal
-    times the bench's effort constant. The effort of a servo is computed with the model of its
+    times the effort constant in bench.yaml. The effort of a servo is computed with the model of its
     firmware from goal and position. The temperature may be in any stream, and is interpolated.
 
     Raises
@@ -354,8 +354,8 @@ def _with_servo(record: MotionRecord, log: Log, bench: Bench) -> MotionRecord:
 def _servo_drive(log: Log, stream: Stream, bench: Bench) -> ServoDrive:
     """Return the inputs (n,) of the firmware at the samples of a stream.
 
-    If gain or supply were not logged, the bench's values are used. If the channel `torque_enabled`
-    is missing, the torque is on.
+    If gain or supply were not logged, the values in bench.yaml are used. If the channel
+    `torque_enabled` is missing, the torque is on.
     """
     servo = bench.actuator.servo
     assert servo is not None

@@ -33,7 +33,7 @@ class Outcome:
     - fit: fit of the sliding logs, or None
     - ramp: breakaway of the ramps, or None
     - laws: laws of friction and load in addition to the parameters, or None
-    - narrowed: refused parameter -> intersection of the bench's range and the logs' interval
+    - narrowed: refused parameter -> intersection of the range in bench.yaml and the logs' interval
     """
 
     identified: Mapping[str, Interval] = field(default_factory=dict)
@@ -85,8 +85,8 @@ def accept(
 ) -> Outcome:
     """Return an outcome in which informative intervals are identified and the others refused.
 
-    If a refused interval overlaps the bench's range of the parameter, the outcome contains their
-    intersection. `reasons` contains parameters that the method has refused, with the reasons.
+    If a refused interval overlaps the range of the parameter in bench.yaml, the outcome contains
+    their intersection. `reasons` contains parameters that the method has refused, with the reasons.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})
@@ -117,6 +117,6 @@ def sliding_intervals(from_logs: Mapping[str, Interval], bench: Bench) -> dict[s
 
 
 def bench_interval(bench: Bench, name: str) -> Interval:
-    """Return the bench's interval of a sliding parameter; 0 for an offset that the bench lacks."""
+    """Return the interval of a sliding parameter in bench.yaml; 0 for an offset that is missing."""
     known: Quantity | None = getattr(bench.mechanics, name)
     return Interval(0.0, 0.0, 0.0) if known is None else Interval(known.value, *known.interval)

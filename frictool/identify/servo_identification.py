@@ -173,7 +173,7 @@ def _free(
 
 
 def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str, str]:
-    """Return a reason for each servo constant that does not change the simulated position."""
+    """Return a reason for each servo constant that has no effect at the parameters `start`."""
     known = servo_quantities(simulated.bench)
     count = simulated.bench.encoder.resolution
     out: dict[str, str] = {}
@@ -189,7 +189,7 @@ def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str,
 
 
 def _without_effect(simulated: ServoSimulation, fit: SimulationFit) -> dict[str, str]:
-    """Return a reason for each servo constant that does not change the fitted position."""
+    """Return a reason for each servo constant that has no effect at the fitted parameters."""
     count = simulated.bench.encoder.resolution
     known = servo_quantities(simulated.bench)
     out: dict[str, str] = {}
@@ -245,10 +245,10 @@ def _reported(values: Mapping[str, float], name: str) -> float:
 
 
 def _of_driven_viscous(names: Sequence[str], fit: SimulationFit) -> Matrix:
-    """Return the Jacobian (n, p) for viscous friction with the torque enabled as a parameter.
+    """Return the Jacobian (n, p) with respect to the viscous friction with the torque enabled.
 
-    The parameter of the simulation is the friction with the torque disabled, which is smaller by
-    constant times back_emf.
+    The Jacobian of `fit` refers to the viscous friction with the torque disabled, which is smaller
+    by constant times back_emf.
     """
     out = fit.jacobian.copy()
     if LOOSE in names:
@@ -354,7 +354,7 @@ def _constants(
 ) -> tuple[dict[str, Quantity], list[str]]:
     """Return the identified servo constants, and a warning for each value at an end of its range.
 
-    The interval of a constant is its intersection with the bench's range.
+    The interval of a constant is its intersection with the range in bench.yaml.
     """
     out, warnings = {}, []
     for name, known in servo_quantities(bench).items():

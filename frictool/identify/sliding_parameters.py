@@ -104,7 +104,7 @@ def with_force_error(
 ) -> SlidingFit:
     """Return the fit with the force error of the model; unchanged if the drive was off.
 
-    The model has the parameters `from_logs`; its other parameters have the bench's values.
+    The model has the parameters `from_logs`; its other parameters have the values in bench.yaml.
     """
     if logs.drive_off:
         return fit
@@ -114,10 +114,10 @@ def with_force_error(
 
 
 def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | None:
-    """Return the force error if no value in the bench's ranges explains the effort, else None.
+    """Return the force error if no values within bench.yaml's ranges explain the effort, else None.
 
-    Each refused parameter has the value of the bench's range that is nearest to its value in
-    `free`.
+    Each refused parameter has the value, within its range in bench.yaml, that is nearest to its
+    value in `free`.
     """
     assert outcome.fit is not None
     nearest = outcome.from_logs

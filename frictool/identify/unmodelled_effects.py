@@ -27,8 +27,8 @@ therefore does not show the resulting error. Eight sources of this error are exa
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, where half is the half width, because effects
 that look alike may shift a parameter in opposite directions. If several effects move an end, only
-the largest movement is applied. If an interval overlaps the bench's interval, no end moves beyond
-the bench's interval.
+the largest movement is applied. If an interval overlaps the interval in bench.yaml, no end moves
+beyond the interval in bench.yaml.
 
 Noise in the acceleration makes the inertia of a regression too small. If the inertia decreases by
 more than the half width of its interval, the inertia is regarded as hidden by noise. It is then
@@ -309,7 +309,7 @@ def _hull(one: Interval, other: Interval) -> Interval:
 def _moved(interval: Interval, shift: float, scatter: float, known: Quantity | None) -> Interval:
     """Return the interval with its ends moved outward by a shift with the half width `scatter`.
 
-    If the bench's interval `known` overlaps the interval, no end moves beyond the bench's interval.
+    If the interval in bench.yaml, `known`, overlaps `interval`, no end moves beyond `known`.
     """
     below = np.hypot(interval.value - interval.low, scatter)
     above = np.hypot(interval.high - interval.value, scatter)

@@ -59,8 +59,8 @@ class WearEstimate:
     - added: increase of the friction [N m | N], for kind additive
     - zones: wear in each zone of the travel, for kind zones
     - scale: common factor of all wear values due to an error of the actuator constant; its interval
-      is the bench's range of the constant. The factor cancels in a ratio to commissioning. The
-      intervals of the wear values do not include it.
+      is the range of the constant in bench.yaml. The factor cancels in a ratio to commissioning.
+      The intervals of the wear values do not include it.
     - others: other parameters (inertia, viscous, ...) divided by the model's values
     - warnings: lines of text
     """

@@ -1,9 +1,9 @@
 """Check that the estimates of a log are plausible for the model's rig.
 
 The check uses the inertia, which does not change with wear. The estimated inertia must be in the
-bench's range, widened by the uncertainty of the actuator constant and by the spread between units.
-If it is not, the log is from another rig, its clock or drive differs from the bench's, or the
-logged drive signal saturates.
+range in bench.yaml, widened by the uncertainty of the actuator constant and by the spread between
+units. If it is not, the log is from another rig, its clock or drive differs from the bench's, or
+the logged drive signal saturates.
 """
 
 from __future__ import annotations

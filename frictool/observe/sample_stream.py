@@ -225,7 +225,6 @@ def _topic(made: LogAssembly, wanted: str | None) -> str:
 
 
 def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStream:
-    """Compare the beginning of a stream with the bench, and return the stream."""
     source = made.flows[0].source
     drive = bench.actuator.drive
     fields = ready.head.fields

@@ -101,7 +101,6 @@ class VelocityEstimator:
         return _joined(parts)
 
     def _half(self, piece: MotionBlock, output: ObserverOutput) -> Vector:
-        """Return the half width of the interval (n,) [rad/s | m/s]."""
         if not piece.follows:
             self._state[:] = 0.0
         acceleration = np.where(

@@ -94,7 +94,6 @@ def _draw(axes: Any, number: int, unit: str, points: Sequence[tuple[float, Estim
 
 
 def _shown(row: FleetRow, ratios: bool) -> EstimateRange | None:
-    """Return the estimate to draw for a log; None if the log has no estimate."""
     if row.outcome is None or not row.outcome.estimate.moves:
         return None
     if ratios:

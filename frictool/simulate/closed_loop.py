@@ -302,7 +302,6 @@ class StepTest(Generic[V]):
         return reference, start
 
     def _checked_reference(self, scenario: Scenario, recorded: Log | None) -> tuple[Vector, float]:
-        """Return reference and start; keep the reference for later scenarios with equal steps."""
         first = scenario.steps[0] if scenario.steps else None
         begins = scenario.start if first is not None and first.reference is None else None
         runs = self.plant.count(self.controller, scenario)

@@ -179,9 +179,10 @@ def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
 def masks(trials: Trials) -> list[tuple[str, BoolVector, BoolVector]]:
     """Return (name, mask of failing trials, mask of passing trials) for each comparison.
 
-    The first comparison is for all requirements together and has the name "". Then follow the
-    requirements, and "not simulated" for the trials that could not be simulated. A comparison is
-    left out if no trial fails, if no trial passes, or if an earlier comparison has the same masks.
+    The first comparison is for all requirements together and has the name "". The comparisons for
+    single requirements follow, and "not simulated" for the trials that could not be simulated. A
+    comparison is left out if no trial fails, if no trial passes, or if an earlier comparison has
+    the same masks.
     """
     questions = [("", trials.passed == BROKEN, trials.passed == MET)]
     questions += [

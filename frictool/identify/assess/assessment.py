@@ -41,7 +41,7 @@ class NotIdentifiable(FrictoolError):
 class ParameterAssessment:
     """Assessment of one parameter; precisions are relative half widths.
 
-    - verdict: method, test and expected precision with the bench's encoder
+    - verdict: method, test and expected precision with the encoder of the bench
     - wanted: requested precision
     - known: precision of the a-priori interval; None if the bench states no interval
     - target: the smaller of `wanted` and `known`

@@ -78,7 +78,6 @@ def json_view(assessment: Assessment) -> dict[str, Any]:
 
 
 def _drive(bound: DriveBound) -> dict[str, Any]:
-    """Return the drive's shortest step responses as JSON values; null if the drive cannot move."""
     times = {"best_s": bound.best, "worst_s": bound.worst}
     return {
         "step": bound.length,

@@ -11,7 +11,7 @@ A level is the mean friction in slip of one direction. The levels and the viscou
 means over strokes (`sines`). In the equation of a stroke, C_s/mean C_s is averaged over the
 positions of the stroke, so that strokes may cover different positions. If each direction has a
 separate polynomial, an offset of the effort looks like half the difference between the two levels.
-The offset is then the bench's, or 0 if the bench states none.
+The offset is then taken from bench.yaml, or is 0 if bench.yaml states no offset.
 """
 
 from __future__ import annotations
@@ -69,7 +69,8 @@ def friction_map(
     """Fit a friction map to sliding `records` and `ramps`.
 
     - first: breakaway of the ramps, which varies with position
-    - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`; the offset is the bench's
+    - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`; the offset is that in
+      bench.yaml
 
     The ramps are evaluated again with the Coulomb friction of the map. Raises UnusableLogs if the
     strokes do not determine viscous friction and the mean friction in slip of each direction.
@@ -99,9 +100,10 @@ def _fitted(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> tuple[SlidingFit, list[Interval]]:
-    """Return the fit with the shape of `law`, and the mean friction in slip of each direction.
+    """Return a fit in which friction varies with position as in `law`, and the friction levels.
 
-    The forward direction is first. If both directions have the same polynomial, there is one mean.
+    A level is the mean friction in slip of one direction; the forward direction is first. If both
+    directions have the same polynomial, there is one level.
     """
     means = rows.means
     shaped = means.sign * means.mean(shape_along(rows, law))

@@ -211,8 +211,8 @@ def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifia
     """Return whether a parameter can be identified, with which precision, and by which method.
 
     The interval must have at most the relative half width WANTED. If the logs cannot reach this
-    precision, a coarser one is required instead: the relative half width of the bench's interval of
-    the parameter, or 1 (100 %) if the bench has no interval.
+    precision, a coarser one is required instead: the relative half width of the interval of the
+    parameter in bench.yaml, or 1 (100 %) if the bench has no interval.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))

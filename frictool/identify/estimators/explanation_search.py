@@ -264,7 +264,7 @@ class ExplanationSearch:
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return a ripple and its peak, the highest in the spectrum of the residual over position.
+        """Return a ripple and its peak, the highest peak in the spectrum of the residual.
 
         - waves: wave numbers of the ripples that the fit includes already, 1/rad | 1/m
         - used: hypotheses in the fit whose residual is examined

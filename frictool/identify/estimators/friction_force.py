@@ -1,7 +1,7 @@
 """Friction force, computed with a known inertia, and its curve over speed (after K. Mnich).
 
     filter     same causal low-pass for velocity and effort, so that their delays are equal
-    force      effort - inertia (v[k] - v[k-1])/T, with the bench's inertia
+    force      effort - inertia (v[k] - v[k-1])/T, with the inertia in bench.yaml
     curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)
                for each direction of motion, and an offset
 
@@ -44,10 +44,10 @@ SLOWEST, FASTEST = 1e-3, 0.5  # bounds of that speed, relative to the top speed
 def friction_force(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return viscous friction, Coulomb friction, breakaway and offset, using the bench's inertia.
+    """Return viscous friction, Coulomb friction, breakaway and offset for a known inertia.
 
-    Raises UnusableLogs if the records do not determine the curve, or if the axis moves in one
-    direction only and the bench has no `mechanics.offset`.
+    The inertia is that in bench.yaml. Raises UnusableLogs if the records do not determine the
+    curve, or if the axis moves in one direction only and the bench has no `mechanics.offset`.
     """
     pipeline = settings.pipeline or PublishedFilters()
     rows = joined(

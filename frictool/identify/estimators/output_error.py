@@ -266,8 +266,8 @@ def _with_inertia(
 def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
     """Return the values at which the search starts, by parameter name, SI.
 
-    They are the estimates of the regression `start` if these are plausible, else the bench's
-    values.
+    They are the estimates of the regression `start` if these are plausible, else the values in
+    bench.yaml.
     """
     known = load_values(start.laws)
     for name in SLIDING:

@@ -16,9 +16,9 @@ slope at each knee must also differ significantly from 0 in a jackknife, which d
 assumption.
 
 The search for knees has an additional regressor, the mean acceleration, because an error of the
-bench's inertia can also look like a knee. The intervals of all parameters come from a jackknife, in
-which the derivative of the friction with respect to the speed of each knee is an additional
-regressor.
+inertia in bench.yaml can also look like a knee. The intervals of all parameters come from a
+jackknife, in which the derivative of the friction with respect to the speed of each knee is an
+additional regressor.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ The model of the firmware (engine/firmware_servo.py) drives the axis from the go
 position, from the first sample to the last without a restart. The residual is the position error.
 The fitted parameters are those of the axis, the angle of a known pendulum at position 0, and the
 constants of the servo for which the bench gives a range. A known pendulum determines the drive
-constant. Without a pendulum, the drive constant is the bench's, and gravity is fitted.
+constant. If no pendulum is known, the drive constant is that in bench.yaml, and gravity is fitted.
 """
 
 from __future__ import annotations

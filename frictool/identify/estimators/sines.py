@@ -10,10 +10,10 @@ stroke, where the speed is above half of the stroke's largest speed (|sin| > 1/2
 whole periods, which include stick at the reversals. <v> is a distance divided by a duration, so
 that even a coarse encoder is sufficient if a stroke has many counts.
 
-The inertia is not estimated. The effort of the bench's inertia is subtracted, and the range of this
-inertia widens the intervals slightly. Knees, which are speeds at which the viscous friction
-changes, are estimated (`piecewise_friction`). The strokes must have different speeds, but need not
-be sines.
+The inertia is not estimated. The effort that accelerates the inertia is subtracted, with the value
+in bench.yaml; the range in bench.yaml widens the intervals slightly. Knees, which are speeds at
+which the viscous friction changes, are estimated (`piecewise_friction`). The strokes must have
+different speeds, but need not be sines.
 """
 
 from __future__ import annotations
@@ -255,7 +255,7 @@ def _check(means: StrokeMeans) -> None:
 def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[PiecewiseFriction, Vector]:
     """Return the piecewise linear friction, and the half widths (p,) of its coefficients.
 
-    The half widths include the range of the bench's inertia.
+    The half widths include the range of the inertia in bench.yaml.
     """
     means = rows.means
     inertia = bench.mechanics.inertia
@@ -276,8 +276,8 @@ def _of_inertia(
 ) -> Vector:
     """Return the half widths (p,) of the coefficients due to the uncertainty of the inertia.
 
-    The inertia is assumed to be uniformly distributed between `ends`, the ends of the bench's
-    interval. The speeds of the knees do not change.
+    The inertia is assumed to be uniformly distributed between `ends`, the ends of the interval in
+    bench.yaml. The speeds of the knees do not change.
     """
     means = rows.means
     rows_of = design(means, pieces.knees) * means.weight[:, None]
@@ -290,9 +290,9 @@ def _of_inertia(
 
 
 def not_negative(interval: Interval) -> Interval:
-    """Return [0, high] with the value 0 if the value is negative and `high` positive.
+    """Replace a negative value and the lower end by 0 if the upper end is positive.
 
-    Another interval is returned unchanged.
+    Otherwise, the interval is returned unchanged.
     """
     return Interval(0.0, 0.0, interval.high) if interval.value < 0.0 < interval.high else interval
 

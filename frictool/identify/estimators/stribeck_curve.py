@@ -11,8 +11,8 @@ Speed, acceleration and effort of a run are means with the weights (1 - w^2)^2, 
 from -1 at the start of the run to +1 at its end. These means satisfy the equation of motion without
 a derivative of the position. In short runs the speed still settles. The effort that accelerates the
 inertia is therefore subtracted. The inertia is the value in bench.yaml; the intervals include the
-effect of every inertia in its range. If all runs have the same direction, the bench's offset is
-used, and its range widens the interval of Coulomb friction.
+effect of every inertia in its range. If all runs have the same direction, the offset in bench.yaml
+is used, and its range widens the interval of Coulomb friction.
 
 For fixed (v_s, delta) the other parameters are linear. v_s is searched; delta is 2 or, if the data
 support it, 1 or 1/2. Schwarz's criterion (BIC) decides between the curve and a straight line. For
@@ -195,8 +195,8 @@ def _fitted(
 ) -> SlidingFit:
     """Return the fit of a Stribeck curve or, if `velocity` is 0, of a straight line.
 
-    The intervals include the effect of an error of up to `reach` [kg m^2 | kg] in the bench's
-    inertia.
+    The intervals include the effect of an error of up to `reach` [kg m^2 | kg] in the inertia in
+    bench.yaml.
     """
     design = runs.design(velocity, exponent)
     names = [name for name in NAMES if velocity > 0.0 or name != "fall"][: design.shape[1]]

@@ -202,7 +202,6 @@ def _chosen(
 def _identified(
     fitted: SlidingFit, structure: FrictionStructure, bench: Bench, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the sliding parameters, and with a speed regime for each knee."""
     every = fitted.parameters
     regimes = []
     slope = {**fixed, **every}["viscous"].value

@@ -193,7 +193,6 @@ def regressors(
 
 
 def _of_term(term: str, wave: float, position: Vector, velocity: Vector) -> list[Vector]:
-    """Return the columns (n,) of a load term of rows/load_terms.py."""
     if wave > 0.0:
         return [np.sin(wave * position), np.cos(wave * position)]
     return [position if term == SPRING else np.minimum(velocity, 0.0)]

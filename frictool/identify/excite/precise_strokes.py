@@ -43,8 +43,8 @@ MORE = 1.02  # factor on this ratio, so that the corrections end
 class PrecisionRequest:
     """Requested precision of a test.
 
-    - wanted: requested half width of the 95 % interval of each parameter, relative to the bench's
-      value
+    - wanted: requested half width of the 95 % interval of each parameter, relative to the value in
+      bench.yaml
     - duration: duration of the most precise test, s; None to design the shortest test
     - longest: longest allowed duration of the shortest test, s
     - noise: standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit
@@ -107,7 +107,7 @@ class PreciseTest:
 
 
 def bench_value(bench: Bench, name: str) -> float:
-    """Return the bench's value of a parameter, to which its precision is relative.
+    """Return the value of a parameter in bench.yaml, to which its precision is relative.
 
     Raises
     ------

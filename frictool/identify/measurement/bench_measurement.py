@@ -73,7 +73,7 @@ def measurement(
 
 
 def constant_warning(measured: Measurement, bench: Bench) -> str | None:
-    """Return a warning if the back-EMF contradicts the bench's effort constant, else None."""
+    """Return a warning if the back-EMF contradicts the effort constant in bench.yaml, else None."""
     back_emf, resistance = measured.back_emf_constant, measured.resistance
     constant = bench.actuator.constant
     if back_emf is None:

@@ -10,8 +10,8 @@ acts. In the search for the width, [advance < width] is smoothed over an encoder
 
 The delay is a linear parameter. Its estimation is repeated, with the effort shifted by the previous
 delay, until the remaining delay is nearly 0. Rows inside the backlash are not used for the delay,
-because the motor's friction looks like a delay. The backlash for this purpose is the wider of the
-bench's and the estimated one.
+because the motor's friction looks like a delay. For this purpose, the backlash is the wider of the
+estimate and the value in bench.yaml.
 
 Schwarz's criterion (BIC) decides whether there is a backlash. The intervals come from a jackknife
 over strokes; the position of a reversal is known to within a count.
@@ -217,7 +217,6 @@ def _moved(record: MotionRecord, delay: float) -> MotionRecord:
 
 
 def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:
-    """Return the rows at which the distance since a reversal exceeds `gap` [rad | m]."""
     strokes, g = find_strokes(record), bell(window)
     acceleration, velocity, effort = smoothed_by(record, g)
     mask = slip_mask(record, strokes, velocity, window, gap)

@@ -229,7 +229,7 @@ def _rows(log: WindingLog, timing: tuple[float, float, float]) -> list[tuple[Mat
 
 
 def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
-    """Return the hull of `intervals`, or an UnusableLogs if they determine no positive value."""
+    """Return the hull of `intervals`, or an UnusableLogs if no positive value is determined."""
     known = [one for one in intervals if one is not None]
     if len(known) < len(intervals):
         return UnusableLogs(

@@ -1,4 +1,4 @@
-"""Panels of the residual, of the intervals next to the bench's, and of the predicted strokes."""
+"""Panels of the residual, of the intervals beside those in bench.yaml, and of predicted strokes."""
 
 from __future__ import annotations
 
@@ -107,9 +107,9 @@ def _spectrum(numbers: np.ndarray, amplitudes: np.ndarray, axis: Axis) -> Figure
 
 
 def interval_panel(rows: Sequence[ParameterIntervals]) -> FigurePanel:
-    """Return a panel of the intervals as deviations from the bench's values, in per cent.
+    """Return a panel of the intervals as deviations from the values in bench.yaml, in per cent.
 
-    If a bench value is 0, the deviation is relative to the bench's Coulomb friction.
+    If a value in bench.yaml is 0, the deviation is relative to the Coulomb friction there.
     """
     coulomb = next((row.bench for row in rows if row.name == "coulomb"), None)
     scaled = []

@@ -1,8 +1,8 @@
 """Clusters of regression rows; residuals of different clusters are taken as independent.
 
 Usually a cluster is a stroke (the motion between two reversals). Strokes with identical counts have
-identical encoder errors and form one cluster. A servo on a sine of constant amplitude produces such
-strokes. If there are few strokes, each is cut into equal parts, which are the clusters.
+identical encoder errors and form one cluster. Such strokes occur if a servo follows a sine of
+constant amplitude. If there are few strokes, each is cut into equal parts, which are the clusters.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 The test is thesis (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of
 the second difference. Quantisation changes the acceleration a by at most D_a = step/2 sum|h|, which
 shifts the inertia J by up to J D_a/rms(a). Identification is useful only if this shift is less than
-the half width of the bench's interval of the inertia.
+the half width of the interval of the inertia in bench.yaml.
 """
 
 from __future__ import annotations

@@ -133,7 +133,7 @@ def _unattenuated(
 
     Noise with the rms `noise` multiplies the inertia by 1 - noise^2/s^2, where s is the rms of the
     acceleration that the other regressors do not explain. The upper end is at most the larger of
-    the upper ends of the bench's and of the fitted interval.
+    two upper ends: that of the interval in bench.yaml, and that of the fitted interval.
     """
     fitted = result.parameters["inertia"]
     left = max(1.0 - noise**2 / _own_acceleration(samples) ** 2, 0.0)
@@ -171,7 +171,7 @@ def _own_share(samples: RegressionSamples) -> float:
 
 
 def known_inertia(bench: Bench) -> Interval:
-    """Return the bench's inertia; an unknown interval is taken as 0 to twice the value."""
+    """Return the inertia in bench.yaml; an unknown interval is taken as 0 to twice the value."""
     known = bench.mechanics.inertia
     return Interval(
         known.value, *(known.interval if known.low is not None else (0.0, 2.0 * known.value))

@@ -252,7 +252,6 @@ def _compared(
 
 
 def _relative(measured: Vector, simulated: Vector) -> float | None:
-    """Return the relative error over the samples with finite values; None if there are none."""
     known = np.isfinite(measured) & np.isfinite(simulated)
     size = float(np.linalg.norm(measured[known]))
     return float(np.linalg.norm((measured - simulated)[known])) / size if size > 0.0 else None

@@ -25,9 +25,9 @@ CONVERGED = 1e-12  # relative change below which Smith's method stops
 class ErrorGains(NamedTuple):
     """Standard deviation of the velocity error over standard deviation of a position error [1/s].
 
-    - rounding: the position error is a white error of the measured position
-    - misfit: the position error is the prediction error that a white error of the acceleration
-      causes
+    - rounding: for a white error of the measured position
+    - misfit: for a white error of the acceleration; the position error is then the error of the
+      predicted position
     """
 
     rounding: float

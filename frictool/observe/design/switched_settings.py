@@ -75,7 +75,7 @@ def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
 def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
     """Return the speed Sigma [rad/s | m/s] below which the axis is treated as stuck.
 
-    Raises NoSolutionError if neither the settings nor the bench's top speed determine it.
+    Raises NoSolutionError if neither the settings nor the top speed in bench.yaml determine it.
     """
     top = model.bench.mechanics.top_speed
     unit = si_unit("velocity", model.axis)

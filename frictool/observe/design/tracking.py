@@ -108,7 +108,7 @@ def spread(model: Model) -> tuple[float, float]:
     """Return the relative uncertainty of the inertia and the uncertainty of dry friction [N m | N].
 
     An uncertainty is half the width of the model's interval. If the model has no interval, it is
-    half the width of the bench's range over the product's life.
+    half the width of the range in bench.yaml over the product's life.
     """
     known = model.bench.mechanics
     today = model.parameters

@@ -184,7 +184,6 @@ def _simulated(
 
 
 def _norm(signal: Matrix) -> Matrix:
-    """Return the norms (k,) of k signals (samples, k, m)."""
     return np.asarray(np.sqrt(np.sum(signal**2, axis=(0, 2))))
 
 

@@ -6,8 +6,8 @@ all estimates by the same factor:
     estimate = (true value) (constant of the bench)/(constant of the unit)
 
 The formula applies to wear, inertia, viscous friction and added friction. The error is not visible
-in a log, but bounded by the bench's range of the constant. The error cancels in a ratio to the wear
-of the same unit at commissioning.
+in a log; the range of the constant in bench.yaml limits it. The error cancels in a ratio to the
+wear of the same unit at commissioning.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ QUANTILE = 1.96  # quantile of the normal distribution; the bench's range is a 9
 
 
 def scale_of(model: Model) -> EstimateRange | None:
-    """Return the common factor of all estimates: 1, with an interval from the bench's range.
+    """Return the common factor of all estimates: 1, with an interval from the range in bench.yaml.
 
     The result is None if the bench states no range of the actuator constant.
     """

@@ -14,7 +14,7 @@ effort, for example of a current sensor, with level_d = d offset.
 
 The prior is wide for parameters that differ between units or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds friction that depends on speed and is not in the
-model: a slope below the model's first bend, or another bend.
+model: a slope below the model's first bend, or an additional bend.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ def offset_of(
 
     The offset is relative to the model's offset; a positive offset opposes a positive effort. The
     prior deviation is the root of the sum of two squares: `share` times the dry friction, and the
-    deviation that corresponds to the wider of the model's and the bench's ranges.
+    deviation that corresponds to the wider of the ranges in the model and in bench.yaml.
     """
     known = max(
         _half(quantity)
@@ -176,7 +176,7 @@ def _known(
 ) -> dict[str, tuple[float, float]]:
     """Return the prior (mean, deviation) of inertia, viscous friction, its asymmetry and bends.
 
-    The bench's range of the viscous friction applies to the steepest slope
+    The range of the viscous friction in bench.yaml applies to the steepest slope
     (adapters/friction_levels.py). If the model has bends, this is the slope above the last bend.
     """
     today = model.parameters

@@ -127,7 +127,7 @@ def layout_of(
 ) -> WeakFormLayout:
     """Return the layout of the weak-form rows for a model.
 
-    - period: sample period [s]; None for the bench's period
+    - period: sample period [s]; None for the period in bench.yaml
     - window, zones: number of samples of a window, and number of zones; None for the defaults
 
     Raises FrictoolError if the model has no dry friction, or if the window is not odd or too short.

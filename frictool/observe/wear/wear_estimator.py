@@ -60,7 +60,7 @@ class WearEstimator:
     ) -> None:
         """Create the estimator; raise FrictoolError for a model without dry friction.
 
-        `period` is the sample period of the log [s]; None selects the bench's period.
+        `period` is the sample period of the log [s]; None selects the period in bench.yaml.
         """
         self.model = model
         self.layout = layout_of(model, period)
@@ -215,8 +215,9 @@ def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
 def prior(model: Model) -> EstimateRange:
     """Return the prior of the wear: 1, with an interval.
 
-    The interval is the bench's range of the Coulomb friction over the product's life. If there is
-    no range, it is the interval of the model, which does not include wear after the identification.
+    The interval is the range of the Coulomb friction in bench.yaml over the product's life. If
+    there is no range, it is the interval of the model, which does not include wear after the
+    identification.
     """
     for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval

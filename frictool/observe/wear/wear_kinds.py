@@ -291,7 +291,6 @@ class WearClassifier:
     def _under(
         self, kind: Kind, gram: Vector, right: Vector, best: Vector
     ) -> tuple[Vector, Vector]:
-        """Return mean and covariance of the parameters if the wear is of `kind`."""
         return mixture(gram, right, best, self._means, self._beliefs[kind], np.array(BEFOREHAND))
 
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[WearZone, ...]:
